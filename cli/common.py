@@ -1,0 +1,96 @@
+"""What the commands share: options, where text goes, and JSON.
+
+Results go to standard output; progress and messages to standard error. With `--json` standard
+output holds one JSON document and nothing else.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where a command's words go.
+
+    Attributes:
+        json: print one JSON document on standard output.
+        quiet: print no progress and no messages.
+    """
+
+    json: bool
+    quiet: bool
+
+    def say(self, text: str) -> None:
+        """A message for a person, on standard error, unless quiet."""
+        if not self.quiet:
+            click.echo(text, err=True)
+
+    def warn(self, text: str) -> None:
+        """A warning, on standard error, even when quiet."""
+        click.echo(f"note: {text}", err=True)
+
+    def result(self, document: Any, show: Callable[[Console], None]) -> None:
+        """The result: `document` as JSON, or what `show` prints on a rich console."""
+        if self.json:
+            click.echo(json.dumps(finite(document), indent=1, allow_nan=False, default=_plain))
+        else:
+            show(console())
+
+
+def console(*, stderr: bool = False) -> Console:
+    """A rich console; plain text where the output is not a terminal."""
+    from rich.console import Console
+
+    return Console(stderr=stderr, highlight=False, soft_wrap=False)
+
+
+def finite(document: Any) -> Any:
+    """The document with every NaN and infinity as null, which is what JSON has."""
+    if isinstance(document, dict):
+        return {str(key): finite(value) for key, value in document.items()}
+    if isinstance(document, list | tuple):
+        return [finite(value) for value in document]
+    if isinstance(document, float) and not math.isfinite(document):
+        return None
+    return document
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "item"):
+        return finite(value.item())
+    return str(value)
+
+
+def output_options(command: F) -> F:
+    """`--json` and `-q`, handed to the command as `output: Output`."""
+
+    def collect(ctx: click.Context, **kwargs: Any) -> Any:
+        output = Output(json=kwargs.pop("json"), quiet=kwargs.pop("quiet"))
+        return ctx.invoke(command, output=output, **kwargs)
+
+    collect.__name__ = command.__name__
+    collect.__doc__ = command.__doc__
+    collect.__click_params__ = getattr(command, "__click_params__", [])  # type: ignore[attr-defined]
+    decorated = click.pass_context(collect)
+    decorated = click.option("-q", "--quiet", is_flag=True, help="No progress, no messages.")(decorated)
+    decorated = click.option("--json", is_flag=True, help="One JSON document on standard output.")(decorated)
+    return decorated  # type: ignore[return-value]
+
+
+seed_option = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all randomness.")
+force_option = click.option("--force", is_flag=True, help="Overwrite what is there.")
+rig_option = click.option(
+    "--rig", default="sim:paper", show_default=True, metavar="SPEC", help="sim:NAME, sim:FILE.toml or dynamixel:DEVICE."
+)

@@ -1,0 +1,111 @@
+"""The `ffc-id` command: a group whose sub-commands are imported only when they are used.
+
+`ffc-id --help` must answer at once, so nothing here imports numpy, numba or matplotlib.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any
+
+import click
+
+#: command -> (module beside this one, function, help line)
+COMMANDS: dict[str, tuple[str, str, str]] = {
+    "demo": ("demo", "demo", "The whole loop on the simulated rig, with an undeclared effect."),
+    "rigs": ("rigs", "rigs", "List the rigs."),
+    "recipes": ("rigs", "recipes", "List the experiment recipes, or show one."),
+    "run-gravity": ("run", "run_gravity", "Payload steps: move slowly up and down at each payload."),
+    "run-sweep": ("run", "run_sweep", "Velocity sweep: constant speeds both ways."),
+    "run-sine": ("run", "run_sine", "Velocity sines of several frequencies."),
+    "run": ("run", "run_any", "Run any recipe."),
+    "import": ("importing", "import_recording", "Turn a recording from elsewhere into a log."),
+    "check": ("check", "check", "Quality of logs before any fit."),
+    "fit-gravity": ("fit", "fit_gravity", "Recover the gravity coefficients."),
+    "fit-static": ("fit", "fit_static", "Recover the static (Stribeck) friction parameters."),
+    "fit-dynamic": ("fit", "fit_dynamic", "Recover sigma0 and sigma1 of the LuGre model."),
+    "diagnose": ("diagnose", "diagnose", "Find the effect that the model lacks; error before and after."),
+    "identify": ("diagnose", "identify", "All fits and the diagnosis in one go."),
+    "predict": ("predict", "predict", "Predict the torque of logs with a parameter file."),
+    "report": ("report", "report", "Make the fit report: one HTML page and its figures."),
+    "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
+}
+
+
+class LazyGroup(click.Group):
+    """A click group that knows its commands by name and imports one only to run it."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        module, function, _ = COMMANDS[cmd_name]
+        command: click.Command = getattr(importlib.import_module(f"idtool.cli.{module}"), function)
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            from idtool.errors import nearest
+
+            ctx.fail(f'no command "{args[0]}"; {nearest(args[0], COMMANDS)}.')
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, _, text) in COMMANDS.items()])
+
+
+def _version(ctx: click.Context, _: click.Parameter, value: bool) -> None:
+    if value and not ctx.resilient_parsing:
+        from idtool import __version__
+
+        click.echo(f"ffc-id {__version__}")
+        ctx.exit()
+
+
+@click.command(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Exit codes: 0 done, 2 usage, 3 bad input, 4 rig or device fault, 130 interrupted.",
+)
+@click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version, help="Show the version.")
+def ffc_id() -> None:
+    """Identify gravity, friction and whatever else one servo axis feels; then let a hand move it.
+
+    \b
+    ffc-id demo                          see the whole loop on a simulated axis
+    ffc-id run-sweep -o sweep.csv        run an experiment
+    ffc-id identify *.csv -o result      fits, diagnosis and report of your logs
+    ffc-id teach -p result/params.toml   hand guiding
+    """
+
+
+def main(argv: list[str] | None = None) -> Any:
+    """Run the command line; every error of the user's ends as one sentence and an exit code."""
+    try:
+        code = ffc_id.main(args=argv, prog_name="ffc-id", standalone_mode=False)
+    except click.exceptions.Abort:
+        click.echo("interrupted.", err=True)
+        code = 130
+    except click.ClickException as error:
+        error.show()
+        code = 2
+    except KeyboardInterrupt:
+        click.echo("interrupted.", err=True)
+        code = 130
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of our output went away; there is nobody to tell
+        code = 0
+    except Exception as error:
+        from idtool.errors import FfcIdError
+
+        if not isinstance(error, FfcIdError):
+            raise
+        click.echo(f"ffc-id: {error}", err=True)
+        code = error.exit_code
+    sys.exit(code if isinstance(code, int) else 0)

@@ -1,0 +1,48 @@
+"""ffc-id: system identification for one current-controlled servo axis.
+
+    from idtool import Log, Parameters, identify, ForceFreeController
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from idtool.axis import Axis
+    from idtool.control.force_free import ForceFreeController
+    from idtool.errors import InputError, RigFault
+    from idtool.identify import identify
+    from idtool.log import Log
+    from idtool.parameters import Parameters
+
+_EXPORTS = {
+    "Axis": "idtool.axis",
+    "ForceFreeController": "idtool.control.force_free",
+    "InputError": "idtool.errors",
+    "Log": "idtool.log",
+    "Parameters": "idtool.parameters",
+    "RigFault": "idtool.errors",
+    "identify": "idtool.identify",
+}
+__all__ = [
+    "Axis",
+    "ForceFreeController",
+    "InputError",
+    "Log",
+    "Parameters",
+    "RigFault",
+    "__version__",
+    "identify",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used, so that `import idtool` costs nothing."""
+    if name in _EXPORTS:
+        value = getattr(importlib.import_module(_EXPORTS[name]), name)
+        globals()[name] = value  # later look-ups do not come here (and a sub-module cannot shadow it)
+        return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

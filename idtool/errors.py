@@ -1,0 +1,65 @@
+"""The two errors a user can meet: bad input, and a rig that failed.
+
+Both carry one sentence: what is wrong, where, and what to do. The command line prints it and exits
+with `exit_code`; nothing else in the package prints or exits.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from os import PathLike
+
+
+class FfcIdError(Exception):
+    """Base of every error that is the user's to read; the text is one sentence."""
+
+    exit_code = 1
+
+
+class InputError(FfcIdError):
+    """A file, row, key or option that cannot be used.
+
+    Args:
+        problem: what is wrong, without a full stop.
+        file: the file it is in, if any.
+        place: the row, column or key inside it, if any.
+        remedy: what to do about it, without a full stop.
+    """
+
+    exit_code = 3
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        file: str | PathLike[str] | None = None,
+        place: str | None = None,
+        remedy: str | None = None,
+    ) -> None:
+        where = ", ".join(str(part) for part in (file, place) if part)
+        text = f"{where}: {problem}" if where else problem
+        super().__init__(f"{text}; {remedy}." if remedy else f"{text}.")
+
+
+class UsageError(FfcIdError):
+    """A combination of options that makes no sense (exit code 2)."""
+
+    exit_code = 2
+
+
+class RigFault(FfcIdError):
+    """A rig that cannot be reached, left its limits or stopped answering (exit code 4)."""
+
+    exit_code = 4
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """A remedy for a misspelt name: the nearest known one, or the whole list.
+
+    >>> nearest("clam", ["calm", "storm"])
+    'did you mean "calm"'
+    """
+    names = sorted(known)
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    return f'did you mean "{close[0]}"' if close else "known are " + ", ".join(names)
