@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from idtool.axis import Axis
     from idtool.control.force_free import ForceFreeController
     from idtool.errors import InputError, RigFault
-    from idtool.identify import identify
+    from idtool.identification import identify
     from idtool.log import Log
     from idtool.parameters import Parameters
 
@@ -25,7 +25,7 @@ _EXPORTS = {
     "Log": "idtool.log",
     "Parameters": "idtool.parameters",
     "RigFault": "idtool.errors",
-    "identify": "idtool.identify",
+    "identify": "idtool.identification",
 }
 __all__ = [
     "Axis",
@@ -43,6 +43,6 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that `import idtool` costs nothing."""
     if name in _EXPORTS:
         value = getattr(importlib.import_module(_EXPORTS[name]), name)
-        globals()[name] = value  # later look-ups do not come here (and a sub-module cannot shadow it)
+        globals()[name] = value
         return value
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
