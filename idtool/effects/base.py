@@ -1,0 +1,130 @@
+"""What every effect is: a form, parameters with units and bounds, and what reveals it.
+
+An effect is written down once, as `contribute`: what it adds to the model at given parameter values
+(see `Contribution`). Fit, prediction, diagnosis, controller and report all use that.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from idtool.model.contribution import FIELDS, Contribution
+from idtool.model.motion import Motion
+
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """A parameter as the parameter file holds it.
+
+    Attributes:
+        name: base name; the unit of `dimension` ends it in the file.
+        dimension: a key of `units.SUFFIXES`.
+        meaning: a few words.
+        lower, upper: physical bounds.
+        optional: may be absent in a file (the effect has more than one form).
+    """
+
+    name: str
+    dimension: str
+    meaning: str
+    lower: float = -math.inf
+    upper: float = math.inf
+    optional: bool = False
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A number as the fit varies it.
+
+    Attributes:
+        name: as in `contribute`'s values.
+        null: the value at which the effect vanishes (for a shape coordinate: any valid value).
+        lower, upper: bounds of the fit.
+        increment: step of the numerical derivative of `contribute`; exact where it enters linearly.
+    """
+
+    name: str
+    null: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+    increment: float = 1.0
+
+
+class Effect(ABC):
+    """One physical cause. Sub-classes are final and hold no state."""
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    formula: ClassVar[str]
+    reveals: ClassVar[str]
+    look_alikes: ClassVar[tuple[str, ...]] = ()
+    citation: ClassVar[str]
+    needs: ClassVar[tuple[str, ...]] = ()
+    parameters: ClassVar[tuple[EffectParameter, ...]]
+    coordinates: ClassVar[tuple[Coordinate, ...]]
+
+    @abstractmethod
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        """What the effect adds at `values` (fit coordinates and constants by name)."""
+
+    def constants(self, motion: Motion) -> dict[str, float]:
+        """Numbers that the data set once (a reference temperature) and no fit varies."""
+        return {}
+
+    def starts(self, motion: Motion) -> list[dict[str, float]]:
+        """Values of the shape coordinates from which a search should start.
+
+        An effect whose strength enters linearly has no shape: one empty start.
+        """
+        return [{}]
+
+    def untestable(self, motion: Motion) -> str | None:
+        """Why these data cannot show the effect, and what to log or do; None if they can."""
+        return None
+
+    def active(self, motion: Motion) -> tuple[Coordinate, ...]:
+        """The coordinates that these data let the fit vary."""
+        return self.coordinates
+
+    def to_parameters(self, values: Values) -> dict[str, float]:
+        """File parameters from fit coordinates and constants."""
+        return {p.name: values[p.name] for p in self.parameters if p.name in values}
+
+    def to_values(self, parameters: Values) -> dict[str, float]:
+        """Fit coordinates and constants from file parameters."""
+        return dict(parameters)
+
+    def missing(self, motion: Motion) -> str | None:
+        """A needed quantity that was not logged, as a sentence; None if all are there."""
+        for need in self.needs:
+            if getattr(motion, need) is None:
+                return f"needs {need.replace('_', ' ')}, which was not logged"
+        return self.untestable(motion)
+
+
+def derivative(effect: Effect, motion: Motion, values: Values, coordinate: Coordinate) -> Contribution:
+    """Derivative of the contribution with respect to one coordinate (central difference)."""
+    value = values[coordinate.name]
+    half = coordinate.increment
+    above = effect.contribute(motion, {**values, coordinate.name: value + half})
+    below = effect.contribute(motion, {**values, coordinate.name: value - half})
+    change = {}
+    for name in FIELDS:
+        high, low = getattr(above, name), getattr(below, name)
+        if high is low or (isinstance(high, float) and isinstance(low, float) and high == low):
+            continue
+        change[name] = (high - low) / (2.0 * half)
+    return Contribution(**change)
+
+
+def varies(values: np.ndarray | None, at_least: float) -> bool:
+    """Whether a logged quantity spans at least `at_least`."""
+    return values is not None and len(values) > 0 and float(np.ptp(values)) >= at_least

@@ -1,0 +1,43 @@
+"""Drive and backdrive: load-dependent friction that differs between raising and lowering."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Motion
+
+
+@final
+class DriveBackdrive(Effect):
+    name = "drive_backdrive"
+    title = "Drive and backdrive"
+    formula = "g(w) + mu |tau_load|, with one mu raising the load and another lowering it"
+    reveals = "raise against lower at three or more payloads"
+    look_alikes = ("load_dependent_friction", "torque_constant_saturation")
+    citation = "Duclusaud et al. 2025 (BAM, model M5); Giberti et al. 2018 on worm and harmonic gears"
+    needs = ("load",)
+    parameters = (
+        EffectParameter("mu_drive", "number", "friction per load torque while raising", 0.0, 1.0),
+        EffectParameter("mu_backdrive", "number", "friction per load torque while lowering", 0.0, 1.0),
+    )
+    coordinates = (
+        Coordinate("mu_drive", lower=-0.5, upper=1.0, increment=1e-3),
+        Coordinate("mu_backdrive", lower=-0.5, upper=1.0, increment=1e-3),
+    )
+
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        assert motion.load is not None
+        raising = motion.velocity * motion.load > 0
+        mu = np.where(raising, values["mu_drive"], values["mu_backdrive"])
+        return Contribution(level_torque=mu * np.abs(motion.load))
+
+    def untestable(self, motion: Motion) -> str | None:
+        assert motion.load is not None
+        span = float(np.ptp(np.abs(motion.load)))
+        if span <= 1e-9 * (1.0 + float(np.max(np.abs(motion.load)))):
+            return "the load never changes: add payload steps"
+        return None

@@ -1,0 +1,70 @@
+"""External periodic torque: something that beats in time (breathing, a pump, mains)."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import numpy as np
+
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Motion
+
+_MOST_STARTS = 1500
+
+
+@final
+class ExternalPeriodic(Effect):
+    name = "external_periodic"
+    title = "External periodic torque"
+    formula = "A sin(2 pi f t + phi)"
+    reveals = "anything long and slow, on a clock that runs on"
+    look_alikes = ("position_ripple",)
+    citation = "Ljung 1999, chapter 6 (periodogram)"
+    parameters = (
+        EffectParameter("frequency", "frequency", "f", 0.0),
+        EffectParameter("amplitude", "torque", "A", 0.0),
+        EffectParameter("phase", "phase", "phi, at time zero of the clock", -math.pi, math.pi),
+    )
+    coordinates = (
+        Coordinate("sin"),
+        Coordinate("cos"),
+        Coordinate("frequency", null=1.0, lower=0.0, increment=1e-5),
+    )
+
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        angle = 2.0 * math.pi * values["frequency"] * motion.time
+        return Contribution(torque=values["sin"] * np.sin(angle) + values["cos"] * np.cos(angle))
+
+    def starts(self, motion: Motion) -> list[dict[str, float]]:
+        """Frequencies half a resolution cell apart, from two beats in the longest trial upwards."""
+        ends = np.append(motion.starts[1:], len(motion)) - 1
+        longest = float(np.max(motion.time[ends] - motion.time[motion.starts]))
+        lowest = 2.0 / longest
+        highest = 0.1 / float(np.median(motion.step[~motion.first]))
+        spacing = 0.5 / float(np.ptp(motion.time))
+        count = int((highest - lowest) / spacing)
+        if count > _MOST_STARTS:
+            return [{"frequency": float(f)} for f in np.geomspace(lowest, highest, _MOST_STARTS)]
+        return [{"frequency": lowest + k * spacing} for k in range(max(count, 0))]
+
+    def untestable(self, motion: Motion) -> str | None:
+        if not self.starts(motion):
+            return "no trial is long enough to hold two beats"
+        return None
+
+    def to_parameters(self, values: Values) -> dict[str, float]:
+        return {
+            "frequency": values["frequency"],
+            "amplitude": math.hypot(values["sin"], values["cos"]),
+            "phase": math.atan2(values["cos"], values["sin"]),
+        }
+
+    def to_values(self, parameters: Values) -> dict[str, float]:
+        amplitude, phase = parameters["amplitude"], parameters["phase"]
+        return {
+            "frequency": parameters["frequency"],
+            "sin": amplitude * math.cos(phase),
+            "cos": amplitude * math.sin(phase),
+        }

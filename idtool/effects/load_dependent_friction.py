@@ -1,0 +1,35 @@
+"""Load-dependent friction: the friction level grows with the load that the axis carries."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Motion
+
+
+@final
+class LoadDependentFriction(Effect):
+    name = "load_dependent_friction"
+    title = "Load-dependent friction"
+    formula = "g(w) + mu |tau_load|"
+    reveals = "three or more payloads, both directions"
+    look_alikes = ("drive_backdrive", "torque_constant_saturation")
+    citation = "Bittencourt & Gunnarsson 2012; Duclusaud et al. 2025 (BAM, models M3 and M4)"
+    needs = ("load",)
+    parameters = (EffectParameter("mu", "number", "friction per load torque", 0.0, 1.0),)
+    coordinates = (Coordinate("mu", upper=1.0, lower=-0.5, increment=1e-3),)
+
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        assert motion.load is not None
+        return Contribution(level_torque=values["mu"] * np.abs(motion.load))
+
+    def untestable(self, motion: Motion) -> str | None:
+        assert motion.load is not None
+        span = float(np.ptp(np.abs(motion.load)))
+        if span <= 1e-9 * (1.0 + float(np.max(np.abs(motion.load)))):
+            return "the load never changes: add payload steps"
+        return None

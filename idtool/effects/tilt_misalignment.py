@@ -1,0 +1,54 @@
+"""Tilt misalignment: the recorded tilt is off by constant angles."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Motion
+
+
+@final
+class TiltMisalignment(Effect):
+    name = "tilt_misalignment"
+    title = "Tilt misalignment"
+    formula = "tau_load at (alpha + d_alpha, beta + d_beta) instead of (alpha, beta)"
+    reveals = "several tilts with a payload"
+    look_alikes = ("torque_offset",)
+    citation = "the paper's Eq. 5 (gravity over the tilt angles)"
+    needs = ("load_upright", "tilt_alpha")
+    parameters = (
+        EffectParameter("alpha", "angle", "d_alpha", -0.2, 0.2),
+        EffectParameter("beta", "angle", "d_beta", -0.2, 0.2),
+    )
+    coordinates = (
+        Coordinate("alpha", lower=-0.2, upper=0.2, increment=1e-3),
+        Coordinate("beta", lower=-0.2, upper=0.2, increment=1e-3),
+    )
+
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        assert motion.load_upright is not None
+        assert motion.tilt_alpha is not None
+        beta = motion.tilt_beta if motion.tilt_beta is not None else np.zeros(len(motion))
+        true = np.cos(motion.tilt_alpha + values["alpha"]) * np.cos(beta + values["beta"])
+        recorded = np.cos(motion.tilt_alpha) * np.cos(beta)
+        return Contribution(torque=motion.load_upright * (true - recorded))
+
+    def active(self, motion: Motion) -> tuple[Coordinate, ...]:
+        """A tilt that stays at zero shows an error only in second order: leave that angle at zero."""
+        moved = [motion.tilt_alpha, motion.tilt_beta]
+        return tuple(
+            coordinate
+            for coordinate, angle in zip(self.coordinates, moved, strict=True)
+            if angle is not None and float(np.max(np.abs(np.sin(angle)))) > 0.05
+        )
+
+    def constants(self, motion: Motion) -> dict[str, float]:
+        varied = {coordinate.name for coordinate in self.active(motion)}
+        return {c.name: 0.0 for c in self.coordinates if c.name not in varied}
+
+    def untestable(self, motion: Motion) -> str | None:
+        return None if self.active(motion) else "the axis was never tilted"

@@ -1,0 +1,53 @@
+"""What one effect adds to the model: a torque, or a change of something the model already has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+
+from idtool.model.motion import Array
+
+Term = Array | float
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """The places where an effect can act. Each is a number or an array of shape (rows,).
+
+    Additive ones start at 0: they are summed over effects. So are the relative ones (named
+    `*_change`), of which 0.1 means ten per cent more; summing them keeps several effects linear in
+    their parameters and their order of no matter.
+
+    Attributes:
+        torque: added torque, N m (N).
+        level_change: relative change of the friction level g.
+        level_torque: torque added to g.
+        static_change: relative change of the static level only.
+        viscous_change: relative change of the viscous coefficient.
+        exponent_change: added to the Stribeck exponent.
+        delay: by how much position and velocity lag the current, s.
+        saturation: kappa / K: relative loss of torque per torque, 1/(N m).
+    """
+
+    torque: Term = 0.0
+    level_change: Term = 0.0
+    level_torque: Term = 0.0
+    static_change: Term = 0.0
+    viscous_change: Term = 0.0
+    exponent_change: Term = 0.0
+    delay: Term = 0.0
+    saturation: Term = 0.0
+
+
+FIELDS = tuple(field.name for field in fields(Contribution))
+
+
+def combine(parts: Iterable[Contribution]) -> Contribution:
+    """The sum of several contributions."""
+    total: dict[str, Term] = dict.fromkeys(FIELDS, 0.0)
+    for part in parts:
+        for name in FIELDS:
+            value = getattr(part, name)
+            if not (isinstance(value, float) and value == 0.0):
+                total[name] = total[name] + value
+    return Contribution(**total)

@@ -1,0 +1,86 @@
+"""What the model is evaluated on: the motion of the axis, row by row."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The kinematics and surroundings of every row, all trials one after another.
+
+    Arrays have shape (rows,) and SI units; `None` where a log does not hold the quantity. "Torque"
+    stands for force on a linear axis.
+
+    Attributes:
+        time: time of the sample, s.
+        trial: index of the trial, 0, 1, 2, ... in order of appearance.
+        position, velocity, acceleration: best estimates at the instant of the sample.
+        payload: kg.
+        gravity_factor: cos(alpha) cos(beta), 1 where the tilt was not logged.
+        tilt_alpha, tilt_beta: rad.
+        temperature: degrees Celsius.
+        load: gravity torque that the axis carries, from the gravity model identified so far.
+        load_upright: the same at zero tilt.
+        torque_constant: K, N m/A (N/A), or None where the torque itself was logged.
+    """
+
+    time: Array
+    trial: NDArray[np.intp]
+    position: Array
+    velocity: Array
+    acceleration: Array
+    payload: Array | None = None
+    gravity_factor: Array | None = None
+    tilt_alpha: Array | None = None
+    tilt_beta: Array | None = None
+    temperature: Array | None = None
+    load: Array | None = None
+    load_upright: Array | None = None
+    torque_constant: float | None = None
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @cached_property
+    def starts(self) -> NDArray[np.intp]:
+        """Row at which each trial starts, shape (trials,)."""
+        return np.flatnonzero(self.first)
+
+    @cached_property
+    def first(self) -> NDArray[np.bool_]:
+        """True at the first row of each trial."""
+        first = np.ones(len(self), dtype=bool)
+        first[1:] = self.trial[1:] != self.trial[:-1]
+        return first
+
+    @cached_property
+    def step(self) -> Array:
+        """Time since the row before, s; 0 at the first row of a trial."""
+        step = np.zeros(len(self))
+        step[1:] = np.diff(self.time)
+        step[self.first] = 0.0
+        return step
+
+    @cached_property
+    def step_velocity(self) -> Array:
+        """Mean velocity over the step that ends at the row (mid-point rule)."""
+        return self.at_step(self.velocity)
+
+    def at_step(self, values: Array) -> Array:
+        """Mean of a row quantity over the step that ends at each row."""
+        mean = values.copy()
+        mean[1:] = 0.5 * (values[1:] + values[:-1])
+        mean[self.first] = values[self.first]
+        return mean
+
+    @property
+    def trials(self) -> int:
+        """Number of trials."""
+        return len(self.starts)

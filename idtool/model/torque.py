@@ -1,0 +1,256 @@
+"""The torque of the axis: gravity, LuGre friction and effects, summed; and its derivatives.
+
+    K i = sum of additive torques + sigma0 z + sigma1 dz/dt + sigma2 w
+
+`Friction` holds the numbers of the friction model, `Direction` a derivative of everything with respect
+to one parameter. `predict` evaluates, `linearise` evaluates and propagates every direction exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+
+from idtool.model import lugre
+from idtool.model.contribution import Contribution, Term
+from idtool.model.motion import Array, Motion
+from idtool.model.stribeck import EXPONENT
+
+#: The friction level never falls below this share of its plain value, whatever effects do to it.
+_LEVEL_FLOOR = 0.02
+
+
+@dataclass(frozen=True)
+class Friction:
+    """LuGre parameters, SI (torque stands for force on a linear axis)."""
+
+    coulomb: float
+    static: float
+    stribeck_velocity: float
+    viscous: float
+    bristle_stiffness: float
+    bristle_damping: float
+
+
+@dataclass(frozen=True)
+class Direction:
+    """Derivative of the model's inputs with respect to one parameter; what is not named is 0."""
+
+    coulomb: float = 0.0
+    static: float = 0.0
+    stribeck_velocity: float = 0.0
+    viscous: float = 0.0
+    bristle_stiffness: float = 0.0
+    bristle_damping: float = 0.0
+    effect: Contribution = field(default_factory=Contribution)
+
+    def bends_bristle(self) -> bool:
+        """Whether the bristle's state depends on this parameter."""
+        e = self.effect
+        touched = (e.level_change, e.level_torque, e.static_change, e.exponent_change)
+        base = (self.coulomb, self.static, self.stribeck_velocity, self.bristle_stiffness)
+        return any(base) or any(not (isinstance(t, float) and t == 0.0) for t in touched)
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Shape (rows,) each.
+
+    Attributes:
+        torque: predicted measured torque K i.
+        start_column: derivative of `torque` with respect to the start deflection of the row's trial.
+        bristle: deflection z.
+    """
+
+    torque: Array
+    start_column: Array
+    bristle: Array
+
+
+def predict(motion: Motion, friction: Friction, effect: Contribution, start: Array) -> Prediction:
+    """Predicted torque.
+
+    Args:
+        motion: the rows.
+        friction: LuGre parameters.
+        effect: the sum of gravity and all effects, see `Contribution`.
+        start: bristle deflection at the start of each trial, shape (trials,).
+    """
+    level = _Level(motion.step_velocity, friction, _at_step(effect, motion))
+    z, decay = lugre.propagate(
+        motion.step_velocity, motion.step, friction.bristle_stiffness / level.value, motion.first, start
+    )
+    return _finish(motion, friction, effect, z, decay)
+
+
+def linearise(
+    motion: Motion, friction: Friction, effect: Contribution, start: Array, directions: Sequence[Direction]
+) -> tuple[Prediction, Array]:
+    """Predicted torque and its derivative along each direction, shape (rows, directions)."""
+    at_step = _Level(motion.step_velocity, friction, _at_step(effect, motion))
+    at_row = _Level(motion.velocity, friction, effect)
+    bending = [index for index, direction in enumerate(directions) if direction.bends_bristle()]
+    dlog_rho = np.empty((len(motion), len(bending)))
+    for place, index in enumerate(bending):
+        step_effect = _at_step(directions[index].effect, motion)
+        dlog_rho[:, place] = at_step.dlog_rho(directions[index], step_effect, friction)
+    rho_step = friction.bristle_stiffness / at_step.value
+    z, decay, tangents = lugre.propagate_tangents(
+        motion.step_velocity, motion.step, rho_step, motion.first, start, dlog_rho
+    )
+    prediction = _finish(motion, friction, effect, z, decay, undelayed=True)
+    rho_speed = friction.bristle_stiffness / at_row.value * np.abs(motion.velocity)
+    z_rate = motion.velocity - rho_speed * z
+    through_z = friction.bristle_stiffness - friction.bristle_damping * rho_speed
+    jacobian = np.empty((len(motion), len(directions)))
+    for index, direction in enumerate(directions):
+        column = direction.bristle_stiffness * z + direction.bristle_damping * z_rate
+        viscous = (
+            direction.viscous * (1.0 + effect.viscous_change)
+            + friction.viscous * direction.effect.viscous_change
+        )
+        column = column + viscous * motion.velocity + direction.effect.torque
+        if index in bending:
+            place = bending.index(index)
+            column = column + through_z * tangents[:, place]
+            row_dlog = at_row.dlog_rho(direction, direction.effect, friction)
+            column = column - friction.bristle_damping * rho_speed * z * row_dlog
+        jacobian[:, index] = column
+    return _output(motion, effect, prediction, jacobian, directions)
+
+
+class _Level:
+    """g over rows or steps, and the derivative of ln(sigma0 / g)."""
+
+    def __init__(self, velocity: Array, friction: Friction, effect: Contribution) -> None:
+        self.exponent = EXPONENT + effect.exponent_change
+        self.ratio = np.abs(velocity) / friction.stribeck_velocity
+        self.power = (
+            self.ratio * self.ratio
+            if isinstance(self.exponent, float) and self.exponent == 2.0
+            else (self.ratio**self.exponent)
+        )
+        self.fade = np.exp(-self.power)
+        self.static = friction.static * (1.0 + effect.static_change)
+        self.plain = friction.coulomb + (self.static - friction.coulomb) * self.fade
+        self.scale = 1.0 + effect.level_change
+        floor = _LEVEL_FLOOR * min(friction.coulomb, friction.static) + 1e-12
+        self.value: Array = np.maximum(self.plain * self.scale + effect.level_torque, floor)
+
+    def dlog_rho(self, direction: Direction, effect: Contribution, friction: Friction) -> Array:
+        """Derivative of ln(sigma0 / g) along `direction`, whose effect part is `effect`."""
+        change: Term = direction.coulomb * (1.0 - self.fade)
+        static = direction.static * (self.static / friction.static) + friction.static * effect.static_change
+        change = change + static * self.fade
+        if direction.stribeck_velocity or not _zero(effect.exponent_change):
+            bend: Term = 0.0
+            if direction.stribeck_velocity:
+                bend = self.exponent * self.power * direction.stribeck_velocity / friction.stribeck_velocity
+            if not _zero(effect.exponent_change):
+                bend = bend - self.power * np.log(np.maximum(self.ratio, 1e-12)) * effect.exponent_change
+            change = change + (self.static - friction.coulomb) * self.fade * bend
+        change = self.scale * change + self.plain * effect.level_change + effect.level_torque
+        stiff = direction.bristle_stiffness / friction.bristle_stiffness
+        return np.asarray(stiff - change / self.value, dtype=float)
+
+
+def _zero(term: Term) -> bool:
+    return isinstance(term, float) and term == 0.0
+
+
+def _at_step(effect: Contribution, motion: Motion) -> Contribution:
+    """The level terms of a contribution, averaged over each step."""
+    return Contribution(
+        **{
+            field.name: motion.at_step(value)
+            if isinstance(value := getattr(effect, field.name), np.ndarray)
+            else value
+            for field in fields(Contribution)
+            if field.name in ("level_change", "level_torque", "static_change", "exponent_change")
+        }
+    )
+
+
+def _finish(
+    motion: Motion,
+    friction: Friction,
+    effect: Contribution,
+    z: Array,
+    decay: Array,
+    *,
+    undelayed: bool = False,
+) -> Prediction:
+    level = _Level(motion.velocity, friction, effect)
+    rho_speed = friction.bristle_stiffness / level.value * np.abs(motion.velocity)
+    through_z = friction.bristle_stiffness - friction.bristle_damping * rho_speed
+    torque = through_z * z + friction.bristle_damping * motion.velocity
+    torque += friction.viscous * (1.0 + effect.viscous_change) * motion.velocity
+    torque += effect.torque
+    prediction = Prediction(torque, through_z * decay, z)
+    if undelayed:
+        return prediction
+    return _output(motion, effect, prediction, None, ())[0]
+
+
+def _output(
+    motion: Motion,
+    effect: Contribution,
+    prediction: Prediction,
+    jacobian: Array | None,
+    directions: Sequence[Direction],
+) -> tuple[Prediction, Array]:
+    """Delay and torque saturation, which act on the finished torque."""
+    torque, start_column = prediction.torque, prediction.start_column
+    derivative = np.empty((len(torque), 0)) if jacobian is None else jacobian
+    delay_used = not _zero(effect.delay) or any(not _zero(d.effect.delay) for d in directions)
+    if delay_used:
+        delay = float(np.mean(effect.delay))
+        later = _Shift(motion, delay)
+        slope = later.slope(torque)
+        torque, start_column = later(torque), later(start_column)
+        derivative = (
+            np.column_stack([later(column) for column in derivative.T]) if derivative.size else derivative
+        )
+        for index, direction in enumerate(directions):
+            if not _zero(direction.effect.delay):
+                derivative[:, index] += slope * direction.effect.delay
+    saturating = not _zero(effect.saturation) or any(not _zero(d.effect.saturation) for d in directions)
+    if saturating:
+        # K i (1 - s |K i|) = torque, solved for K i; the smaller root is the physical one
+        s = effect.saturation
+        inside = np.maximum(1.0 - 4.0 * s * np.abs(torque), 0.04)
+        measured = 2.0 * torque / (1.0 + np.sqrt(inside))
+        gain = 1.0 / np.sqrt(inside)
+        derivative = derivative * gain[:, None]
+        for index, direction in enumerate(directions):
+            if not _zero(direction.effect.saturation):
+                derivative[:, index] += gain * np.abs(measured) * measured * direction.effect.saturation
+        torque, start_column = measured, start_column * gain
+    return Prediction(torque, start_column, prediction.bristle), derivative
+
+
+class _Shift:
+    """Read a row quantity at `time + delay` inside its own trial (held beyond its ends)."""
+
+    def __init__(self, motion: Motion, delay: float) -> None:
+        ends = np.append(motion.starts[1:], len(motion))
+        last = np.repeat(ends - 1, ends - motion.starts)
+        begin = np.repeat(motion.starts, ends - motion.starts)
+        # trials may share a clock or each start at zero: make time rise over all rows
+        offset = np.repeat(np.arange(motion.trials) * (np.ptp(motion.time) + 10.0), ends - motion.starts)
+        clock = motion.time + offset
+        wanted = np.clip(clock + delay, clock[begin], clock[last])
+        right = np.clip(np.searchsorted(clock, wanted, side="left"), begin + 1, last)
+        self.left = np.maximum(right - 1, 0)
+        self.right = right
+        span = clock[right] - clock[self.left]
+        self.weight = np.where(span > 0, (wanted - clock[self.left]) / np.where(span > 0, span, 1.0), 0.0)
+        self.span = np.where(span > 0, span, 1.0)
+
+    def __call__(self, values: Array) -> Array:
+        return values[self.left] * (1.0 - self.weight) + values[self.right] * self.weight
+
+    def slope(self, values: Array) -> Array:
+        return (values[self.right] - values[self.left]) / self.span
