@@ -1,0 +1,148 @@
+"""The hand's torque, from the motor current and the identified model.
+
+    tau_ext = LP[ tau_gravity + tau_friction + tau_effects - K i ]
+
+filtered once, inertia included, which makes it a momentum observer (De Luca & Mattone, ICRA 2003) where
+the file knows the inertia.
+
+At rest an encoder cannot see how far the bristle is bent, to within a few counts times the bristle
+stiffness. Within that band, and never beyond what friction can hold, friction is taken to be what
+leaves no hand. A soft bristle so keeps its tracked value and a light hand is felt before anything
+slides; a stiff one must break away first; neither creeps after a stop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from idtool.control.guard import Measurement
+from idtool.control.online import OnlineModel
+
+#: An axis that stayed within one count for so long rests, s.
+_REST_WINDOW_S = 0.05
+#: Encoder counts by which the bristle's deflection is uncertain after a stop.
+_BRISTLE_COUNTS = 3.0
+
+
+class HandSense:
+    """Estimates the hand's torque.
+
+    Attributes:
+        torque: the estimate, N m (N); positive pushes +q.
+        slack: friction at rest beyond the tracked bristle, N m (N).
+    """
+
+    def __init__(self, model: OnlineModel, period: float, filter_time: float, resolution: float) -> None:
+        self._model = model
+        self._period = period
+        self._filter_time = filter_time
+        self._resolution = resolution
+        self._recent: deque[float] = deque(maxlen=max(2, round(_REST_WINDOW_S / period) + 1))
+        self._line = _DelayLine()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything measured; the bristle is unknown again."""
+        self._model.reset()
+        self._recent.clear()
+        self._line.clear()
+        self._last: Measurement | None = None
+        self._mean = 0.0
+        self._samples = 0
+        self._band = self._model.friction_bound
+        self.torque = 0.0
+        self.slack = 0.0
+
+    def listen(self, sample: Measurement) -> None:
+        """Take in a sample while no hand touches: the mean of what the model leaves is friction."""
+        self._samples += 1
+        # a mean, because noise of the current would otherwise be frozen into the bristle
+        self._mean += (self._remainder(sample)[0] - self._mean) / self._samples
+
+    def settle(self) -> None:
+        """End of listening: bend the bristle to what was heard, as far as friction can be bent."""
+        bound = self._model.friction_bound
+        held = self._model.bristle_stiffness * self._model.bristle - self._mean
+        self._model.bristle = min(max(held, -bound), bound) / self._model.bristle_stiffness
+        self._band = 0.0
+
+    def feel(self, sample: Measurement) -> float:
+        """Take in a sample and return the hand's torque."""
+        torque, step = self._remainder(sample)
+        torque += self._rest_friction(torque)
+        self.torque += (1.0 - math.exp(-step / self._filter_time)) * (torque - self.torque)
+        return self.torque
+
+    def _remainder(self, sample: Measurement) -> tuple[float, float]:
+        """What the motor does not carry of the model's torque, N m (N), and the time step, s."""
+        last = self._last or sample
+        self._last = sample
+        self._recent.append(sample.position)
+        step = sample.time - last.time
+        step = step if step > 0.0 else self._period
+        load = self._model.update(
+            sample.time,
+            step,
+            sample.position,
+            sample.velocity,
+            (sample.velocity - last.velocity) / step,
+            sample.payload,
+            sample.tilt_alpha,
+            sample.tilt_beta,
+            sample.temperature,
+            travel=sample.position - last.position,
+        )
+        motor = self._model.torque_constant * sample.current
+        motor *= 1.0 - load.saturation * abs(motor)
+        carried = load.total
+        if load.delay > 0.0:  # the motion is reported late: compare it with the current of then
+            motor = self._line.delayed(sample.time, motor, load.delay)
+        elif load.delay < 0.0:
+            carried = self._line.delayed(sample.time, carried, -load.delay)
+        torque = carried - motor
+        # only a file edited into absurdity gets past the finite numbers that the guard lets through
+        return (torque if math.isfinite(torque) else 0.0), step
+
+    def _rest_friction(self, torque: float) -> float:
+        """Friction that rests in the bristle unseen: what leaves no hand, within what is possible."""
+        model = self._model
+        if not self._rests():
+            if self.slack:
+                model.bristle += self.slack / model.bristle_stiffness
+                self.slack = 0.0
+            unseen = _BRISTLE_COUNTS * self._resolution * model.bristle_stiffness
+            self._band = min(model.friction_bound, unseen)
+            return 0.0
+        held = model.bristle_stiffness * model.bristle
+        low = max(-self._band, -model.friction_bound - held)
+        high = min(self._band, model.friction_bound - held)
+        self.slack = min(max(-torque, low), high) if low <= high else 0.0
+        return self.slack
+
+    def _rests(self) -> bool:
+        recent = self._recent
+        return len(recent) == recent.maxlen and max(recent) - min(recent) <= 1.01 * self._resolution
+
+
+class _DelayLine:
+    """What a signal was a short while ago, read between its samples."""
+
+    def __init__(self) -> None:
+        self._samples: deque[tuple[float, float]] = deque(maxlen=64)
+
+    def clear(self) -> None:
+        self._samples.clear()
+
+    def delayed(self, time: float, value: float, delay: float) -> float:
+        """Take in `value` of `time` and return the signal at `time - delay` (held at its oldest)."""
+        self._samples.append((time, value))
+        wanted = time - delay
+        later_time, later = time, value
+        for earlier_time, earlier in reversed(self._samples):
+            if earlier_time <= wanted:
+                span = later_time - earlier_time
+                share = (wanted - earlier_time) / span if span > 0 else 0.0
+                return earlier + share * (later - earlier)
+            later_time, later = earlier_time, earlier
+        return later

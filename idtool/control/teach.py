@@ -1,0 +1,255 @@
+"""Hand guiding on a rig: controller, hand, recording.
+
+On a simulated rig a simulated hand pushes, moves and lets go, and the run ends with figures: force,
+speed, stop time, overshoot. On a real rig the hand is yours: the controller runs until it is stopped.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from idtool.atomic import refuse_existing
+from idtool.axis import Axis
+from idtool.control.force_free import ForceFreeController
+from idtool.control.guard import Fault, State
+from idtool.control.hand import Hand, travel_per_position
+from idtool.control.record import Record, TeachFigures, measure
+from idtool.errors import InputError, RigFault
+from idtool.log import LogWriter, columns_of
+from idtool.parameters import Parameters
+from idtool.units import file_key
+
+#: Rows are handed to the log in portions of this many.
+_LOG_EVERY = 25
+
+
+class Sample(Protocol):
+    """What a rig reports once per period; SI, rad or m by the kind of axis."""
+
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def position(self) -> float: ...
+    @property
+    def velocity(self) -> float: ...
+    @property
+    def current(self) -> float: ...
+    @property
+    def temperature(self) -> float | None: ...
+
+
+class Setup(Protocol):
+    """How the axis stands."""
+
+    @property
+    def payload_kg(self) -> float: ...
+    @property
+    def tilt_alpha_rad(self) -> float: ...
+    @property
+    def tilt_beta_rad(self) -> float: ...
+    @property
+    def start_position(self) -> float: ...
+
+
+class GuidedRig(Protocol):
+    """What hand guiding needs of a rig: a position command in, a sample out, once per period."""
+
+    def prepare(self, setup: Any, /) -> Any: ...
+    def step(self, position_command: float, external_torque_nm: float = 0.0, /) -> Any: ...
+    def stop(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class TeachResult:
+    """A run.
+
+    Attributes:
+        record: row by row.
+        figures: None without a simulated hand, or where no push was completed.
+        notes: what the controller could not compensate.
+        interrupted: stopped by the user.
+    """
+
+    record: Record
+    figures: TeachFigures | None
+    notes: tuple[str, ...] = ()
+    interrupted: bool = False
+
+
+def teach(
+    parameters: Parameters,
+    controller: ForceFreeController,
+    rig: GuidedRig,
+    setup: Setup,
+    *,
+    hand: Hand | None = None,
+    duration_s: float | None = None,
+    log: str | os.PathLike[str] | None = None,
+    force: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> TeachResult:
+    """Run the controller on a rig.
+
+    Args:
+        parameters: the file that the controller was made from (axis and travel per radian).
+        controller: it is reset first.
+        rig: prepared here; stopped in every case, not closed.
+        setup: payload and tilt, told to the controller too.
+        hand: a simulated hand (needs a simulated rig); None: whoever is there pushes.
+        duration_s: how long; None takes the hand's, and without a hand runs until interrupted.
+        log: where to write the run as a log; what was appended survives a kill.
+        force: overwrite it.
+        progress: called with the share done, 0 to 1.
+
+    Raises:
+        InputError: the log cannot be written.
+        RigFault: the rig failed, or the controller met a measurement that it cannot trust; the log
+            holds the run up to there.
+    """
+    length = duration_s if duration_s is not None else (hand.duration if hand else float("inf"))
+    recorder = _Recorder(parameters.axis, setup, log, force)
+    controller.reset()
+    interrupted = False
+    fault: Fault | None = None
+    try:
+        rig.prepare(setup)
+        sample = rig.step(setup.start_position)
+        begun = sample.time_s
+        while sample.time_s - begun < length:
+            fault = _period(controller, rig, setup, hand, sample, begun, recorder)
+            if fault is not None:
+                break
+            sample = recorder.next_sample
+            if progress is not None and length < float("inf"):
+                progress(min((sample.time_s - begun) / length, 1.0))
+    except KeyboardInterrupt:
+        interrupted = True
+    finally:
+        try:
+            rig.stop()
+        finally:
+            recorder.close()
+    if fault is not None:
+        raise RigFault(f"the controller held the axis after {len(recorder.rows)} periods: {fault.message}")
+    record = recorder.record()
+    figures = None
+    if hand is not None and len(record.time):
+        figures = measure(
+            record, hand, resolution=controller.resolution, travel_ratio=travel_per_position(parameters)
+        )
+    return TeachResult(record, figures, tuple(controller.status.notes), interrupted)
+
+
+def _period(
+    controller: ForceFreeController,
+    rig: GuidedRig,
+    setup: Setup,
+    hand: Hand | None,
+    sample: Sample,
+    begun: float,
+    recorder: _Recorder,
+) -> Fault | None:
+    """One period: command from the sample, hand from the sample, next sample from both."""
+    command = controller.step(
+        sample.position,
+        sample.velocity,
+        sample.current,
+        setup.payload_kg,
+        setup.tilt_alpha_rad,
+        setup.tilt_beta_rad,
+        temperature_degc=sample.temperature,
+        time_s=sample.time_s,
+    )
+    push = hand.torque(sample.time_s - begun, sample.position, sample.velocity) if hand else 0.0
+    status = controller.status
+    recorder.add(
+        (
+            sample.time_s - begun,
+            sample.position,
+            sample.velocity,
+            sample.current,
+            float("nan") if sample.temperature is None else sample.temperature,
+            command,
+            push,
+            status.external_torque,
+            controller.model.torque_constant * sample.current,
+            status.gravity + status.friction + status.effects,
+        ),
+        status.state,
+    )
+    if status.fault is not None:
+        return status.fault
+    recorder.next_sample = rig.step(command, push) if hand else rig.step(command)
+    return None
+
+
+def log_columns(axis: Axis, *, temperature: bool) -> list[str]:
+    """Columns of the log of a run: those of any log, and the hand's torque, true and estimated."""
+    roles = columns_of(axis.kind)
+    names = ["trial", "time", "position", "velocity", "current", "position_command"]
+    columns = [roles[name] for name in names]
+    columns += [file_key(name, "torque", axis.kind) for name in ("hand", "hand_estimated")]
+    columns += [roles[name] for name in ("payload", "tilt_alpha", "tilt_beta")]
+    return columns + ([roles["temperature"]] if temperature else [])
+
+
+class _Recorder:
+    """Keeps the rows and, if asked, appends them to a log as they come."""
+
+    next_sample: Any
+
+    def __init__(self, axis: Axis, setup: Setup, log: str | os.PathLike[str] | None, force: bool) -> None:
+        self.rows: list[tuple[float, ...]] = []
+        self.states: list[State] = []
+        self._setup = (setup.payload_kg, setup.tilt_alpha_rad, setup.tilt_beta_rad)
+        self._written = 0
+        self._axis, self._log, self._force = axis, log, force
+        self._warm = False
+        self._writer: LogWriter | None = None
+        if log is not None:
+            refuse_existing(Path(log), force)  # before the axis moves
+
+    def add(self, row: tuple[float, ...], state: State) -> None:
+        if self._log is not None and self._writer is None:
+            self._warm = not math.isnan(row[4])  # a rig without a thermometer gets no such column
+            columns = log_columns(self._axis, temperature=self._warm)
+            self._writer = LogWriter(self._log, columns, self._axis, "teach", force=self._force)
+        self.rows.append(row)
+        self.states.append(state)
+        if self._writer is not None and len(self.rows) - self._written >= _LOG_EVERY:
+            self._flush(self._writer)
+
+    def _flush(self, writer: LogWriter) -> None:
+        rows = np.array(self.rows[self._written :], dtype=float)
+        self._written = len(self.rows)
+        if not len(rows):
+            return
+        count = len(rows)
+        surroundings = np.tile(self._setup, (count, 1))
+        table = [np.zeros(count), *rows[:, :4].T, *rows[:, 5:8].T, *surroundings.T]
+        if self._warm:
+            table.append(rows[:, 4])
+        writer.append(np.column_stack(table))
+
+    def close(self) -> None:
+        if self._writer is not None:
+            try:
+                self._flush(self._writer)
+            finally:
+                self._writer.close()
+
+    def record(self) -> Record:
+        if not self.rows:
+            raise InputError("the run was stopped before its first period", remedy="let it run longer")
+        time, position, velocity, current, warm, command, push, felt, motor, model = np.array(
+            self.rows, dtype=float
+        ).T
+        states = tuple(str(state) for state in self.states)
+        return Record(time, position, velocity, current, warm, command, push, felt, motor, model, states)

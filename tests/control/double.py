@@ -1,0 +1,122 @@
+"""A small axis for the controller's tests: LuGre, gravity, inertia, and a servo around it.
+
+It is written apart from the package's model (explicit Euler in microseconds, its own formulas), so
+that agreement of the two is a finding and not a tautology.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from idtool.axis import Axis
+from idtool.parameters import EffectEntry, Parameter, Parameters
+
+PAPER = {
+    "base": 2 * 0.0265 * (6 / 7) * 9.80665 * (0.427 + 0.176 / 2),
+    "per_payload": 2 * 0.0265 * (6 / 7) * 9.80665,
+    "coulomb": 0.070,
+    "static": 0.030,
+    "stribeck_velocity": 0.090,
+    "viscous": 0.155,
+    "bristle_stiffness": 0.051,
+    "bristle_damping": 0.297,
+}
+#: an ordinary gearbox: static above Coulomb, a stiffer bristle
+BENCH = PAPER | {
+    "coulomb": 0.05,
+    "static": 0.075,
+    "viscous": 0.08,
+    "bristle_stiffness": 8.0,
+    "bristle_damping": 0.1,
+}
+
+
+def parameters(values: dict[str, float] = PAPER, **effects: dict[str, float]) -> Parameters:
+    """A parameter file with these numbers."""
+
+    def pick(*names: str) -> dict[str, Parameter]:
+        return {name: Parameter(values[name]) for name in names}
+
+    return Parameters(
+        axis=Axis("rotary", 2.67),
+        gravity_model="slide",
+        gravity=pick("base", "per_payload"),
+        static=pick("coulomb", "static", "stribeck_velocity", "viscous"),
+        dynamic=pick("bristle_stiffness", "bristle_damping"),
+        effects=tuple(
+            EffectEntry(name, {k: Parameter(v) for k, v in numbers.items()})
+            for name, numbers in effects.items()
+        ),
+    )
+
+
+@dataclass
+class Double:
+    """Looks like a rig.
+
+    Attributes:
+        values: the truth.
+        position_gain: position loop, 1/s.
+        extra: further torque the motor must carry, of (position, velocity), N m.
+        real_payload: kg on the slide; None: the payload of the set-up.
+        noisy: quantised and noisy sensors, as a servo reports them.
+    """
+
+    values: dict[str, float] = field(default_factory=lambda: dict(PAPER))
+    position_gain: float = 20.0
+    inertia: float = 0.02
+    extra: Callable[[float, float], float] | None = None
+    real_payload: float | None = None
+    noisy: bool = True
+    seed: int = 0
+    bristle: float = 0.3
+    period_s: float = 0.01
+    axis: Axis = field(default_factory=lambda: Axis("rotary", 2.67))
+    limits: Any = None
+    simulated: bool = True
+
+    def prepare(self, setup: Any) -> None:
+        self.payload = setup.payload_kg if self.real_payload is None else self.real_payload
+        self.factor = math.cos(setup.tilt_alpha_rad) * math.cos(setup.tilt_beta_rad)
+        self.q = self.goal = setup.start_position
+        self.w = self.time = 0.0
+        self.rng = np.random.default_rng(self.seed)
+        v = self.values
+        self.gravity = (v["base"] + v["per_payload"] * self.payload) * self.factor
+        self.integral = self.gravity + v["bristle_stiffness"] * self.bristle
+        self.z = self.bristle
+        self.motor = self.integral
+
+    def step(self, position_command: float, external_torque_nm: float = 0.0) -> SimpleNamespace:
+        v, h = self.values, 1e-4
+        for _ in range(round(self.period_s / h)):
+            wanted = min(max(self.position_gain * (position_command - self.q), -3.0), 3.0)
+            error = wanted - self.w
+            self.integral += 60.0 * error * h
+            self.motor = min(max(2.0 * error + self.integral, -6.0), 6.0)
+            level = v["coulomb"] + (v["static"] - v["coulomb"]) * math.exp(
+                -((self.w / v["stribeck_velocity"]) ** 2)
+            )
+            rate = self.w - v["bristle_stiffness"] * abs(self.w) / level * self.z
+            friction = v["bristle_stiffness"] * self.z + v["bristle_damping"] * rate + v["viscous"] * self.w
+            other = self.extra(self.q, self.w) if self.extra else 0.0
+            self.w += h * (self.motor + external_torque_nm - self.gravity - friction - other) / self.inertia
+            self.z += h * rate
+            self.q += h * self.w
+        self.time += self.period_s
+        q, w, i = self.q, self.w, self.motor / 2.67
+        if self.noisy:
+            count, lsb = 2 * math.pi / 4096, 0.229 * 2 * math.pi / 60
+            q, w = round(q / count) * count, round(w / lsb) * lsb
+            i = round((i + self.rng.normal(0, 0.002)) / 0.00269) * 0.00269
+        return SimpleNamespace(time_s=self.time, position=q, velocity=w, current=i, temperature=25.0)
+
+    def stop(self) -> None: ...
+
+    def close(self) -> None: ...

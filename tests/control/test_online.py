@@ -1,0 +1,130 @@
+"""The model sample by sample is the model of the fits, row for row."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from idtool.control.online import OnlineModel
+from idtool.effects import registry
+from idtool.errors import InputError
+from idtool.model import gravity
+from idtool.model.contribution import Contribution, combine
+from idtool.model.motion import Motion
+from idtool.model.torque import Friction, predict
+from idtool.parameters import Parameters
+
+from .double import BENCH, PAPER, parameters
+
+EFFECTS: dict[str, dict[str, float]] = {
+    "inertia": {"inertia": 0.02},
+    "torque_offset": {"offset": 0.03},
+    "direction_asymmetry": {"asymmetry": 0.02},
+    "nonlinear_viscous": {"quadratic": 0.1},
+    "stribeck_shape": {"exponent": 1.2},
+    "load_dependent_friction": {"mu": 0.1},
+    "drive_backdrive": {"mu_drive": 0.1, "mu_backdrive": 0.03},
+    "tilt_misalignment": {"alpha": 0.05, "beta": -0.03},
+    "position_stiffness": {"stiffness": 0.05, "neutral": 0.4},
+    "position_dependent_friction": {"slope_1": 0.3, "slope_2": 0.1, "center": 0.2, "half_stroke": 1.5},
+    "thermal_drift": {"rate": 0.02, "reference": 25.0},
+    "position_ripple": {
+        "cycles": 7.0,
+        "amplitude_1": 0.03,
+        "phase_1": 0.4,
+        "amplitude_2": 0.01,
+        "phase_2": 1.0,
+    },
+}
+
+
+def test_every_effect_is_in_the_table_or_has_a_reason() -> None:
+    elsewhere = {
+        "transport_delay",  # acts on the finished torque: tests of the sensing
+        "torque_constant_saturation",  # likewise
+        "external_periodic",  # not compensated
+    }
+    assert set(EFFECTS) | elsewhere >= set(registry.names())
+
+
+def _motion(rows: int = 400) -> Motion:
+    time = 0.01 * np.arange(rows)
+    ones = np.ones(rows)
+    velocity = 0.4 * np.sin(2 * np.pi * 0.7 * time) + 0.05 * np.sin(40 * time)
+    position = np.concatenate([[0.1], 0.1 + np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * 0.01)])
+    load = PAPER["base"] + PAPER["per_payload"] * 0.4
+    factor = np.cos(0.3) * np.cos(-0.1)
+    return Motion(
+        time=time,
+        trial=np.zeros(rows, dtype=np.intp),
+        position=position,
+        velocity=velocity,
+        acceleration=np.gradient(velocity, 0.01),
+        payload=0.4 * ones,
+        gravity_factor=factor * ones,
+        tilt_alpha=0.3 * ones,
+        tilt_beta=-0.1 * ones,
+        temperature=25.0 + 3.0 * time,
+        load=load * factor * ones,
+        load_upright=load * ones,
+        torque_constant=2.67,
+    )
+
+
+@pytest.mark.parametrize("values", [PAPER, BENCH], ids=["paper", "bench"])
+@pytest.mark.parametrize("names", [[], *[[name] for name in EFFECTS], list(EFFECTS)], ids=str)
+def test_agrees_with_the_batch_model(values: dict[str, float], names: list[str]) -> None:
+    file = parameters(values, **{name: EFFECTS[name] for name in names})
+    motion = _motion()
+    parts = [
+        registry.get(entry.name).contribute(motion, registry.get(entry.name).to_values(entry.values()))
+        for entry in file.effects
+    ]
+    weight = gravity.columns("slide", motion) @ np.array([values["base"], values["per_payload"]])
+    friction = Friction(
+        **{k: v for k, v in values.items() if k not in ("base", "per_payload")},
+    )
+    effect = combine([*parts, Contribution(torque=weight)])
+    wanted = predict(motion, friction, effect, np.zeros(1))
+
+    model = OnlineModel(file)
+    got = []
+    for k in range(len(motion)):
+        assert motion.temperature is not None
+        load = model.update(
+            motion.time[k],
+            motion.step[k],
+            motion.position[k],
+            motion.velocity[k],
+            motion.acceleration[k],
+            0.4,
+            0.3,
+            -0.1,
+            motion.temperature[k],
+        )
+        got.append(load.total)
+    np.testing.assert_allclose(got, wanted.torque, rtol=1e-9, atol=1e-12)
+    assert model.bristle == pytest.approx(wanted.bristle[-1], rel=1e-9)
+
+
+def test_a_file_without_a_bristle_acts_as_plain_friction() -> None:
+    file = parameters(BENCH)
+    model = OnlineModel(Parameters(file.axis, file.gravity_model, file.gravity, file.static))
+    for k in range(50):
+        load = model.update(0.01 * k, 0.01, 0.003 * k, 0.3, 0.0, 0.0, 1.5707963267948966, 0.0, None)
+    steady = (
+        BENCH["coulomb"] + (BENCH["static"] - BENCH["coulomb"]) * np.exp(-((0.3 / 0.09) ** 2)) + 0.3 * 0.08
+    )
+    assert load.friction == pytest.approx(steady, rel=1e-6)
+
+
+@pytest.mark.parametrize("missing", ["axis", "gravity", "static"])
+def test_what_a_controller_cannot_do_without_is_said(missing: str) -> None:
+    from dataclasses import replace
+
+    from idtool.axis import Axis
+
+    file = parameters()
+    file = replace(file, **({"axis": Axis()} if missing == "axis" else {missing: {}}))
+    with pytest.raises(InputError, match="torque constant|gravity model|friction model"):
+        OnlineModel(file)
