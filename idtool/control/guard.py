@@ -8,6 +8,9 @@ from enum import StrEnum
 
 from idtool.errors import InputError
 
+#: No axis is farther from its zero than this, rad or m, whatever its limits say.
+_FARTHEST = 1e6
+
 
 class State(StrEnum):
     """What the controller is doing."""
@@ -180,6 +183,10 @@ class Guard:
                 f"payload {sample.payload:g} kg, tilt {sample.tilt_alpha:g} and {sample.tilt_beta:g} rad"
                 " are impossible"
             )
+        if sample.temperature is not None and not -90.0 <= sample.temperature <= 400.0:
+            return Reason.SURROUNDINGS, f"temperature of {sample.temperature:g} degrees Celsius is impossible"
+        if abs(sample.position) > _FARTHEST:
+            return Reason.OUT_OF_RANGE, f"position {sample.position:.4g} {self._unit} is impossible"
         if abs(sample.velocity) > limits.measured_speed:
             return Reason.VELOCITY, f"velocity of {sample.velocity:.4g} {self._unit}/s is impossible"
         if abs(sample.current) > limits.current:

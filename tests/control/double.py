@@ -69,7 +69,7 @@ class Double:
     """
 
     values: dict[str, float] = field(default_factory=lambda: dict(PAPER))
-    position_gain: float = 20.0
+    position_gain: float = 8.0
     inertia: float = 0.02
     extra: Callable[[float, float], float] | None = None
     real_payload: float | None = None
@@ -98,8 +98,8 @@ class Double:
         for _ in range(round(self.period_s / h)):
             wanted = min(max(self.position_gain * (position_command - self.q), -3.0), 3.0)
             error = wanted - self.w
-            self.integral += 60.0 * error * h
-            self.motor = min(max(2.0 * error + self.integral, -6.0), 6.0)
+            self.integral += 30.0 * error * h
+            self.motor = min(max(1.0 * error + self.integral, -6.0), 6.0)
             level = v["coulomb"] + (v["static"] - v["coulomb"]) * math.exp(
                 -((self.w / v["stribeck_velocity"]) ** 2)
             )

@@ -126,5 +126,5 @@ def test_what_a_controller_cannot_do_without_is_said(missing: str) -> None:
 
     file = parameters()
     file = replace(file, **({"axis": Axis()} if missing == "axis" else {missing: {}}))
-    with pytest.raises(InputError, match="torque constant|gravity model|friction model"):
+    with pytest.raises(InputError, match=r"torque constant|gravity model|friction model"):
         OnlineModel(file)

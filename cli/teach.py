@@ -1,0 +1,283 @@
+"""`ffc-id teach`: run the force-free controller; on a simulated rig a simulated hand pushes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from idtool.cli.common import Output, console, force_option, output_options, rig_option, seed_option
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rich.console import Console
+
+    from idtool.control import ForceFreeController, Hand, TeachFigures, TeachResult
+    from idtool.parameters import Parameters
+
+
+@click.command()
+@click.option(
+    "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file of the axis."
+)
+@rig_option
+@click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
+@click.option("--figure", type=click.Path(path_type=Path), help="Draw the run into a PNG file.")
+@click.option(
+    "--payload",
+    default=0.4,
+    show_default=True,
+    metavar="KG",
+    type=click.FloatRange(0.0),
+    help="What the axis carries, and what the controller is told.",
+)
+@click.option(
+    "--tilt",
+    nargs=2,
+    type=float,
+    default=(0.0, 0.0),
+    show_default=True,
+    metavar="ALPHA BETA",
+    help="Tilt of the axis, rad.",
+)
+@click.option(
+    "--hand-speed",
+    default=19.2,
+    show_default=True,
+    metavar="MM_S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="How fast the simulated hand wants to move.",
+)
+@click.option(
+    "--hand-force",
+    metavar="N",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Push with this constant force instead.",
+)
+@click.option(
+    "--duration",
+    metavar="S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Stop after so long (default: the simulated hand's sequence; on a real rig, Ctrl-C).",
+)
+@seed_option
+@force_option
+@output_options
+def teach(
+    output: Output,
+    params: Path,
+    rig: str,
+    log: Path | None,
+    figure: Path | None,
+    payload: float,
+    tilt: tuple[float, float],
+    hand_speed: float,
+    hand_force: float | None,
+    duration: float | None,
+    seed: int,
+    force: bool,
+) -> int:
+    """Run the force-free controller: a hand moves the axis.
+
+    On a simulated rig a simulated hand pushes both ways and lets go while moving, then again with a
+    pause before it lets go. Force and speed are means over the pushes, at the moving part where the
+    gravity model says how it moves; the stop is timed from the instant the hand lets go. On a real rig
+    push by hand and end with Ctrl-C. The first 0.2 s must be without a hand.
+
+    The paper's axis with the paper's gains yields 19.20 mm/s to 5.56 N and stops within 48 ms.
+    """
+    from idtool.atomic import refuse_existing
+    from idtool.parameters import Parameters
+    from idtool.rig import open_rig
+
+    parameters = Parameters.read(params)
+    for path in (log, figure):
+        if path is not None:
+            refuse_existing(path, force)
+    axis = open_rig(rig, seed=seed)
+    try:
+        controller = _controller(parameters, params, axis)
+        hand = _hand(parameters, hand_speed, hand_force) if axis.simulated else None
+        if hand is None and figure is None and log is None:
+            output.say("nothing will be kept: pass -o LOG.csv to record the run")
+        result = _run(parameters, controller, axis, hand, payload, tilt, duration, log, force, output)
+    finally:
+        axis.close()
+    if figure is not None:
+        _draw(parameters, result, figure)
+    output.result(
+        _document(controller, result, log, figure),
+        lambda screen: _show(screen, parameters, controller, result, log, figure),
+    )
+    return 130 if result.interrupted and hand is not None else 0
+
+
+def _controller(parameters: Parameters, file: Path, axis: Any) -> ForceFreeController:
+    from idtool.control import ForceFreeController, Limits
+    from idtool.errors import InputError
+
+    if parameters.axis.kind != axis.axis.kind:
+        raise InputError(
+            f"describes a {parameters.axis.kind} axis and the rig is {axis.axis.kind}",
+            file=file,
+            place="axis.kind",
+            remedy="take the parameter file of this axis",
+        )
+    try:
+        return ForceFreeController(parameters, axis.period_s, limits=Limits())
+    except InputError as error:
+        raise InputError(str(error).removesuffix("."), file=file) from error
+
+
+def _hand(parameters: Parameters, speed: float, force: float | None) -> Hand:
+    from idtool.control import ConstantForceHand, ImpedanceHand
+    from idtool.control.hand import travel_per_position
+    from idtool.errors import InputError
+
+    if force is None:
+        return ImpedanceHand.at_slide(parameters, speed_mm_s=speed)
+    ratio = travel_per_position(parameters)
+    if ratio is None:
+        raise InputError(
+            "the gravity model does not say how far the moving part goes per radian",
+            place="--hand-force",
+            remedy="leave it out: the hand is then told in rad and N m",
+        )
+    return ConstantForceHand(force * ratio)
+
+
+def _run(
+    parameters: Parameters,
+    controller: ForceFreeController,
+    axis: Any,
+    hand: Hand | None,
+    payload: float,
+    tilt: tuple[float, float],
+    duration: float | None,
+    log: Path | None,
+    force: bool,
+    output: Output,
+) -> TeachResult:
+    from idtool.rig.base import TrialSetup
+
+    from idtool.control.teach import teach as run
+
+    setup = TrialSetup(payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1], start_position=0.0)
+
+    def go(progress: Callable[[float], None] | None) -> TeachResult:
+        return run(
+            parameters,
+            controller,
+            axis,
+            setup,
+            hand=hand,
+            duration_s=duration,
+            log=log,
+            force=force,
+            progress=progress,
+        )
+
+    if hand is None:
+        output.say("push the axis by hand; Ctrl-C ends the run")
+    if output.quiet or output.json or hand is None:
+        return go(None)
+    from rich.progress import Progress
+
+    with Progress(console=console(stderr=True), transient=True) as bar:
+        task = bar.add_task("hand guiding", total=1.0)
+        return go(lambda share: bar.update(task, completed=share))
+
+
+def _draw(parameters: Parameters, result: TeachResult, path: Path) -> None:
+    from idtool.atomic import atomic_write
+    from idtool.control.figure import draw
+    from idtool.control.hand import travel_per_position
+
+    picture = draw(result.record, kind=parameters.axis.kind, travel_ratio=travel_per_position(parameters))
+    with atomic_write(path, "wb") as stream:
+        picture.savefig(stream, dpi=130, format="png")
+
+
+def _document(
+    controller: ForceFreeController, result: TeachResult, log: Path | None, figure: Path | None
+) -> dict[str, Any]:
+    return {
+        "schema": "ffc-id/teach/1",
+        "gains": {
+            "command_gain_s": controller.command_gain,
+            "loop_gain": controller.loop_gain,
+            "period_s": controller.period,
+        },
+        "seconds": float(result.record.time[-1] - result.record.time[0]),
+        "figures": result.figures.to_document() if result.figures else None,
+        "notes": list(result.notes),
+        "interrupted": result.interrupted,
+        "log": str(log) if log else None,
+        "figure": str(figure) if figure else None,
+    }
+
+
+def _show(
+    screen: Console,
+    parameters: Parameters,
+    controller: ForceFreeController,
+    result: TeachResult,
+    log: Path | None,
+    figure: Path | None,
+) -> None:
+    from rich.table import Table
+
+    from idtool.units import torque_name, unit_text
+
+    kind = parameters.axis.kind
+    torque, speed = unit_text("torque", kind), unit_text("velocity", kind)
+    if result.figures is not None:
+        table = Table(title="Hand guiding", title_justify="left")
+        for heading in ("", f"{torque_name(kind)} ({torque})", "force (N)", f"speed ({speed})", "mm/s"):
+            table.add_column(heading, justify="right")
+        for heading in ("stop (ms)", "overshoot", "ripple", "to hand (mJ)"):
+            table.add_column(heading, justify="right")
+        for index, push in enumerate(result.figures.pushes, start=1):
+            table.add_row(
+                f"{index} {'+' if push.direction > 0 else '−'}{'' if push.from_motion else ' held'}",
+                f"{push.torque:.4f}",
+                _maybe(push.force_n),
+                f"{push.speed:.4f}",
+                _maybe(push.speed_mm_s),
+                f"{push.stop_ms:.0f}" if push.from_motion else "",
+                f"{push.overshoot_counts:.1f}",
+                f"{push.ripple_counts:.1f}",
+                f"{1e3 * push.energy_to_hand:.1f}",
+            )
+        screen.print(table)
+        screen.print(_summary(result.figures, torque, speed))
+    else:
+        seconds = float(result.record.time[-1] - result.record.time[0])
+        screen.print(f"{seconds:.1f} s of hand guiding; no simulated hand, so no figures of it.")
+    unit = f"{speed} per {torque}"
+    screen.print(
+        f"gains: K_r {controller.command_gain:g} s, K_c {controller.loop_gain:g} {unit},"
+        f" period {1e3 * controller.period:g} ms"
+    )
+    for note in result.notes:
+        screen.print(f"note: {note}")
+    for path in (log, figure):
+        if path is not None:
+            screen.print(f"written: {path}", soft_wrap=True)
+
+
+def _summary(figures: TeachFigures, torque: str, speed: str) -> str:
+    at_part = (
+        f"{figures.force_n:.2f} N moves it at {figures.speed_mm_s:.2f} mm/s"
+        if figures.force_n is not None and figures.speed_mm_s is not None
+        else f"{figures.torque:.4f} {torque} moves it at {figures.speed:.4f} {speed}"
+    )
+    return (
+        f"{at_part}; it stops within {figures.stop_ms:.0f} ms of letting go, overshoots by"
+        f" {figures.overshoot_counts:.1f} encoder counts and then stands within {figures.ripple_counts:.1f}."
+    )
+
+
+def _maybe(value: float | None) -> str:
+    return "" if value is None else f"{value:.2f}"

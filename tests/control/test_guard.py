@@ -1,0 +1,181 @@
+"""What is impossible is named, latched and held; no input gets a command outside the limits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from idtool.control import ForceFreeController, Limits, Reason, State
+from idtool.errors import InputError
+
+from .double import parameters
+
+LIMITS = Limits(position_min=-1.0, position_max=1.0, command_step=0.2)
+CURRENT = 0.2006 / 2.67 * 2.2  # about what holds the slide
+
+
+def started(limits: Limits = LIMITS, samples: int = 40) -> ForceFreeController:
+    controller = ForceFreeController(parameters(), 0.01, limits=limits)
+    for k in range(samples):
+        controller.step(0.3, 0.0, CURRENT, time_s=0.01 * k)
+    assert controller.status.fault is None
+    return controller
+
+
+NOW = 0.40
+GOOD = {"position_rad": 0.3, "velocity_rad_s": 0.0, "current_a": CURRENT, "time_s": NOW}
+
+
+@pytest.mark.parametrize(
+    ("change", "reason", "words"),
+    [
+        ({"position_rad": math.nan}, Reason.NOT_FINITE, "position is nan"),
+        ({"velocity_rad_s": math.inf}, Reason.NOT_FINITE, "velocity is inf"),
+        ({"current_a": None}, Reason.NOT_FINITE, "current is nan"),
+        ({"current_a": "text"}, Reason.NOT_FINITE, "current is nan"),
+        ({"time_s": math.nan}, Reason.NOT_FINITE, "time is nan"),
+        ({"time_s": 0.39}, Reason.STALE, "came twice"),
+        ({"time_s": 0.20}, Reason.TIME_JUMP, "time went from"),
+        ({"time_s": 0.60}, Reason.TIME_JUMP, "time went from"),
+        ({"position_rad": 0.9}, Reason.POSITION_JUMP, "position went from 0.3"),
+        ({"velocity_rad_s": 20.0}, Reason.VELOCITY, "velocity of 20"),
+        ({"current_a": -30.0}, Reason.CURRENT, "current of -30"),
+        ({"position_rad": 1.2}, Reason.OUT_OF_RANGE, "outside -1 to 1"),
+        ({"payload_kg": math.nan}, Reason.SURROUNDINGS, "payload is nan"),
+        ({"payload_kg": -1.0}, Reason.SURROUNDINGS, "impossible"),
+        ({"tilt_alpha_rad": 1e9}, Reason.SURROUNDINGS, "impossible"),
+        ({"temperature_degc": math.inf}, Reason.SURROUNDINGS, "temperature is inf"),
+    ],
+)
+def test_each_fault_holds_and_says_so(change: dict[str, Any], reason: Reason, words: str) -> None:
+    controller = started()
+    assert controller.step(**{**GOOD, **change}) == pytest.approx(0.3)
+    status = controller.status
+    assert status.state is State.FAULT
+    assert status.fault is not None
+    assert status.fault.reason is reason
+    assert words in status.message
+    assert "holds the last safe position" in status.message
+    assert "recover()" in status.message
+    assert len(status.fault.history) == 41
+
+    # latched: good samples do not bring it back by themselves
+    for k in range(5):
+        assert controller.step(0.35, 0.0, CURRENT, time_s=NOW + 0.01 * (k + 1)) == pytest.approx(0.3)
+    assert controller.status.state is State.FAULT
+
+    controller.recover()
+    controller.step(0.35, 0.0, CURRENT, time_s=1.0)
+    assert controller.status.state is State.STARTING
+    assert controller.status.fault is None
+    assert controller.step(0.35, 0.0, CURRENT, time_s=1.01) == pytest.approx(0.35)
+
+
+def test_a_frozen_measurement_is_stale_without_a_clock() -> None:
+    controller = ForceFreeController(parameters(), 0.01)
+    for _ in range(40):
+        controller.step(0.3, 0.5, CURRENT)
+    fault = controller.status.fault
+    assert fault is not None
+    assert fault.reason is Reason.STALE
+    assert "alike" in fault.message
+
+
+def test_a_standing_axis_may_repeat_itself() -> None:
+    controller = ForceFreeController(parameters(), 0.01)
+    for _ in range(500):
+        controller.step(0.3, 0.0, CURRENT)
+    assert controller.status.fault is None
+
+
+def test_nothing_known_is_not_to_be_sent() -> None:
+    controller = ForceFreeController(parameters(), 0.01, limits=LIMITS)
+    assert math.isfinite(controller.step(math.nan, 0.0, 0.0))
+    assert not controller.status.command_valid
+    assert "send nothing" in controller.status.message
+
+
+def test_the_range_cuts_the_command() -> None:
+    """A hand that pushes at the end of the stroke does not get past it."""
+    controller = ForceFreeController(parameters(), 0.01, limits=Limits(-1.0, 1.0))
+    limited = set()
+    for k in range(200):
+        pushed = CURRENT if k < 40 else CURRENT - 0.2
+        assert controller.step(0.995, 0.0, pushed) <= 1.0
+        limited |= set(controller.status.limited)
+    assert limited == {"range"}
+
+
+def test_the_speed_is_cut() -> None:
+    controller = ForceFreeController(parameters(), 0.01, limits=Limits(speed=0.1))
+    for k in range(60):
+        controller.step(0.3, 0.0, CURRENT if k < 40 else CURRENT - 0.5)
+    assert controller.status.limited == ("speed",)
+    assert controller.status.velocity_wanted == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"position_min": 1.0, "position_max": 1.0},
+        {"position_min": math.nan},
+        {"speed": 0.0},
+        {"command_step": 0.0},
+        {"command_step": math.inf},
+        {"current": math.nan},
+        {"margin": -1.0},
+        {"stale_samples": 1},
+    ],
+)
+def test_limits_are_checked(bad: dict[str, Any]) -> None:
+    with pytest.raises(InputError):
+        Limits(**bad)
+
+
+wild = st.floats(allow_nan=True, allow_infinity=True)
+near = st.floats(-1.5, 1.5)
+number = st.one_of(near, near, near, wild)
+sample = st.tuples(
+    number,
+    number,
+    number,
+    st.one_of(st.just(0.4), wild),
+    st.one_of(st.just(0.0), wild),
+    st.one_of(st.none(), st.just(25.0), wild),
+    st.one_of(st.none(), st.just(0.01), wild),
+    st.booleans(),
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.lists(sample, max_size=60), st.booleans(), st.booleans())
+def test_any_input_gives_a_finite_command_inside_the_limits(
+    rows: list[tuple[Any, ...]], stiff: bool, effects: bool
+) -> None:
+    from .double import BENCH, PAPER
+
+    numbers = {"thermal_drift": {"rate": 0.5, "reference": 25.0}, "inertia": {"inertia": 0.02}}
+    file = parameters(BENCH if stiff else PAPER, **(numbers if effects else {}))
+    controller = ForceFreeController(file, 0.01, limits=LIMITS, settle_s=0.03)
+    before: float | None = None
+    clock = 0.0
+    for position, velocity, current, payload, tilt, warm, step, recover in rows:
+        clock = clock + step if step is not None else clock
+        if recover:
+            controller.recover()
+        command = controller.step(
+            position, velocity, current, payload, tilt, tilt, warm, time_s=None if step is None else clock
+        )
+        assert math.isfinite(command)
+        assert LIMITS.position_min <= command <= LIMITS.position_max
+        assert LIMITS.command_step is not None
+        if before is not None and controller.status.command_valid:
+            assert abs(command - before) <= LIMITS.command_step * (1 + 1e-12)
+        before = command if controller.status.command_valid else None
+        status = controller.status
+        assert math.isfinite(status.external_torque)
+        assert status.message
