@@ -1,0 +1,375 @@
+"""From logs to the rows that a fit works on.
+
+A `Recording` holds several logs as one set of arrays: the smoothed motion at full rate (the bristle
+needs every row), the measured torque, which rows are fit to be compared, and one linear operator that
+filters and decimates. That operator acts once on the torque and once on every regressor, so it biases
+nothing; see docs and `Recording.filtered`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal, sparse
+
+from idtool.axis import Axis
+from idtool.errors import InputError
+from idtool.log import Log, columns_of
+from idtool.model.motion import Array, Motion
+from idtool.smoother import reading_variance, smooth
+
+#: Squared normalised innovation above which the motion was faster than its sampling.
+TOO_FAST = 25.0
+#: A torque sample further than this many standard deviations from its neighbours is an outlier.
+_OUTLIER = 8.0
+#: The filter lets pass up to this multiple of the highest frequency at which torque stands out of noise.
+_BANDWIDTH_MARGIN = 1.5
+_LEAST_BANDWIDTH_HZ = 5.0
+#: Of a filtered row's weights at least this share must fall on usable rows.
+_LEAST_WEIGHT = 0.6
+
+
+@dataclass(frozen=True)
+class Filter:
+    """The zero-phase low-pass that both sides of the fit go through.
+
+    Attributes:
+        bandwidth_hz: frequency at which it halves the amplitude.
+        rate_hz: rate of the rows that it leaves.
+        taps: length of its Hann window in samples; 1 is no filter.
+    """
+
+    bandwidth_hz: float
+    rate_hz: float
+    taps: int
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Logs of one axis, ready to fit.
+
+    Attributes:
+        axis: kind of axis and torque constant.
+        motion: smoothed motion, every row.
+        torque: measured torque K i, every row.
+        usable: rows fit to be compared (not saturated, no outlier, not faster than the sampling).
+        experiment: name of the experiment of each trial.
+        source: index of the log that each trial came from.
+        noise: standard deviation of the torque's noise at full rate.
+        filter: what the low-pass is.
+        position_resolution: smallest step of the position reading, 0 without one.
+        lost: reason -> rows that it cost.
+        sources: file of each log.
+    """
+
+    axis: Axis
+    motion: Motion
+    torque: Array
+    usable: NDArray[np.bool_]
+    experiment: tuple[str, ...]
+    source: tuple[int, ...]
+    noise: float
+    filter: Filter
+    position_resolution: float
+    lost: dict[str, int] = field(default_factory=dict)
+    sources: tuple[str, ...] = ()
+
+    @cached_property
+    def operator(self) -> sparse.csr_matrix:
+        """The filter and decimation as a matrix, shape (filtered rows, rows)."""
+        return _operator(self.motion, self.usable, self.filter)
+
+    @cached_property
+    def row(self) -> NDArray[np.intp]:
+        """The full-rate row at the middle of each filtered row."""
+        columns = self.operator.indices[self.operator.indptr[:-1]]
+        last = self.operator.indices[self.operator.indptr[1:] - 1]
+        return np.asarray((columns + last) // 2, dtype=np.intp)
+
+    @cached_property
+    def filtered_trial(self) -> NDArray[np.intp]:
+        """Trial of each filtered row."""
+        return self.motion.trial[self.row]
+
+    def filtered(self, values: Array) -> Array:
+        """Apply the filter to one column or several, shape (rows,) or (rows, n)."""
+        return np.asarray(self.operator @ values)
+
+    @property
+    def trials(self) -> int:
+        """Number of trials."""
+        return self.motion.trials
+
+    def subset(self, trials: Sequence[int] | NDArray[np.intp]) -> Recording:
+        """Only these trials, renumbered from 0; filter and noise stay as they are."""
+        wanted = np.asarray(sorted(int(t) for t in trials), dtype=np.intp)
+        rows = np.isin(self.motion.trial, wanted)
+        renumbered = np.searchsorted(wanted, self.motion.trial[rows]).astype(np.intp)
+        picked = {
+            name: value[rows]
+            for name in Motion.__dataclass_fields__
+            if name != "trial" and isinstance(value := getattr(self.motion, name), np.ndarray)
+        }
+        motion = Motion(trial=renumbered, torque_constant=self.motion.torque_constant, **picked)
+        return replace(
+            self,
+            motion=motion,
+            torque=self.torque[rows],
+            usable=self.usable[rows],
+            experiment=tuple(self.experiment[t] for t in wanted),
+            source=tuple(self.source[t] for t in wanted),
+        )
+
+    def with_load(self, load: Array | None, upright: Array | None) -> Recording:
+        """A copy whose motion knows the load that gravity puts on the axis."""
+        result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
+        for name in ("operator", "row", "filtered_trial"):  # the same rows: keep what was computed
+            if name in self.__dict__:
+                result.__dict__[name] = self.__dict__[name]
+        return result
+
+
+def record(logs: Sequence[Log]) -> Recording:
+    """Join logs of one axis into a `Recording`.
+
+    Raises:
+        InputError: no log, logs of different axes, a torque that never changes, or too few rows.
+    """
+    if not logs:
+        raise InputError("no log was given", remedy="name at least one log file")
+    axis = _common_axis(logs)
+    parts = [_read_columns(log) for log in logs]
+    joined = {role: _join(parts, role) for role in parts[0] if role != "trial"}
+    trial = _number_trials([part["trial"] for part in parts])
+    experiment, source = _label_trials(logs, parts)
+    time = joined["time"]
+    assert time is not None
+    first = np.ones(len(time), dtype=bool)
+    first[1:] = trial[1:] != trial[:-1]
+    if len(time) < 50:
+        raise InputError(
+            f"only {len(time)} rows", file=logs[0].source, remedy="a fit needs 50 at least; record for longer"
+        )
+    torque = joined["effort"]
+    assert torque is not None
+    smoothed = smooth(time, joined["position"], joined["velocity"], first)
+    motion = Motion(
+        time=time,
+        trial=trial,
+        position=smoothed.position,
+        velocity=smoothed.velocity,
+        acceleration=smoothed.acceleration,
+        payload=joined["payload"],
+        gravity_factor=_gravity_factor(joined["tilt_alpha"], joined["tilt_beta"]),
+        tilt_alpha=joined["tilt_alpha"],
+        tilt_beta=joined["tilt_beta"],
+        temperature=joined["temperature"],
+        torque_constant=axis.torque_constant,
+    )
+    usable, lost = _usable_rows(torque, smoothed.surprise, joined["position"], motion)
+    rate = 1.0 / float(np.median(motion.step[~first]))
+    bandwidth, noise = _bandwidth_and_noise(torque, motion, rate)
+    return Recording(
+        axis,
+        motion,
+        torque,
+        usable,
+        experiment,
+        source,
+        noise,
+        _design(bandwidth, rate),
+        _resolution(joined["position"]),
+        lost,
+        tuple(log.source for log in logs),
+    )
+
+
+def _common_axis(logs: Sequence[Log]) -> Axis:
+    axis = logs[0].axis
+    for log in logs[1:]:
+        if log.axis.kind != axis.kind:
+            raise InputError(
+                f"is of a {log.axis.kind} axis, {logs[0].source} of a {axis.kind} one",
+                file=log.source,
+                remedy="give logs of one axis",
+            )
+        if log.axis.torque_constant != axis.torque_constant:
+            raise InputError(
+                f"{axis.constant_key} differs from that of {logs[0].source}",
+                file=log.source,
+                place=f"axis.{axis.constant_key}",
+                remedy="give logs of one axis, or mend the constant",
+            )
+    return axis
+
+
+def _read_columns(log: Log) -> dict[str, Array | None]:
+    """Every role of one log, and `effort`: the measured torque."""
+    roles = columns_of(log.axis.kind)
+    columns: dict[str, Array | None] = {role: log.column(role) for role in roles if role != "trial"}
+    current, torque = columns.pop("current"), columns.pop("torque")
+    if torque is None:
+        assert current is not None
+        assert log.axis.torque_constant is not None
+        torque = current * log.axis.torque_constant
+    if float(np.ptp(torque)) == 0.0:
+        name = roles["current"] if current is not None else roles["torque"]
+        raise InputError(
+            f'column "{name}" is the same on every row',
+            file=log.source,
+            remedy="check the sensor and the motor's mode, then record again",
+        )
+    columns["effort"] = torque
+    columns["trial"] = log.frame.groupby("trial", sort=False).ngroup().to_numpy(dtype=float)
+    return columns
+
+
+def _join(parts: Sequence[dict[str, Array | None]], role: str) -> Array | None:
+    """One role over all logs. A role that only some logs hold takes its neutral value in the rest."""
+    columns = [part[role] for part in parts]
+    if all(column is None for column in columns):
+        return None
+    neutral = {"payload": 0.0, "tilt_alpha": 0.0, "tilt_beta": 0.0}
+    if any(column is None for column in columns) and role not in neutral:
+        return None
+    sizes = [len(part["trial"]) for part in parts if part["trial"] is not None]
+    filled = [
+        np.full(size, neutral[role]) if column is None else column
+        for column, size in zip(columns, sizes, strict=True)
+    ]
+    return np.concatenate(filled)
+
+
+def _number_trials(trials: Sequence[Array | None]) -> NDArray[np.intp]:
+    offset = 0
+    numbered = []
+    for trial in trials:
+        assert trial is not None
+        numbered.append(trial.astype(np.intp) + offset)
+        offset = int(numbered[-1].max()) + 1
+    return np.concatenate(numbered)
+
+
+def _label_trials(
+    logs: Sequence[Log], parts: Sequence[dict[str, Array | None]]
+) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    experiment: list[str] = []
+    source: list[int] = []
+    for index, (log, part) in enumerate(zip(logs, parts, strict=True)):
+        assert part["trial"] is not None
+        count = int(part["trial"].max()) + 1
+        experiment += [log.experiment or "other"] * count
+        source += [index] * count
+    return tuple(experiment), tuple(source)
+
+
+def _gravity_factor(alpha: Array | None, beta: Array | None) -> Array | None:
+    if alpha is None and beta is None:
+        return None
+    factor = np.ones(len(alpha if alpha is not None else beta))  # type: ignore[arg-type]
+    for tilt in (alpha, beta):
+        if tilt is not None:
+            factor = factor * np.cos(tilt)
+    # logs write pi/2 with a few digits: what is left of gravity then is rounding, not physics
+    return np.where(np.abs(factor) < 1e-3, 0.0, factor)
+
+
+def _resolution(position: Array | None) -> float:
+    if position is None:
+        return 0.0
+    steps = np.abs(np.diff(position))
+    steps = steps[steps > 1e-12 * (1.0 + float(np.max(np.abs(position))))]
+    return float(np.quantile(steps, 0.01)) if len(steps) else 0.0
+
+
+def _usable_rows(
+    torque: Array, surprise: Array, position: Array | None, motion: Motion
+) -> tuple[NDArray[np.bool_], dict[str, int]]:
+    lost: dict[str, int] = {}
+    usable = np.ones(len(torque), dtype=bool)
+
+    def drop(reason: str, rows: NDArray[np.bool_]) -> None:
+        fresh = rows & usable
+        if fresh.any():
+            lost[reason] = int(fresh.sum())
+            usable[rows] = False
+
+    fast = surprise > TOO_FAST
+    near = np.convolve(fast, np.ones(5), mode="same") > 0.5
+    drop("motion faster than its sampling", near)
+    # a trial starts from a state nobody knows; where its first rows jump, the jump is such a state
+    rows_in = np.arange(len(torque)) - np.repeat(motion.starts, np.diff(np.append(motion.starts, len(torque))))
+    settling = (rows_in < 3) & np.isin(motion.trial, motion.trial[fast & (rows_in < 10)])
+    drop("start of a trial in mid-motion", settling)
+    middle = signal.medfilt(torque, 5)
+    away = torque - middle
+    spread = 1.4826 * float(np.median(np.abs(away[away != 0]))) if np.any(away != 0) else 0.0
+    spread = max(spread, float(np.sqrt(reading_variance(torque, motion.first))))
+    drop("outlier of the torque", np.abs(away) > max(_OUTLIER * spread, 0.05 * float(np.ptp(torque))))
+    return usable, lost
+
+
+def _bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[float, float]:
+    """The frequency up to which torque stands out of its noise, and the noise's standard deviation."""
+    ends = np.append(motion.starts[1:], len(motion))
+    longest = int(np.max(ends - motion.starts))
+    segment = int(min(max(64, 2 ** int(np.log2(max(longest // 4, 8)))), 1024, longest))
+    total, weight = None, 0
+    for start, end in zip(motion.starts, ends, strict=True):
+        if end - start < segment:
+            continue
+        frequency, power = signal.welch(torque[start:end], rate, nperseg=segment, detrend="linear")
+        total = power * (end - start) if total is None else total + power * (end - start)
+        weight += end - start
+    if total is None:
+        return 0.25 * rate, float(np.sqrt(reading_variance(torque, motion.first)))
+    power = total / weight
+    top = power[frequency > 0.66 * frequency[-1]]
+    floor = float(np.median(top))
+    above = np.flatnonzero(power > 3.0 * floor)
+    edge = float(frequency[above[-1]]) if len(above) else 0.0
+    # isolated lines far above the rest are hum, not motion: the edge is where the run from 0 ends
+    gaps = np.flatnonzero(np.diff(above) > max(2, len(power) // 50)) if len(above) else np.array([])
+    if len(gaps):
+        edge = float(frequency[above[gaps[0]]])
+    bandwidth = float(np.clip(_BANDWIDTH_MARGIN * edge, _LEAST_BANDWIDTH_HZ, 0.5 * rate))
+    return bandwidth, float(np.sqrt(floor * rate / 2.0))
+
+
+def _design(bandwidth: float, rate: float) -> Filter:
+    """A Hann window halves the amplitude at rate / (its half length): two rows per such half length."""
+    half = max(int(rate / bandwidth), 1)
+    decimation = max(half // 2, 1)
+    return Filter(rate / half, rate / decimation, 2 * half - 1)
+
+
+def _operator(motion: Motion, usable: NDArray[np.bool_], design: Filter) -> sparse.csr_matrix:
+    half = (design.taps + 1) // 2
+    decimation = max(half // 2, 1)
+    offsets = np.arange(-half + 1, half)
+    weights = np.hanning(design.taps + 2)[1:-1]
+    ends = np.append(motion.starts[1:], len(motion))
+    centres = np.concatenate(
+        [np.arange(start, end, decimation) for start, end in zip(motion.starts, ends, strict=True)]
+    )
+    columns = centres[:, None] + offsets[None, :]
+    inside = (columns >= 0) & (columns < len(motion))
+    columns = np.clip(columns, 0, len(motion) - 1)
+    inside &= motion.trial[columns] == motion.trial[centres][:, None]
+    inside &= usable[columns]
+    values = np.where(inside, weights[None, :], 0.0)
+    total = values.sum(axis=1)
+    keep = total >= _LEAST_WEIGHT * weights.sum()
+    if not keep.any():
+        raise InputError("no usable row is left after filtering", remedy="record for longer, or more slowly")
+    values = values[keep] / total[keep, None]
+    columns, present = columns[keep], inside[keep]
+    counts = present.sum(axis=1)
+    pointer = np.concatenate([[0], np.cumsum(counts)])
+    return sparse.csr_matrix(
+        (values[present], columns[present], pointer), shape=(int(keep.sum()), len(motion))
+    )
