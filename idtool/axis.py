@@ -52,7 +52,7 @@ class Axis:
         kind = table.get("kind", "rotary")
         if kind not in ("rotary", "linear"):
             raise InputError(
-                f"unknown kind of axis {kind!r}",
+                f"unknown kind of axis {short(kind)}",
                 file=file,
                 place="axis.kind",
                 remedy=nearest(str(kind), ["rotary", "linear"]),
@@ -61,13 +61,35 @@ class Axis:
         other = constant_key("linear" if kind == "rotary" else "rotary")
         if other in table:
             raise InputError(
-                f"{other} does not fit a {kind} axis", file=file, place=f"axis.{other}", remedy=f"use {wanted}"
+                f"{other} does not fit a {kind} axis",
+                file=file,
+                place=f"axis.{other}",
+                remedy=f"use {wanted}",
             )
         constant = table.get(wanted)
         if constant is not None:
             constant = check_constant(constant, file=file, place=f"axis.{wanted}")
         extra = {key: value for key, value in table.items() if key not in ("kind", wanted)}
         return cls(kind, constant, extra)
+
+
+def is_finite(value: Any) -> bool:
+    """Whether a value read from a file is a number that a float can hold; true and false are none."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond every float
+        return False
+
+
+def short(value: Any) -> str:
+    """A value for a message, cut to a length that fits a sentence."""
+    try:
+        text = repr(value)
+    except ValueError:  # a whole number too long to print
+        text = "a huge number"
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def constant_key(kind: str) -> str:
@@ -81,9 +103,9 @@ def check_constant(value: Any, *, file: Any = None, place: str | None = None) ->
     Raises:
         InputError: not a finite number above zero.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value <= 0:
+    if not is_finite(value) or value <= 0:
         raise InputError(
-            f"the torque constant must be a finite number above zero, not {value!r}",
+            f"the torque constant must be a finite number above zero, not {short(value)}",
             file=file,
             place=place,
             remedy="take it from the servo's data sheet (stall torque / stall current)",

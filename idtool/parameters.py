@@ -11,17 +11,15 @@ from __future__ import annotations
 
 import math
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from idtool.atomic import atomic_write, refuse_existing
-from idtool.axis import Axis
+from idtool.axis import Axis, is_finite, short
 from idtool.errors import InputError, nearest
+from idtool.toml_text import dumps_inline, load_toml
 from idtool.units import Kind, file_key
 
 SCHEMA = "ffc-id/params/1"
@@ -65,11 +63,14 @@ class Parameter:
     identified: bool = True
 
     def to_table(self) -> dict[str, Any]:
-        """The inline table of the file."""
+        """The inline table of the file.
+
+        A standard error or an interval that is not finite says no more than a missing one; it is left out.
+        """
         table: dict[str, Any] = {"value": float(self.value)}
-        if self.stderr is not None:
+        if self.stderr is not None and math.isfinite(self.stderr):
             table["stderr"] = float(self.stderr)
-        if self.ci95 is not None:
+        if self.ci95 is not None and all(map(math.isfinite, self.ci95)):
             table["ci95"] = [float(bound) for bound in self.ci95]
         return table | {"at_bound": bool(self.at_bound), "identified": bool(self.identified)}
 
@@ -148,10 +149,13 @@ class Parameters:
         """Write the file whole or not at all.
 
         Raises:
-            InputError: `path` exists and `force` is not given, or cannot be written.
+            InputError: `path` exists and `force` is not given, it cannot be written, or `read` would not
+                take what is in it.
         """
         refuse_existing(Path(path), force)
-        text = dumps_inline(self.to_document())
+        document = self.to_document()
+        Parameters.from_document(document, Path(path))
+        text = dumps_inline(document)
         with atomic_write(path) as stream:
             stream.write(text)
 
@@ -163,19 +167,24 @@ class Parameters:
             InputError: naming the file, the key and what was expected.
         """
         file = Path(path)
-        return cls.from_document(_load(file), file)
+        return cls.from_document(load_toml(file, MAX_BYTES), file)
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any], file: Path) -> Parameters:
         """Check a TOML document; `file` is for messages."""
         if document.get("schema") != SCHEMA:
             raise InputError(
-                f"schema is {document.get('schema')!r}", file=file, place="schema", remedy=f'expected "{SCHEMA}"'
+                f"unknown schema {short(document['schema'])}" if "schema" in document else "is missing",
+                file=file,
+                place="schema",
+                remedy=f'expected schema = "{SCHEMA}"',
             )
         known = ("schema", "axis", "gravity", "friction", "effects", "controller", "provenance")
         _no_strangers(document, known, "", file)
         if "axis" not in document:
-            raise InputError("is missing", file=file, place="[axis]", remedy="add [axis] with kind and torque constant")
+            raise InputError(
+                "is missing", file=file, place="[axis]", remedy="add [axis] with kind and torque constant"
+            )
         axis = Axis.from_table(document["axis"], file=file)
         model, gravity = _read_gravity(document, axis.kind, file)
         friction = _table(document.get("friction", {}), "friction", file)
@@ -198,63 +207,20 @@ class Parameters:
         )
 
 
-def dumps_inline(document: Mapping[str, Any]) -> str:
-    """TOML text in which every identified parameter is one inline table on one line."""
-    lines: list[str] = []
-    _emit(document, (), lines)
-    return "\n".join(lines).lstrip("\n") + "\n"
-
-
-def _emit(table: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
-    nested: list[tuple[str, Any]] = []
-    for key, value in table.items():
-        if isinstance(value, dict) and "value" in value:
-            inline = ", ".join(f"{k} = {_inline(v)}" for k, v in value.items())
-            lines.append(f"{_key(key)} = {{{inline}}}")
-        elif isinstance(value, dict) or (isinstance(value, list) and value and isinstance(value[0], dict)):
-            nested.append((key, value))
-        else:
-            lines.append(f"{_key(key)} = {_inline(value)}")
-    for key, value in nested:
-        here = (*path, key)
-        name = ".".join(_key(part) for part in here)
-        for item in value if isinstance(value, list) else [value]:
-            lines.append("")
-            lines.append(f"[[{name}]]" if isinstance(value, list) else f"[{name}]")
-            _emit(item, here, lines)
-
-
-def _key(key: str) -> str:
-    return tomli_w.dumps({key: 0}).split(" =")[0]
-
-
-def _inline(value: Any) -> str:
-    return tomli_w.dumps({"v": value}, indent=0).partition(" = ")[2].strip().replace("\n", " ")
-
-
 def _tables(values: Mapping[str, Parameter], dimensions: Mapping[str, str], kind: Kind) -> dict[str, Any]:
-    return {file_key(name, dimensions[name], kind): values[name].to_table() for name in dimensions if name in values}
+    return {
+        file_key(name, dimensions[name], kind): values[name].to_table()
+        for name in dimensions
+        if name in values
+    }
 
 
 def _effect_dimensions(name: str) -> dict[str, str]:
-    from idtool.effects import registry  # the registry knows every effect; imported late to keep reading light
+    from idtool.effects import (
+        registry,
+    )  # the registry knows every effect; imported late to keep reading light
 
     return {p.name: p.dimension for p in registry.get(name).parameters}
-
-
-def _load(file: Path) -> dict[str, Any]:
-    if file.is_dir():
-        raise InputError("is a folder where a parameter file should be", file=file, remedy="name the file in it")
-    try:
-        if file.stat().st_size > MAX_BYTES:
-            raise InputError("is over 1 MiB, no parameter file", file=file)
-        return tomllib.loads(file.read_bytes().decode("utf-8"))
-    except FileNotFoundError as error:
-        raise InputError("no such file", file=file, remedy="make it with `ffc-id identify` or a fit") from error
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=file, remedy="check its permissions") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(f"is not TOML ({error})", file=file, remedy="mend that place") from error
 
 
 def _table(value: Any, place: str, file: Path) -> Mapping[str, Any]:
@@ -269,37 +235,51 @@ def _no_strangers(table: Mapping[str, Any], known: tuple[str, ...], prefix: str,
             raise InputError("unknown key", file=file, place=f"{prefix}{key}", remedy=nearest(key, known))
 
 
-def _read_gravity(document: Mapping[str, Any], kind: Kind, file: Path) -> tuple[str | None, dict[str, Parameter]]:
+def _read_gravity(
+    document: Mapping[str, Any], kind: Kind, file: Path
+) -> tuple[str | None, dict[str, Parameter]]:
     if "gravity" not in document:
         return None, {}
     table = dict(_table(document["gravity"], "gravity", file))
     model = table.pop("model", None)
-    if model not in GRAVITY_MODELS:
+    if not isinstance(model, str) or model not in GRAVITY_MODELS:
         raise InputError(
-            f"unknown gravity model {model!r}",
+            "is missing" if model is None else f"unknown gravity model {short(model)}",
             file=file,
             place="gravity.model",
-            remedy=nearest(str(model), GRAVITY_MODELS),
+            remedy=nearest(short(model).strip("'"), GRAVITY_MODELS),
         )
     return model, _parameters(table, GRAVITY_MODELS[model], "gravity", kind, file)
 
 
 def _parameters(
-    table: Any, dimensions: Mapping[str, str], place: str, kind: Kind, file: Path
+    table: Any,
+    dimensions: Mapping[str, str],
+    place: str,
+    kind: Kind,
+    file: Path,
+    optional: frozenset[str] = frozenset(),
 ) -> dict[str, Parameter]:
     table = _table(table, place, file)
     keys = {file_key(name, dimension, kind): name for name, dimension in dimensions.items()}
     _no_strangers(table, tuple(keys), f"{place}.", file)
-    for key in keys:
-        if key not in table:
-            raise InputError("is missing", file=file, place=f"{place}.{key}", remedy=f"add {key} = {{value = ...}}")
-    return {name: _parameter(table[key], f"{place}.{key}", file) for key, name in keys.items()}
+    for key, name in keys.items():
+        if key not in table and name not in optional:
+            raise InputError(
+                "is missing", file=file, place=f"{place}.{key}", remedy=f"add {key} = {{value = ...}}"
+            )
+    return {
+        name: _parameter(table[key], f"{place}.{key}", file) for key, name in keys.items() if key in table
+    }
 
 
 def _parameter(value: Any, place: str, file: Path) -> Parameter:
     if not isinstance(value, dict):
         raise InputError(
-            f"expected a table, found {value!r}", file=file, place=place, remedy="write {value = ..., stderr = ...}"
+            f"expected a table, found {short(value)}",
+            file=file,
+            place=place,
+            remedy="write {value = ..., stderr = ...}",
         )
     _no_strangers(value, ("value", "stderr", "ci95", "at_bound", "identified"), f"{place}.", file)
     if "value" not in value:
@@ -312,21 +292,38 @@ def _parameter(value: Any, place: str, file: Path) -> Parameter:
     if "ci95" in value:
         bounds = value["ci95"]
         if not isinstance(bounds, list) or len(bounds) != 2:
-            raise InputError("expected [low, high]", file=file, place=f"{place}.ci95")
+            raise InputError(
+                f"expected [low, high], found {short(bounds)}",
+                file=file,
+                place=f"{place}.ci95",
+                remedy="write the two ends of the interval, or remove the key",
+            )
         interval = (_finite(bounds[0], f"{place}.ci95", file), _finite(bounds[1], f"{place}.ci95", file))
         if interval[0] > interval[1]:
-            raise InputError("low is above high", file=file, place=f"{place}.ci95", remedy="expected [low, high]")
+            raise InputError(
+                "low is above high", file=file, place=f"{place}.ci95", remedy="expected [low, high]"
+            )
     flags = {}
     for flag, default in (("at_bound", False), ("identified", True)):
         flags[flag] = value.get(flag, default)
         if not isinstance(flags[flag], bool):
-            raise InputError(f"expected true or false, found {flags[flag]!r}", file=file, place=f"{place}.{flag}")
+            raise InputError(
+                f"expected true or false, found {short(flags[flag])}",
+                file=file,
+                place=f"{place}.{flag}",
+                remedy="write true or false without quotes",
+            )
     return Parameter(number, stderr, interval, **flags)
 
 
 def _finite(value: Any, place: str, file: Path) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"expected a finite number, found {value!r}", file=file, place=place)
+    if not is_finite(value):
+        raise InputError(
+            f"expected a finite number, found {short(value)}",
+            file=file,
+            place=place,
+            remedy="write a number there",
+        )
     return float(value)
 
 
@@ -341,6 +338,7 @@ def _positive(
                 f"expected a number {'>= 0' if zero_allowed else '> 0'}, found {parameter.value:g}",
                 file=file,
                 place=f"{place}.{key}.value",
+                remedy="correct it, or fit it again",
             )
     return values
 
@@ -349,7 +347,9 @@ def _read_effects(entries: Any, kind: Kind, file: Path) -> tuple[EffectEntry, ..
     from idtool.effects import registry
 
     if not isinstance(entries, list):
-        raise InputError("expected a list of tables", file=file, place="effects", remedy="write [[effects]]")
+        raise InputError(
+            "expected a list of tables", file=file, place="effects", remedy="write it as [[effects]]"
+        )
     result: list[EffectEntry] = []
     for index, entry in enumerate(entries):
         place = f"effects[{index}]"
@@ -358,12 +358,19 @@ def _read_effects(entries: Any, kind: Kind, file: Path) -> tuple[EffectEntry, ..
         name = table.get("name")
         if not isinstance(name, str) or name not in registry.names():
             raise InputError(
-                f"unknown effect {name!r}", file=file, place=f"{place}.name", remedy=nearest(str(name), registry.names())
+                "is missing" if name is None else f"unknown effect {short(name)}",
+                file=file,
+                place=f"{place}.name",
+                remedy=nearest(short(name).strip("'"), registry.names()),
             )
         if any(other.name == name for other in result):
-            raise InputError(f"effect {name} appears twice", file=file, place=f"{place}.name", remedy="remove one")
-        dimensions = {p.name: p.dimension for p in registry.get(name).parameters}
-        values = _parameters(table.get("parameters", {}), dimensions, f"{place}.parameters", kind, file)
+            raise InputError(
+                f"effect {name} appears twice", file=file, place=f"{place}.name", remedy="remove one"
+            )
+        optional = frozenset(p.name for p in registry.get(name).parameters if p.optional)
+        values = _parameters(
+            table.get("parameters", {}), _effect_dimensions(name), f"{place}.parameters", kind, file, optional
+        )
         result.append(EffectEntry(name, values))
     return tuple(result)
 
@@ -377,8 +384,15 @@ def _read_controller(table: Any, kind: Kind, file: Path) -> Controller | None:
     values = {}
     for key, name in keys.items():
         if key not in table:
-            raise InputError("is missing", file=file, place=f"controller.{key}", remedy="expected a number > 0")
+            raise InputError(
+                "is missing", file=file, place=f"controller.{key}", remedy="expected a number > 0"
+            )
         values[name] = _finite(table[key], f"controller.{key}", file)
         if values[name] <= 0:
-            raise InputError(f"expected a number > 0, found {values[name]:g}", file=file, place=f"controller.{key}")
+            raise InputError(
+                f"expected a number > 0, found {values[name]:g}",
+                file=file,
+                place=f"controller.{key}",
+                remedy="correct it",
+            )
     return Controller(**values)

@@ -1,0 +1,137 @@
+"""Append rows to a log while an experiment runs, so that a crash loses nothing."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from idtool.atomic import cannot_write, refuse_existing
+from idtool.axis import Axis
+from idtool.errors import InputError
+from idtool.log_format import columns_of, header_text
+
+
+class LogWriter:
+    """Append rows to a log while an experiment runs.
+
+    Every `append` hands whole rows to the operating system; `sync` (called every `sync_every_s`
+    seconds of log time and on close) forces them onto the disk. A process that is killed loses
+    nothing it appended; a power cut loses at most the seconds since the last sync.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        columns: Sequence[str],
+        axis: Axis,
+        experiment: str,
+        header: Mapping[str, Any] | None = None,
+        *,
+        force: bool = False,
+        sync_every_s: float = 1.0,
+    ) -> None:
+        """Create the file and write its header.
+
+        Raises:
+            InputError: `path` exists and `force` is not given, or cannot be written.
+        """
+        self.path = Path(path)
+        self.columns = list(columns)
+        known = set(columns_of(axis.kind).values())
+        self._known = [index for index, name in enumerate(self.columns) if name in known]
+        self._time_column = self.columns.index("time_s")
+        self._sync_every_s = sync_every_s
+        self._synced_at = -float("inf")
+        self._written = 0
+        text = header_text(axis, experiment, header or {}) + ",".join(self.columns) + "\n"
+        refuse_existing(self.path, force)
+        try:
+            # Unbuffered: what `append` was given is the operating system's when it returns.
+            self._stream = open(self.path, "wb", buffering=0)  # noqa: SIM115
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
+        try:
+            self._put(text)
+            self.sync()
+        except InputError:
+            self._stream.close()
+            self.path.unlink(missing_ok=True)
+            raise
+
+    def append(self, rows: np.ndarray) -> None:
+        """Append rows, shape (rows, columns), in the order of `columns`.
+
+        Raises:
+            InputError: a column with a meaning holds a number that is not finite, the disk is full or
+                the file went away; no part of these rows is written then, and those before stay.
+        """
+        if len(rows) == 0:
+            return
+        finite = np.isfinite(rows[:, self._known])
+        if not finite.all():
+            column = self.columns[self._known[int(np.argmin(finite.all(axis=0)))]]
+            raise InputError(
+                f'column "{column}" was given a number that is not finite',
+                file=self.path,
+                remedy="check the sensor behind it",
+            )
+        self._put("".join([",".join([_number(value) for value in row]) + "\n" for row in rows.tolist()]))
+        if rows[-1, self._time_column] - self._synced_at >= self._sync_every_s:
+            self.sync()
+            self._synced_at = float(rows[-1, self._time_column])
+
+    def sync(self) -> None:
+        """Force what was appended onto the disk.
+
+        Raises:
+            InputError: the disk is full or the file went away.
+        """
+        try:
+            os.fsync(self._stream.fileno())
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
+
+    def close(self) -> None:
+        """Sync and close; safe to call twice."""
+        if not self._stream.closed:
+            try:
+                self.sync()
+            finally:
+                self._stream.close()
+
+    def _put(self, text: str) -> None:
+        """Write all of it or none of it, so that the file always ends with a whole row."""
+        data = memoryview(text.encode())
+        try:
+            done = 0
+            while done < len(data):
+                done += self._stream.write(data[done:]) or 0
+        except OSError as error:
+            with suppress(OSError):
+                self._stream.truncate(self._written)
+                self._stream.seek(self._written)
+            raise cannot_write(self.path, error) from error
+        self._written += len(data)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _number(value: float) -> str:
+    """The shortest text that reads back as the same number; an empty field where there is none."""
+    if not math.isfinite(value):
+        return ""
+    text = repr(value)
+    return text.removesuffix(".0") if text != "-0.0" else text  # "-0" would come back as a whole number, 0

@@ -1,0 +1,79 @@
+"""TOML files: read with one sentence when that fails, written with each identified parameter on one line."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from idtool.axis import is_finite
+from idtool.errors import InputError
+from idtool.reading import read_bytes
+
+
+def dumps_inline(document: Mapping[str, Any]) -> str:
+    """TOML text in which every identified parameter is one inline table on one line."""
+    lines: list[str] = []
+    _emit(document, (), lines)
+    return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _emit(table: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
+    nested: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        if (isinstance(value, dict) and not is_finite(value.get("value"))) or _is_table_list(value):
+            nested.append((key, value))
+        else:
+            lines.append(f"{_key(key)} = {_inline(value)}")
+    for key, value in nested:
+        here = (*path, key)
+        name = ".".join(_key(part) for part in here)
+        for item in value if isinstance(value, list) else [value]:
+            if isinstance(value, list):
+                lines += ["", f"[[{name}]]"]
+            elif not item or not all(
+                isinstance(part, dict) and not is_finite(part.get("value")) for part in item.values()
+            ):
+                lines += ["", f"[{name}]"]  # a table of nothing but tables needs no line of its own
+            _emit(item, here, lines)
+
+
+def _is_table_list(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)
+
+
+def _key(key: str) -> str:
+    return tomli_w.dumps({key: 0}).removesuffix(" = 0\n")
+
+
+def _inline(value: Any) -> str:
+    """A value as TOML on one line, tables and lists too."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_key(key)} = {_inline(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_inline(item) for item in value) + "]"
+    return tomli_w.dumps({"v": value}).removeprefix("v = ").removesuffix("\n")
+
+
+def load_toml(file: Path, limit: int) -> dict[str, Any]:
+    """The document of a parameter file of at most `limit` bytes.
+
+    Raises:
+        InputError: not readable, empty, not text, not TOML.
+    """
+    raw, cut = read_bytes(file, what="a parameter file", limit=limit)
+    try:
+        if cut:
+            raise InputError("is gzipped and cut short", file=file, remedy="copy it again")
+        if not raw.strip():
+            raise InputError("the file is empty", file=file, remedy="make it with `ffc-id identify` or a fit")
+        return tomllib.loads(raw.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise InputError("is not a text file", file=file, remedy="name a parameter file (TOML)") from error
+    except RecursionError as error:
+        raise InputError("is not TOML (nested too deeply)", file=file, remedy="mend that place") from error
+    except ValueError as error:  # tomllib lets int() complain of huge numbers as ValueError
+        raise InputError(f"is not TOML ({error})", file=file, remedy="mend that place") from error
