@@ -44,6 +44,8 @@ RELEASE_S = 0.04
 _BRAKE_S = 0.06
 #: Slower than this an axis is stopping, not moving, in resolutions per second.
 _REST_COUNTS_PER_S = 33.0
+#: A fall per period below this share of the starting torque is noise.
+_FALL_NOISE = 0.5
 #: Below this share of the starting torque a guided axis stops; so many samples above it start it.
 _STOP_SHARE = 0.7
 _START_SAMPLES = 2
@@ -233,7 +235,8 @@ class ForceFreeController:
             self._state = State.GUIDING
         elif self._state is State.GUIDING:
             # an axis that speeds up takes torque for its inertia: that fall is no hand leaving
-            leaves = 0.0 if self._speeds_up(sample) else max(falls, 0.0)
+            noise = _FALL_NOISE * self.start_torque
+            leaves = 0.0 if self._speeds_up(sample) else max(falls - noise, 0.0)
             if push - leaves * RELEASE_S / self.period < _STOP_SHARE * self.start_torque:
                 self._state = State.STOPPING
                 self._brake_until = sample.time + _BRAKE_S
