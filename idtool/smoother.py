@@ -29,6 +29,9 @@ _ROBUST = 9.0
 _SURPRISING = 9.0
 _REACH = 3
 _ROUGHEST = 100.0
+#: Smooth less than is likeliest by this much: the low-pass of the fit comes after, and what the smoother
+#: takes away no filter brings back (it looks like inertia and bristle damping).
+_EAGER = 10.0
 
 
 @dataclass(frozen=True)
@@ -200,7 +203,7 @@ def smooth(
     result = optimize.minimize_scalar(
         cost, bounds=(centre - 5.0, centre + 9.0), method="bounded", options={"xatol": 0.1}
     )
-    jerk = 10.0 ** float(result.x)
+    jerk = _EAGER * 10.0 ** float(result.x)
     surprise = _filter(time, q, w, first, jerk, even, q_variance, w_variance, _ROBUST, False)[1]
     rough = _roughness(surprise)
     passed = _filter(time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, True)

@@ -1,0 +1,231 @@
+"""The joint fit: every parameter on all logs at once, by bounded least squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import optimize, stats
+
+from idtool.errors import InputError
+from idtool.fit.model import JointModel
+from idtool.model.motion import Array
+from idtool.model.torque import predict
+
+#: A coordinate closer to its bound than this share of the range (or of 1, if open) sits at it.
+_AT_BOUND = 1e-4
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """A fitted model.
+
+    Attributes:
+        model: what was fitted.
+        x: coordinates.
+        bend: scale of the prior of the start deflections.
+        start: start deflection of each trial, (trials,).
+        residual: of the filtered rows.
+        jacobian: projected, (filtered rows + trials, coordinates).
+        evaluations: how often the model was evaluated.
+    """
+
+    model: JointModel
+    x: Array
+    bend: float
+    start: Array
+    residual: Array
+    jacobian: Array
+    evaluations: int
+
+    @property
+    def sse(self) -> float:
+        """Sum of squared residuals of the filtered rows."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def rmse(self) -> float:
+        """Root-mean-square residual of the filtered rows."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+    @property
+    def relative(self) -> float:
+        """Norm of the residual over the norm of the torque, filtered rows."""
+        return float(np.linalg.norm(self.residual) / np.linalg.norm(self.model.measured))
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Physical value of each coordinate."""
+        return self.model.values(self.x)
+
+    @cached_property
+    def full_residual(self) -> Array:
+        """Measured minus predicted torque of every row, unfiltered."""
+        return self.model.recording.torque - self.predicted
+
+    @cached_property
+    def predicted(self) -> Array:
+        """Predicted torque of every row."""
+        model = self.model
+        motion = model.recording.motion
+        return predict(motion, model.friction(self.x), model.contribution(self.x), self.start).torque
+
+    @cached_property
+    def at_bound(self) -> dict[str, bool]:
+        """Whether each coordinate sits at a bound."""
+        low, high = self.model.bounds
+        span = np.where(np.isfinite(high - low), high - low, 1.0)
+        margin = _AT_BOUND * span
+        at = (self.x - low < margin) | (high - self.x < margin)
+        return dict(zip(self.model.names, at.tolist(), strict=True))
+
+    @cached_property
+    def free(self) -> Array:
+        """Mask of coordinates that are not at a bound."""
+        return ~np.array([self.at_bound[name] for name in self.model.names], dtype=bool)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the coordinates, robust against autocorrelated residuals.
+
+        The sandwich estimator over contiguous blocks of each trial, long against the residual's
+        correlation time; coordinates at a bound get zero rows.
+        """
+        return _sandwich(self)[0]
+
+    @cached_property
+    def quantile(self) -> float:
+        """Student's 97.5 % quantile for the number of independent blocks."""
+        return float(stats.t.ppf(0.975, _sandwich(self)[1]))
+
+    @cached_property
+    def correlation(self) -> Array:
+        """Correlation matrix of the coordinates."""
+        sd = np.sqrt(np.diag(self.covariance))
+        sd = np.where(sd > 0, sd, np.inf)
+        matrix = self.covariance / np.outer(sd, sd)
+        np.fill_diagonal(matrix, 1.0)
+        return np.asarray(matrix)
+
+
+def solve(model: JointModel, x: Array, *, bend: float | None = None, most: int = 60) -> JointFit:
+    """Least squares from coordinates `x`.
+
+    Args:
+        model: what to fit.
+        x: start.
+        bend: scale of the prior of the start deflections; that at `x` if not given.
+        most: how many evaluations to spend at most.
+
+    Raises:
+        InputError: fewer rows than parameters.
+    """
+    low, high = model.bounds
+    if len(model.measured) < 2 * len(x):
+        raise InputError(
+            f"{len(model.measured)} filtered rows cannot determine {len(x)} parameters",
+            remedy="record for longer, or choose a simpler --friction",
+        )
+    span = np.where(np.isfinite(high - low), high - low, 1.0)
+    inside = np.clip(x, low + 2e-6 * span, high - 2e-6 * span)
+    scale = model.bend(inside) if bend is None else bend
+    scale = min(scale, 20.0 * model.scales.travel)
+    cache: dict[bytes, Array] = {}
+
+    def residual(x: Array) -> Array:
+        evaluation = model.evaluate(x, scale)
+        cache.clear()
+        cache[x.tobytes()] = evaluation.start
+        return evaluation.stacked
+
+    def jacobian(x: Array) -> Array:
+        start = cache.get(x.tobytes())
+        if start is None:
+            start = model.evaluate(x, scale).start
+        result = model.differentiate(x, scale, start).jacobian
+        assert result is not None
+        return -result
+
+    found = optimize.least_squares(
+        residual, inside, jacobian, bounds=(low, high), x_scale="jac", ftol=1e-7, xtol=1e-7, gtol=1e-12, max_nfev=most
+    )
+    evaluation = model.evaluate(found.x, scale)
+    last = model.differentiate(found.x, scale, evaluation.start)
+    assert last.jacobian is not None
+    return JointFit(
+        model, found.x, scale, evaluation.start, evaluation.residual, last.jacobian, int(found.nfev)
+    )
+
+
+def refit(fit: JointFit, model: JointModel, extra: dict[str, float] | None = None, *, most: int = 60) -> JointFit:
+    """Fit another model from where `fit` ended; `extra` starts the coordinates it did not have."""
+    values = {**fit.values, **(extra or {})}
+    return solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
+
+
+def on_recording(fit: JointFit, model: JointModel) -> JointFit:
+    """The fitted parameters on other data: only the start deflections are new."""
+    evaluation = model.evaluate(fit.x, fit.bend)
+    empty = np.zeros((0, len(fit.x)))
+    return replace(
+        fit, model=model, start=evaluation.start, residual=evaluation.residual, jacobian=empty, evaluations=1
+    )
+
+
+def block_labels(fit: JointFit) -> Array:
+    """A label per filtered row: contiguous blocks of a trial, long against the correlation time."""
+    trial = fit.model.recording.filtered_trial
+    length = max(4, int(np.ceil(6.0 * correlation_rows(fit.residual, trial))))
+    length = min(length, max(len(trial) // 40, 4))
+    first = np.flatnonzero(np.diff(trial, prepend=-1))
+    rows_in = np.arange(len(trial)) - np.repeat(first, np.diff(np.append(first, len(trial))))
+    sizes = np.repeat(np.diff(np.append(first, len(trial))), np.diff(np.append(first, len(trial))))
+    blocks = np.maximum(sizes // length, 1)
+    label = trial.astype(np.int64) * 1_000_000 + (rows_in * blocks) // sizes
+    return np.unique(label, return_inverse=True)[1]
+
+
+def correlation_rows(residual: Array, trial: Array) -> float:
+    """Integrated autocorrelation time of a residual, in rows (1 for white noise)."""
+    centred = residual - residual.mean()
+    variance = float(np.mean(centred**2))
+    if variance <= 0:
+        return 1.0
+    total = 1.0
+    for lag in range(1, min(200, len(residual) // 8)):
+        same = trial[lag:] == trial[:-lag]
+        if same.sum() < 20:
+            break
+        rho = float(np.mean(centred[lag:][same] * centred[:-lag][same])) / variance
+        if rho < 0.05:
+            break
+        total += 2.0 * rho
+    return total
+
+
+def _sandwich(fit: JointFit) -> tuple[Array, int]:
+    free = fit.free
+    n = len(fit.residual)
+    jacobian = fit.jacobian[:, free]
+    size = len(fit.x)
+    covariance = np.zeros((size, size))
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    scaled = jacobian / scale
+    information = scaled.T @ scaled
+    bread = np.linalg.pinv(information, rcond=1e-12, hermitian=True)
+    labels = block_labels(fit)
+    scores = scaled[:n] * fit.residual[:, None]
+    count = int(labels.max()) + 1
+    sums = np.column_stack([np.bincount(labels, scores[:, j], count) for j in range(scores.shape[1])])
+    free_blocks = max(count - int(free.sum()), 1)
+    meat = sums.T @ sums * count / free_blocks
+    white = np.sum(fit.residual**2) / max(n - int(free.sum()), 1)
+    inner = bread @ meat @ bread
+    # few blocks can make the sandwich fall below what white noise alone would give: never less than that
+    floor = bread * white
+    lift = np.sqrt(np.maximum(1.0, np.diag(floor) / np.maximum(np.diag(inner), 1e-300)))
+    inner = inner * np.outer(lift, lift) / np.outer(scale, scale)
+    covariance[np.ix_(free, free)] = inner
+    return covariance, free_blocks

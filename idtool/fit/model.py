@@ -1,0 +1,320 @@
+"""The model with its parameters free: what a joint fit varies, evaluates and differentiates.
+
+The fit works in coordinates: logarithms of the friction levels, the Stribeck velocity and the bristle
+stiffness (positive, and spread over decades), the rest as they are. Every trial's start deflection of
+the bristle is linear; it is eliminated in closed form at every evaluation (variable projection, Golub &
+Pereyra 1973), with a prior as wide as the bristle can bend, so that a trial that says nothing about its
+start costs nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from idtool.effects.base import Effect, derivative
+from idtool.model import gravity
+from idtool.model.contribution import Contribution, combine
+from idtool.model.motion import Array, Motion
+from idtool.model.torque import Direction, Friction, linearise, predict
+from idtool.parameters import GRAVITY_MODELS
+from idtool.signals import Recording
+
+FrictionKind = Literal["lugre", "stribeck", "coulomb"]
+FRICTION_KINDS: tuple[FrictionKind, ...] = ("lugre", "stribeck", "coulomb")
+
+_FRICTION_COORDINATES: dict[FrictionKind, tuple[str, ...]] = {
+    "lugre": ("coulomb", "static", "stribeck_velocity", "viscous", "bristle_stiffness", "bristle_damping"),
+    "stribeck": ("coulomb", "static", "stribeck_velocity", "viscous"),
+    "coulomb": ("coulomb", "viscous"),
+}
+_LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
+
+
+@dataclass(frozen=True)
+class Spec:
+    """Which model: the friction law, the gravity model and the effects.
+
+    Attributes:
+        friction: "lugre", "stribeck" (static curve only) or "coulomb" (Coulomb + viscous).
+        gravity: "slide", "arm" or None.
+        gravity_columns: which of the two gravity coefficients the data can show.
+        effects: in the order in which they were accepted.
+    """
+
+    friction: FrictionKind
+    gravity: str | None
+    gravity_columns: tuple[str, ...]
+    effects: tuple[Effect, ...] = ()
+
+    def adding(self, effect: Effect) -> Spec:
+        """The same with one more effect."""
+        return Spec(self.friction, self.gravity, self.gravity_columns, (*self.effects, effect))
+
+    def without(self, name: str) -> Spec:
+        """The same without an effect."""
+        kept = tuple(effect for effect in self.effects if effect.name != name)
+        return Spec(self.friction, self.gravity, self.gravity_columns, kept)
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Typical sizes of the data, from which bounds follow.
+
+    Attributes:
+        torque: friction-sized torque.
+        speed: highest speed.
+        slowest: lowest speed at which the axis moved steadily.
+        travel: total stroke.
+        resolution: smallest step of the position.
+    """
+
+    torque: float
+    speed: float
+    slowest: float
+    travel: float
+    resolution: float
+
+    @classmethod
+    def of(cls, recording: Recording) -> Scales:
+        """Measure them."""
+        motion = recording.motion
+        speed = np.abs(motion.velocity)
+        top = float(np.quantile(speed, 0.999))
+        moving = speed[speed > 0.02 * top]
+        within = [np.ptp(motion.position[motion.trial == t]) for t in range(motion.trials)]
+        spread = float(np.std(recording.filtered(recording.torque))) + recording.noise
+        return cls(
+            torque=spread,
+            speed=max(top, 1e-9),
+            slowest=max(float(np.quantile(moving, 0.02)), 1e-9) if len(moving) else 1e-9,
+            travel=max(float(np.max(within)), 1e-9),
+            resolution=recording.position_resolution,
+        )
+
+    @property
+    def shortest_bend(self) -> float:
+        """Presliding travel below which the position shows nothing of the bristle."""
+        return max(3.0 * self.resolution, 1e-5 * self.travel)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A model evaluated on its recording, on filtered rows.
+
+    Attributes:
+        residual: measured minus predicted torque with the best start deflections, (filtered rows,).
+        start: those deflections, (trials,).
+        penalty: root of the prior's weight times each start deflection, (trials,).
+        jacobian: derivative of -residual and -penalty, (filtered rows + trials, coordinates).
+    """
+
+    residual: Array
+    start: Array
+    penalty: Array
+    jacobian: Array | None = None
+
+    @property
+    def stacked(self) -> Array:
+        """Residual and penalty as one vector."""
+        return np.concatenate([self.residual, self.penalty])
+
+
+@dataclass(frozen=True)
+class JointModel:
+    """A `Spec` on a `Recording`."""
+
+    recording: Recording
+    spec: Spec
+    constants: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    @classmethod
+    def build(
+        cls, recording: Recording, spec: Spec, constants: Mapping[str, dict[str, float]] | None = None
+    ) -> JointModel:
+        """The model; constants that the data set (a reference temperature) are taken from `constants`
+        where they are given, so that a subset of trials uses those of the whole."""
+        known = dict(constants or {})
+        for effect in spec.effects:
+            known.setdefault(effect.name, effect.constants(recording.motion))
+        return cls(recording, spec, known)
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Typical sizes of the data."""
+        return Scales.of(self.recording)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Coordinate names in order; those of an effect are "effect.coordinate"."""
+        names = list(_FRICTION_COORDINATES[self.spec.friction])
+        names += [f"gravity.{column}" for column in self.spec.gravity_columns]
+        for effect in self.spec.effects:
+            names += [f"{effect.name}.{c.name}" for c in effect.active(self.recording.motion)]
+        return tuple(names)
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bound of every coordinate."""
+        s = self.scales
+        table: dict[str, tuple[float, float]] = {
+            "coulomb": (math.log(1e-4 * s.torque), math.log(50.0 * s.torque)),
+            "static": (math.log(1e-4 * s.torque), math.log(50.0 * s.torque)),
+            "stribeck_velocity": (math.log(0.2 * s.slowest), math.log(3.0 * s.speed)),
+            "viscous": (-20.0 * s.torque / s.speed, 100.0 * s.torque / s.speed),
+            "bristle_stiffness": (
+                math.log(0.02 * s.torque / s.travel),
+                math.log(5.0 * s.torque / s.shortest_bend),
+            ),
+            "bristle_damping": (0.0, 1000.0 * s.torque / s.speed),
+        }
+        for effect in self.spec.effects:
+            for c in effect.active(self.recording.motion):
+                table[f"{effect.name}.{c.name}"] = (c.lower, c.upper)
+        pairs = [table.get(name, (-math.inf, math.inf)) for name in self.names]
+        return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
+
+    @cached_property
+    def stiff(self) -> float:
+        """Bristle stiffness that stands for a rigid contact where the law has none."""
+        return self.scales.torque / self.scales.shortest_bend
+
+    @cached_property
+    def measured(self) -> Array:
+        """Filtered torque."""
+        return self.recording.filtered(self.recording.torque)
+
+    @cached_property
+    def gravity_columns(self) -> Array:
+        """Gravity regressors at full rate, (rows, free gravity coefficients)."""
+        if self.spec.gravity is None:
+            return np.empty((len(self.recording.motion), 0))
+        everything = gravity.columns(self.spec.gravity, self.recording.motion)
+        order = tuple(GRAVITY_MODELS[self.spec.gravity])
+        return everything[:, [order.index(name) for name in self.spec.gravity_columns]]
+
+    def friction(self, x: Array) -> Friction:
+        """LuGre parameters at coordinates `x`."""
+        value = self.values(x)
+        coulomb = value["coulomb"]
+        return Friction(
+            coulomb=coulomb,
+            static=value.get("static", coulomb),
+            stribeck_velocity=value.get("stribeck_velocity", self.scales.slowest),
+            viscous=value["viscous"],
+            bristle_stiffness=value.get("bristle_stiffness", self.stiff),
+            bristle_damping=value.get("bristle_damping", 0.0),
+        )
+
+    def values(self, x: Array) -> dict[str, float]:
+        """Physical value of every coordinate by name."""
+        return {
+            name: math.exp(number) if name in _LOGARITHMIC else float(number)
+            for name, number in zip(self.names, x, strict=True)
+        }
+
+    def coordinates(self, values: Mapping[str, float]) -> Array:
+        """Coordinates of physical values by name, moved inside the bounds."""
+        raw = [math.log(values[name]) if name in _LOGARITHMIC else values[name] for name in self.names]
+        low, high = self.bounds
+        return np.clip(np.array(raw), low, high)
+
+    def effect_values(self, x: Array, effect: Effect) -> dict[str, float]:
+        """Coordinates and constants of one effect."""
+        prefix = f"{effect.name}."
+        values = {name.removeprefix(prefix): v for name, v in self.values(x).items() if name.startswith(prefix)}
+        return {**self.constants[effect.name], **values}
+
+    def contribution(self, x: Array) -> Contribution:
+        """Gravity and all effects."""
+        motion = self.recording.motion
+        parts = [e.contribute(motion, self.effect_values(x, e)) for e in self.spec.effects]
+        coefficients = np.array([self.values(x)[f"gravity.{c}"] for c in self.spec.gravity_columns])
+        if len(coefficients):
+            parts.append(Contribution(torque=self.gravity_columns @ coefficients))
+        return combine(parts)
+
+    def directions(self, x: Array) -> list[Direction]:
+        """One per coordinate."""
+        value = self.values(x)
+        motion: Motion = self.recording.motion
+        result = []
+        effects = {e.name: e for e in self.spec.effects}
+        for name in self.names:
+            owner, _, part = name.partition(".")
+            if owner == "gravity":
+                column = self.gravity_columns[:, self.spec.gravity_columns.index(part)]
+                result.append(Direction(effect=Contribution(torque=column)))
+            elif part:
+                effect = effects[owner]
+                coordinate = next(c for c in effect.coordinates if c.name == part)
+                change = derivative(effect, motion, self.effect_values(x, effect), coordinate)
+                result.append(Direction(effect=change))
+            elif name == "coulomb" and self.spec.friction == "coulomb":
+                result.append(Direction(coulomb=value[name], static=value[name]))
+            else:
+                result.append(Direction(**{name: value[name] if name in _LOGARITHMIC else 1.0}))
+        return result
+
+    def bend(self, x: Array) -> float:
+        """How far the bristle can bend at coordinates `x`: the scale of its unknown start."""
+        friction = self.friction(x)
+        return max(friction.coulomb, friction.static) / friction.bristle_stiffness
+
+    def evaluate(self, x: Array, bend: float) -> Evaluation:
+        """Residual at coordinates `x`, start deflections eliminated; `bend` is the prior's scale."""
+        motion, recording = self.recording.motion, self.recording
+        friction, effect = self.friction(x), self.contribution(x)
+        zero = np.zeros(motion.trials)
+        prediction = predict(motion, friction, effect, zero)
+        both = recording.filtered(np.column_stack([prediction.torque, prediction.start_column]))
+        residual, start, penalty = self._eliminate(self.measured - both[:, 0], both[:, 1], bend)
+        return Evaluation(residual, start, penalty)
+
+    def differentiate(self, x: Array, bend: float, start: Array) -> Evaluation:
+        """Residual and projected Jacobian at coordinates `x` and the start deflections `start`."""
+        return self.project(x, bend, start, self.directions(x))
+
+    def project(self, x: Array, bend: float, start: Array, directions: Sequence[Direction]) -> Evaluation:
+        """As `differentiate`, along any directions (columns that a candidate effect would add)."""
+        recording = self.recording
+        prediction, full = linearise(
+            recording.motion, self.friction(x), self.contribution(x), start, directions
+        )
+        columns = recording.filtered(np.column_stack([prediction.torque, prediction.start_column, full]))
+        residual = self.measured - columns[:, 0]
+        projected, moved = self.eliminate_columns(columns[:, 2:], columns[:, 1], bend)
+        penalty = self._weight(bend) * start
+        return Evaluation(residual, start, penalty, np.vstack([projected, -self._weight(bend) * moved]))
+
+    def eliminate_columns(self, columns: Array, start_column: Array, bend: float) -> tuple[Array, Array]:
+        """Columns freed from what the start deflections explain, and how far each moves them."""
+        trial = self.recording.filtered_trial
+        count = self.recording.trials
+        norm = np.bincount(trial, start_column**2, count) + self._weight(bend) ** 2
+        products = np.empty((count, columns.shape[1]))
+        for j in range(columns.shape[1]):
+            products[:, j] = np.bincount(trial, start_column * columns[:, j], count)
+        share = products / norm[:, None]
+        return columns - start_column[:, None] * share[trial], share
+
+    def _eliminate(self, residual: Array, start_column: Array, bend: float) -> tuple[Array, Array, Array]:
+        projected, share = self.eliminate_columns(residual[:, None], start_column, bend)
+        start = share[:, 0]
+        return projected[:, 0], start, self._weight(bend) * start
+
+    def _weight(self, bend: float) -> float:
+        """Noise of a filtered row over the prior's standard deviation."""
+        return self.filtered_noise / bend
+
+    @cached_property
+    def filtered_noise(self) -> float:
+        """Standard deviation that white sensor noise leaves on a filtered row."""
+        operator = self.recording.operator
+        gain = float(np.sqrt(operator.multiply(operator).sum() / operator.shape[0]))
+        return self.recording.noise * gain
