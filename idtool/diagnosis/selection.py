@@ -1,0 +1,321 @@
+"""Which effects the data ask for: score, refit, accept on left-out trials, repeat, drop.
+
+One round: every effect that these data can show is scored by regressing the residual on its columns,
+with the fit's own Jacobian projected out. The best few are refitted jointly. The best of those is
+accepted if it lowers the error on left-out trials by more than chance and by enough to matter. Of two
+that tie the simpler is taken. When nothing passes, effects that became unneeded are dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from idtool.diagnosis.evidence import Background, Score, information_criterion, left_out_errors, score
+from idtool.effects.base import Effect, Values, derivative
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.model import JointModel
+from idtool.model.contribution import FIELDS, Contribution
+from idtool.model.motion import Array, Motion
+from idtool.model.torque import Direction
+
+#: Family-wise error of the score tests of one round (Holm).
+_ALPHA = 1e-3
+#: An effect must lower the left-out error by this share at least: less is not worth a parameter.
+LEAST_GAIN = 0.01
+#: ... and by so many standard errors of the difference over trials.
+_CLEAR = 2.0
+#: Bayesian evidence that a larger model needs (Kass & Raftery 1995 call 6 "strong").
+_LEAST_EVIDENCE = 6.0
+_REFITTED = 4
+_MOST_EFFECTS = 8
+
+
+@dataclass
+class Candidate:
+    """What became of an effect.
+
+    Attributes:
+        name: the effect.
+        gain: share of squared error that its score promises; None where it could not be tested.
+        p_value: of its score, corrected for its many starts.
+        held_out: left-out error (root mean square, filtered rows) with it; None if not refitted.
+        accepted: whether it is in the model.
+        why: in words.
+    """
+
+    name: str
+    gain: float | None = None
+    p_value: float | None = None
+    held_out: float | None = None
+    accepted: bool = False
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate model after its joint refit."""
+
+    effect: Effect
+    fit: JointFit
+    left_out: Array
+    p_value: float
+
+
+@dataclass
+class Selection:
+    """The outcome.
+
+    Attributes:
+        fit: the final model on the training trials.
+        candidates: one per effect of the library.
+        alternatives: accepted effect -> effects that explain the data as well.
+        p_values: accepted effect -> p-value when it was accepted.
+    """
+
+    fit: JointFit
+    candidates: dict[str, Candidate]
+    alternatives: dict[str, list[str]] = field(default_factory=dict)
+    p_values: dict[str, float] = field(default_factory=dict)
+
+
+def select(
+    base: JointFit, library: Sequence[Effect], tell: Callable[[str], None] = lambda _: None
+) -> Selection:
+    """Extend `base` by the effects that the data ask for.
+
+    Args:
+        base: a fit of the paper's model on the training trials.
+        library: the effects to consider, simplest first.
+        tell: called with a sentence on what is being tried.
+    """
+    selection = Selection(base, {effect.name: Candidate(effect.name) for effect in library})
+    for _ in range(_MOST_EFFECTS):
+        winner = _round(selection, library, tell)
+        if winner is None:
+            break
+        tell(f"accepted {winner.effect.name}")
+    _drop_unneeded(selection, tell)
+    _confirm_alternatives(selection, library)
+    return selection
+
+
+def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> Trial | None:
+    fit = selection.fit
+    background = Background.of(fit)
+    scored: list[tuple[Effect, Score, dict[str, float], int]] = []
+    for effect in library:
+        candidate = selection.candidates[effect.name]
+        if candidate.accepted:
+            continue
+        if reason := effect.missing(fit.model.recording.motion):
+            candidate.why = f"not testable: {reason}"
+            continue
+        best, start, tried = best_score(background, effect)
+        candidate.gain, candidate.p_value = best.gain, min(1.0, best.p_value * tried)
+        scored.append((effect, best, start, tried))
+    promising = _holm(selection, scored)
+    left_out = left_out_errors(fit)
+    trials: list[Trial] = []
+    for effect, best, start, _ in promising[:_REFITTED]:
+        tell(f"trying {effect.name}")
+        trials.append(_try(fit, effect, best, start, selection.candidates[effect.name].p_value or 0.0))
+    for effect, *_ in promising[_REFITTED:]:
+        selection.candidates[effect.name].why = "its score was behind that of the effects that were refitted"
+    passed = [trial for trial in trials if _passes(selection, trial, left_out)]
+    if not passed:
+        return None
+    winner = _simplest_of_best(selection, passed)
+    selection.fit = winner.fit
+    candidate = selection.candidates[winner.effect.name]
+    candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
+    selection.p_values[winner.effect.name] = winner.p_value
+    return winner
+
+
+def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str, float], int]:
+    """The best start of an effect: its score, the start's coordinates, and how many were tried."""
+    model = background.fit.model
+    motion = model.recording.motion
+    starts = effect.starts(motion)
+    coordinates = effect.active(motion)
+    constants = effect.constants(motion)
+    null = {**constants, **{c.name: c.null for c in coordinates}}
+    if len(starts) > 8:
+        starts, tried = [_scan(background, effect, starts, null)], len(starts)
+    else:
+        tried = len(starts)
+    best: tuple[Score, dict[str, float]] | None = None
+    for start in starts:
+        strengths = [c for c in coordinates if c.name not in start]
+        values = {**null, **start}
+        directions = [Direction(effect=derivative(effect, motion, values, c)) for c in strengths]
+        fit = background.fit
+        columns = model.project(fit.x, fit.bend, fit.start, directions).jacobian
+        assert columns is not None
+        result = score(background, columns)
+        found = {**start}
+        for c, step in zip(strengths, result.step, strict=True):
+            found[c.name] = float(np.clip(values[c.name] + step, c.lower, c.upper))
+        if best is None or result.gain > best[0].gain:
+            best = (result, found)
+    assert best is not None
+    return best[0], best[1], tried
+
+
+def _scan(background: Background, effect: Effect, starts: list[dict[str, float]], null: Values) -> dict[str, float]:
+    """The most promising of many starts of an additive effect, on the filtered rows alone."""
+    recording = background.fit.model.recording
+    motion = _thinned(recording.motion, recording.row)
+    n = len(motion)
+    residual = background.residual[:n]
+    basis = background.basis[:n]
+    best_gain, best = -1.0, starts[0]
+    for start in starts:
+        values = {**null, **start}
+        columns = []
+        for c in effect.coordinates:
+            if c.name in start:
+                continue
+            change = derivative(effect, motion, values, c)
+            if isinstance(change.torque, np.ndarray) and _only_torque(change):
+                columns.append(change.torque)
+        block = np.column_stack(columns)
+        block = block - basis @ (basis.T @ block)
+        products = block.T @ residual
+        gain = float(products @ np.linalg.lstsq(block.T @ block, products, rcond=1e-8)[0])
+        if gain > best_gain:
+            best_gain, best = gain, start
+    return best
+
+
+def _only_torque(change: Contribution) -> bool:
+    return all(isinstance(getattr(change, n), float) for n in FIELDS if n != "torque")
+
+
+def _thinned(motion: Motion, rows: Array) -> Motion:
+    """The motion at some rows only; right for effects without memory."""
+    picked = {
+        name: value[rows] for name in Motion.__dataclass_fields__ if isinstance(value := getattr(motion, name), np.ndarray)
+    }
+    return replace(motion, **picked)
+
+
+def _holm(
+    selection: Selection, scored: list[tuple[Effect, Score, dict[str, float], int]]
+) -> list[tuple[Effect, Score, dict[str, float], int]]:
+    """Candidates whose score stands out of chance, best gain first."""
+    order = sorted(scored, key=lambda item: selection.candidates[item[0].name].p_value or 0.0)
+    passed = []
+    open_tests = len(order)
+    for rank, item in enumerate(order):
+        candidate = selection.candidates[item[0].name]
+        p = candidate.p_value or 0.0
+        if p > _ALPHA / (open_tests - rank):
+            for loser in order[rank:]:
+                selection.candidates[loser[0].name].why = "its relation to the residual may be chance"
+            break
+        if item[1].gain < LEAST_GAIN:
+            candidate.why = f"would lower the squared error by {100 * item[1].gain:.2g} % only"
+            continue
+        passed.append(item)
+    return sorted(passed, key=lambda item: -item[1].gain)
+
+
+def _try(fit: JointFit, effect: Effect, best: Score, start: dict[str, float], p_value: float) -> Trial:
+    model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
+    extra = {f"{effect.name}.{name}": value for name, value in start.items()}
+    new = refit(fit, model, extra)
+    return Trial(effect, new, left_out_errors(new), p_value)
+
+
+def root_mean(errors: Array, fit: JointFit) -> float:
+    """Left-out errors as one root mean square over the filtered rows."""
+    return float(np.sqrt(errors.sum() / len(fit.residual)))
+
+
+def _passes(selection: Selection, trial: Trial, before: Array) -> bool:
+    candidate = selection.candidates[trial.effect.name]
+    candidate.held_out = root_mean(trial.left_out, trial.fit)
+    old, new = root_mean(before, selection.fit), candidate.held_out
+    better = before - trial.left_out
+    clear = better.mean() / max(float(np.std(better, ddof=1)) / np.sqrt(len(better)), 1e-300)
+    evidence = information_criterion(selection.fit) - information_criterion(trial.fit)
+    if any(trial.fit.at_bound[n] for n in trial.fit.model.names if n.startswith(f"{trial.effect.name}.")):
+        candidate.why = "its parameter ran to a bound"
+    elif new > (1.0 - LEAST_GAIN) * old:
+        candidate.why = f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
+    elif clear < _CLEAR and evidence < 10 * _LEAST_EVIDENCE:
+        candidate.why = f"better on some left-out trials only ({clear:.1f} standard errors)"
+    elif evidence < _LEAST_EVIDENCE:
+        candidate.why = f"the penalised likelihood gains {evidence:.1f} only"
+    else:
+        candidate.why = "another effect lowers the left-out error more"
+        return True
+    return False
+
+
+def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
+    best = min(passed, key=lambda trial: trial.left_out.sum())
+    tied = [trial for trial in passed if trial is best or ties(trial.left_out, best.left_out)]
+    winner = min(tied, key=lambda trial: (len(trial.fit.x), trial.left_out.sum()))
+    names = [trial.effect.name for trial in tied if trial is not winner]
+    if names:
+        selection.alternatives[winner.effect.name] = names
+        for name in names:
+            selection.candidates[name].why = f"explains the data as well as {winner.effect.name}, which is taken"
+    return winner
+
+
+def ties(one: Array, other: Array) -> bool:
+    """Whether left-out errors of two models differ by less than chance and by less than matters."""
+    difference = one - other
+    chance = float(np.std(difference, ddof=1)) * np.sqrt(len(difference)) if len(difference) > 1 else 0.0
+    total = min(float(one.sum()), float(other.sum()))
+    return abs(float(difference.sum())) < max(2.0 * chance, LEAST_GAIN * total) and abs(
+        float(difference.sum())
+    ) < 4.0 * LEAST_GAIN * total
+
+
+def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
+    dropped = True
+    while dropped:
+        dropped = False
+        fit = selection.fit
+        for effect in fit.model.spec.effects[:-1]:
+            model = JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
+            tell(f"trying without {effect.name}")
+            smaller = refit(fit, model)
+            needed = root_mean(left_out_errors(smaller), smaller) > (1.0 + LEAST_GAIN) * root_mean(
+                left_out_errors(fit), fit
+            )
+            if not needed:
+                selection.fit = smaller
+                candidate = selection.candidates[effect.name]
+                candidate.accepted, candidate.why = False, "became unneeded when other effects were in"
+                selection.alternatives.pop(effect.name, None)
+                selection.p_values.pop(effect.name, None)
+                dropped = True
+                break
+
+
+def _confirm_alternatives(selection: Selection, library: Sequence[Effect]) -> None:
+    """Keep as alternatives only those that still tie, with as many parameters, in the final model."""
+    by_name = {effect.name: effect for effect in library}
+    fit = selection.fit
+    for accepted, names in list(selection.alternatives.items()):
+        kept = []
+        for name in names:
+            if selection.candidates[name].accepted:
+                continue
+            spec = fit.model.spec.without(accepted)
+            without = refit(fit, JointModel.build(fit.model.recording, spec, fit.model.constants))
+            background = Background.of(without)
+            best, start, _ = best_score(background, by_name[name])
+            swapped = _try(without, by_name[name], best, start, 0.0)
+            same_size = len(swapped.fit.x) == len(fit.x)
+            if same_size and ties(swapped.left_out, left_out_errors(fit)):
+                kept.append(name)
+        selection.alternatives[accepted] = kept
