@@ -1,0 +1,172 @@
+"""`ffc-id import`: a recording from elsewhere into a log."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import click
+
+from .common import Output, force_option, output_options
+
+if TYPE_CHECKING:
+    from idtool.importing import Imported
+
+
+def _pairs(option: str, texts: Iterable[str]) -> list[tuple[str, str]]:
+    pairs = []
+    for text in texts:
+        left, equals, right = text.partition("=")
+        if not (left.strip() and equals and right.strip()):
+            raise click.UsageError(f"{option} {text}: write it as {option} NAME=VALUE.")
+        pairs.append((left.strip(), right.strip()))
+    return pairs
+
+
+def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
+    pairs = _pairs(option, texts)
+    result = dict(pairs)
+    if len(result) < len(pairs):
+        raise click.UsageError(f"{option} names one column twice; name it once.")
+    return result
+
+
+@click.command("import", short_help="Turn a recording from elsewhere into a log.")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    "target",
+    required=True,
+    metavar="LOG.csv",
+    type=click.Path(path_type=Path),
+    help="The log to write.",
+)
+@click.option(
+    "--map",
+    "maps",
+    multiple=True,
+    metavar="COLUMN=SOURCE",
+    help="Take SOURCE for COLUMN (position_rad, or just position).",
+)
+@click.option(
+    "--unit",
+    "units",
+    multiple=True,
+    metavar="ROLE=UNIT",
+    help="Unit of a column: position=deg, velocity=rpm, time=ms, current=2.69mA, position=count:4096.",
+)
+@click.option("--trial-by", metavar="COLUMN", help="Column whose values part the trials.")
+@click.option(
+    "--where", "wheres", multiple=True, metavar="COLUMN=VALUE", help="Take only the rows in which it holds."
+)
+@click.option(
+    "--torque-constant",
+    type=float,
+    metavar="K",
+    help="N m/A (N/A on a linear axis), where current was recorded.",
+)
+@click.option(
+    "--experiment", default="", metavar="NAME", help="What it was: gravity, sweep, sine or another word."
+)
+@click.option("--kind", type=click.Choice(["rotary", "linear"]), help="Kind of axis; else as the units tell.")
+@click.option(
+    "--unwrap",
+    type=float,
+    metavar="PERIOD",
+    help="Undo the wrapping of the position, in the unit of its column.",
+)
+@force_option
+@output_options
+def import_recording(
+    *,
+    output: Output,
+    file: Path,
+    target: Path,
+    maps: tuple[str, ...],
+    units: tuple[str, ...],
+    trial_by: str | None,
+    wheres: tuple[str, ...],
+    torque_constant: float | None,
+    experiment: str,
+    kind: Literal["rotary", "linear"] | None,
+    unwrap: float | None,
+    force: bool,
+) -> None:
+    """Turn a recording from elsewhere (CSV, gzipped or not, Parquet, MATLAB .mat) into a log.
+
+    Columns are guessed by their names and the units in them; --map and --unit correct the guess.
+    Repeat --map, --unit and --where as needed; --where of one column twice takes either value.
+    """
+    from idtool.atomic import refuse_existing
+    from idtool.importing import import_recording as convert
+
+    mapping, unit_texts = _once("--map", maps), _once("--unit", units)
+    where: dict[str, list[str]] = {}
+    for name, value in _pairs("--where", wheres):
+        where.setdefault(name, []).append(value)
+    if unwrap is not None and not (math.isfinite(unwrap) and unwrap > 0):
+        raise click.UsageError(f"--unwrap {unwrap:g}: the period must be a finite number above zero.")
+    refuse_existing(target, force)
+    imported = convert(
+        file,
+        mapping=mapping,
+        units=unit_texts,
+        trial_by=trial_by,
+        where=where,
+        torque_constant=torque_constant,
+        experiment=experiment,
+        kind=kind,
+        unwrap=unwrap,
+    )
+    imported.log.write(target, force=force)
+    _tell(output, imported, target)
+    if output.json:
+        output.result(_document(imported, target), lambda console: None)
+
+
+def _tell(output: Output, imported: Imported, target: Path) -> None:
+    frame = imported.log.frame
+    width = max(len(item.column) for item in imported.taken)
+    for item in imported.taken:
+        unit = f" [{item.unit.text}]" if item.unit.text else ""
+        remark = {"given": "as given", "named": "", "presumed": "unit presumed"}[item.why]
+        remark = ", ".join(part for part in (remark, "commanded" if item.commanded else "") if part)
+        output.say(
+            f"  {item.column:<{width}}  from {item.source}{unit}" + (f"  ({remark})" if remark else "")
+        )
+    if imported.kept:
+        output.say(f"  kept as they are: {', '.join(imported.kept)}")
+    for note in imported.notes:
+        output.say(f"note: {note}.")
+    count = frame["trial"].nunique()
+    trials = f"{count} trial{'s' if count != 1 else ''}"
+    output.say(f"{target}: {len(frame)} rows, {trials}, {imported.log.axis.kind} axis.")
+
+
+def _document(imported: Imported, target: Path) -> dict[str, Any]:
+    frame = imported.log.frame
+    return {
+        "schema": "ffc-id/import/1",
+        "log": str(target),
+        "rows_read": imported.rows_read,
+        "rows": len(frame),
+        "trials": int(frame["trial"].nunique()),
+        "kind": imported.log.axis.kind,
+        "torque_constant": imported.log.axis.torque_constant,
+        "experiment": imported.log.experiment,
+        "columns": {
+            item.column: {
+                "source": item.source,
+                "unit": item.unit.text,
+                "factor": item.unit.factor,
+                "how": item.why,
+                "commanded": item.commanded,
+            }
+            for item in imported.taken
+        },
+        "kept": list(imported.kept),
+        "notes": list(imported.notes),
+    }

@@ -1,0 +1,160 @@
+"""What is safe to mend in a recording; everything that is mended is counted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from idtool.errors import InputError, nearest
+
+
+def source_column(frame: pd.DataFrame, name: str, option: str, file: Path) -> pd.Series[Any]:
+    """A column of the recording that an option names.
+
+    Raises:
+        InputError: there is none of that name.
+    """
+    if name not in frame.columns:
+        raise InputError(
+            f'has no column "{name}"', file=file, place=option, remedy=nearest(name, list(frame.columns)[:40])
+        )
+    return frame[name]
+
+
+def keep_where(frame: pd.DataFrame, where: Mapping[str, Sequence[str]], file: Path) -> pd.DataFrame:
+    """The rows in which every named column holds one of its wanted values.
+
+    Raises:
+        InputError: no such column, or no row is left.
+    """
+    for name, wanted in where.items():
+        column = source_column(frame, name, f"--where {name}", file)
+        keep = np.zeros(len(frame), dtype=bool)
+        for value in wanted:
+            keep |= _equal(column, value)
+        if not keep.any():
+            there = ", ".join(str(value) for value in pd.unique(column)[:8])
+            raise InputError(
+                f"no row has {name} = {' or '.join(wanted)}",
+                file=file,
+                place=f"--where {name}",
+                remedy=f"it holds {there}",
+            )
+        frame = frame[keep]
+    return frame.reset_index(drop=True)
+
+
+def _equal(column: pd.Series[Any], value: str) -> np.ndarray:
+    if pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column):
+        try:
+            return np.asarray(column == float(value))
+        except ValueError:
+            return np.zeros(len(column), dtype=bool)
+    return np.asarray(column.astype(str).str.strip() == value.strip())
+
+
+def to_numbers(column: pd.Series[Any], name: str, file: Path) -> np.ndarray:
+    """A column as numbers; NaN where it holds none.
+
+    Raises:
+        InputError: it holds no number at all but text.
+    """
+    if pd.api.types.is_datetime64_any_dtype(column):
+        return _seconds(column)
+    numbers: np.ndarray = pd.to_numeric(column, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+    numbers = np.where(np.isfinite(numbers), numbers, np.nan)
+    if np.isnan(numbers).all() and column.notna().any():
+        shown = str(column[column.notna()].iloc[0])[:40]
+        raise InputError(
+            f'column "{name}" holds text ("{shown}"), not numbers',
+            file=file,
+            remedy="map another column to it with --map, or export it as numbers",
+        )
+    return numbers
+
+
+def date_seconds(column: pd.Series[Any]) -> np.ndarray | None:
+    """Dates and times of day as seconds; None if the column holds none."""
+    if pd.api.types.is_numeric_dtype(column):
+        return None
+    if not pd.api.types.is_datetime64_any_dtype(column):
+        column = pd.to_datetime(column, errors="coerce", format="ISO8601", utc=True)
+        if column.isna().all():
+            return None
+    return _seconds(column)
+
+
+def _seconds(column: pd.Series[Any]) -> np.ndarray:
+    stamps = column.dt.tz_localize(None) if column.dt.tz is not None else column
+    first = stamps.dropna().min()
+    seconds: np.ndarray = (stamps - first).dt.total_seconds().to_numpy(dtype=float, na_value=np.nan)
+    return seconds
+
+
+def trial_numbers(column: pd.Series[Any]) -> tuple[np.ndarray, bool]:
+    """Trials as whole numbers, and whether they are labels numbered in order of appearance."""
+    if pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column):
+        values = column.to_numpy(dtype=float, na_value=np.nan)
+        if np.isfinite(values).all() and (values == np.round(values)).all() and np.abs(values).max() < 1e15:
+            return values.astype(np.int64), False
+    codes, _ = pd.factorize(column.astype(str))
+    return codes.astype(np.int64), True
+
+
+def order_rows(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+    """Rows of a trial together, time rising inside each; a clock that restarts begins a new trial.
+
+    Rows out of order are sorted, rows of a time stamp that was there already are dropped.
+    """
+    first_seen, _ = pd.factorize(frame["trial"])
+    order = np.argsort(first_seen, kind="stable")
+    if (np.diff(first_seen) < 0).any():
+        frame = frame.iloc[order].reset_index(drop=True)
+        notes.append("rows of a trial brought together")
+    frame = _split_restarts(frame, notes)
+    rank, _ = pd.factorize(frame["trial"])
+    time = frame["time_s"].to_numpy(dtype=float)
+    order = np.lexsort((np.arange(len(frame)), time, rank))
+    late = int(((np.diff(time) < 0) & (np.diff(rank) == 0)).sum())
+    if late:
+        frame = frame.iloc[order].reset_index(drop=True)
+        notes.append(f"sorted by time: {late} rows came out of order")
+    repeated = frame.duplicated(["trial", "time_s"]).to_numpy()
+    if repeated.any():
+        frame = frame[~repeated].reset_index(drop=True)
+        notes.append(f"dropped {int(repeated.sum())} rows whose time stamp was there already")
+    return frame
+
+
+def _split_restarts(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+    """Number the trials anew where the clock falls back past the middle of what it had run."""
+    time = frame["time_s"].to_numpy(dtype=float)
+    trial = frame["trial"].to_numpy()
+    changed = np.concatenate([[True], trial[1:] != trial[:-1]])
+    falls = np.flatnonzero((time[1:] < time[:-1]) & ~changed[1:]) + 1
+    starts = np.flatnonzero(changed)
+    restarts: list[int] = []
+    begin = 0
+    for row in falls:
+        begin = max(begin, int(starts[np.searchsorted(starts, row, side="right") - 1]))
+        if time[row] <= time[begin] + 0.5 * (time[row - 1] - time[begin]):
+            restarts.append(int(row))
+            begin = int(row)
+    if not restarts:
+        return frame
+    changed[restarts] = True
+    notes.append(f"the clock starts again {len(restarts)} times inside a trial: each begins a new trial")
+    return frame.assign(trial=np.cumsum(changed) - 1)
+
+
+def wrap_hint(position: np.ndarray, trial: np.ndarray) -> float | None:
+    """The size of the jumps if a position looks like one that wraps, else None."""
+    step = np.abs(np.diff(position))[np.diff(trial) == 0]
+    span = float(np.ptp(position)) if len(position) else 0.0
+    if len(step) < 20 or span <= 0 or step.max() < 0.8 * span or np.median(step) > 0.05 * span:
+        return None
+    return float(np.median(step[step > 0.8 * span]))

@@ -1,0 +1,210 @@
+"""What a column of somebody else's recording means, by its name and the unit in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from idtool.errors import InputError, UsageError, nearest
+from idtool.importing.conversion import Unit, named_unit
+from idtool.log_format import columns_of
+from idtool.units import Kind
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+#: role -> names of it, without marks, units and the words below
+_ALIASES: dict[str, str] = {
+    "trial": "trial trialid run runid repetition rep episode experimentid",
+    "time": "time t timestamp timestamps stamp seconds sec elapsed elapsedtime clock",
+    "position": "position pos q qm qpos angle theta phi encoder displacement travel",
+    "velocity": "velocity vel speed dq qdot qvel dqdt omega angularvelocity w rpm",
+    "current": "current i iq amps amperage",
+    "torque": "torque tau effort moment trq force thrust",
+    "payload": "payload payloadmass",
+    "tilt_alpha": "tiltalpha",
+    "tilt_beta": "tiltbeta",
+    "temperature": "temperature temp",
+    "supply_voltage": "supplyvoltage voltage vbus busvoltage vin inputvoltage vdc",
+}
+_ROLE_OF = {alias: role for role, aliases in _ALIASES.items() for alias in aliases.split()}
+#: Names that mean a command by themselves.
+_COMMAND_ALIASES = {"qg": "position", "qref": "position", "qdes": "position", "qcmd": "position"}
+_COMMAND_WORDS = _words(
+    "cmd command commands commanded ref reference des desired target goal setpoint sp demand nominal"
+)
+_MEASURED_WORDS = _words(
+    "meas measured actual act present feedback fb value motor mot joint jnt axis shaft "
+    "mos winding coil estimated"
+)
+_LINEAR_NAMES = frozenset(("force", "thrust", "displacement", "travel"))
+#: Roles whose choice decides the result; two candidates for one of these are never guessed between.
+NEEDED = ("time", "position", "velocity", "current", "torque")
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a column's name says.
+
+    Attributes:
+        source: the column.
+        role: a role of `columns_of`.
+        unit: the unit in the name, as spelt there; "" if none.
+        commanded: a set value, not a measured one.
+        linear: the word itself belongs to a linear axis ("force").
+    """
+
+    source: str
+    role: str
+    unit: str = ""
+    commanded: bool = False
+    linear: bool = False
+
+
+@dataclass(frozen=True)
+class Taken:
+    """One column of the log and where it came from.
+
+    Attributes:
+        column: its name in the log.
+        role: its role.
+        source: its name in the recording.
+        unit: the unit it had there.
+        why: "given" (by an option), "named" (the name says all) or "presumed" (the unit is a guess).
+        commanded: the recording holds no measured value; this is the commanded one.
+    """
+
+    column: str
+    role: str
+    source: str
+    unit: Unit
+    why: str
+    commanded: bool = False
+
+
+def meaning(name: str) -> Meaning | None:
+    """What a column's name says, or None if it says nothing we know.
+
+    >>> meaning("motorSpeed [rpm]").role, meaning("tau_cmd").commanded
+    ('velocity', True)
+    """
+    for base, unit in _splits(name):
+        found = _classify(base)
+        if found is None:
+            continue
+        role, commanded, linear = found
+        if not unit or any(named_unit(unit, role, kind) for kind in ("rotary", "linear")):
+            return Meaning(name, role, unit, commanded, linear)
+    return None
+
+
+def _splits(name: str) -> Iterator[tuple[str, str]]:
+    """Every way to split a name into a quantity and a unit, the longest unit first."""
+    if bracket := re.match(r"^(.*?)[\s_]*[\[(]\s*([^\])]+?)\s*[\])]\s*$", name):
+        yield bracket[1], bracket[2]
+        return
+    parts = [part for part in re.split(r"[_\s.\-/:]+", name) if part]
+    for count in range(min(4, len(parts) - 1), 0, -1):
+        yield "_".join(parts[:-count]), "_".join(parts[-count:])
+    if parts and parts[-1].lower() == "rpm":  # a unit that is a quantity too
+        yield "_".join(parts), "rpm"
+    yield name, ""
+
+
+def _classify(base: str) -> tuple[str, bool, bool] | None:
+    words = [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", base)]
+    commanded = any(word in _COMMAND_WORDS for word in words)
+    rest = [word for word in words if word not in _COMMAND_WORDS]
+    for kept in (rest, [word for word in rest if word not in _MEASURED_WORDS and word not in ("m", "raw")]):
+        joined = "".join(kept)
+        if joined in _COMMAND_ALIASES:
+            return _COMMAND_ALIASES[joined], True, False
+        if joined in _ROLE_OF:
+            return _ROLE_OF[joined], commanded, joined in _LINEAR_NAMES
+    return None
+
+
+def role_of(text: str) -> tuple[str, Kind | None]:
+    """The role that the left side of an option names, itself or by a column, and the kind it implies.
+
+    Raises:
+        UsageError: neither a role nor a column of a log.
+    """
+    rotary, linear = columns_of("rotary"), columns_of("linear")
+    name = "torque" if text == "force" else text
+    if name in rotary:
+        return name, "linear" if text == "force" else None
+    for kind, columns in (("rotary", rotary), ("linear", linear)):
+        for role, column in columns.items():
+            if column == text:
+                alike = rotary[role] == linear[role]
+                return role, None if alike else "linear" if kind == "linear" else "rotary"
+    known = sorted({*rotary, *rotary.values(), *linear.values()})
+    raise UsageError(f'"{text}" is no column of a log; {nearest(text, known)}.')
+
+
+def choose_kind(meanings: Iterable[Meaning], stated: Mapping[str, Kind], file: Path) -> Kind:
+    """Rotary or linear: as an option states, else as units and words tell, else rotary.
+
+    Args:
+        meanings: the columns that may be taken.
+        stated: what in the options implies a kind -> that kind.
+        file: for messages.
+
+    Raises:
+        UsageError: options that contradict each other.
+        InputError: units of both kinds.
+    """
+    if len(set(stated.values())) > 1:
+        texts = " and ".join(f"{text} ({kind})" for text, kind in stated.items())
+        raise UsageError(f"{texts} do not fit one axis; name columns of one kind.")
+    if stated:
+        return next(iter(stated.values()))
+    hints: dict[Kind, str] = {}
+    for item in meanings:
+        if item.role in ("position", "velocity", "torque"):
+            fits: list[Kind] = [
+                k for k in ("rotary", "linear") if item.unit and named_unit(item.unit, item.role, k)
+            ]
+            if len(fits) == 1:
+                hints.setdefault(fits[0], item.source)
+            elif item.linear:
+                hints.setdefault("linear", item.source)
+    if len(hints) == 2:
+        raise InputError(
+            f'"{hints["rotary"]}" belongs to a rotary axis and "{hints["linear"]}" to a linear one',
+            file=file,
+            remedy="choose with --kind rotary or --kind linear",
+        )
+    return next(iter(hints), "rotary")
+
+
+def choose(meanings: Iterable[Meaning], role: str, kind: Kind, file: Path) -> Meaning | None:
+    """The column taken for a role, or None where no column is it.
+
+    Raises:
+        InputError: two columns are equally good for a role that decides the result.
+    """
+    column = columns_of(kind)[role]
+    fitting = [m for m in meanings if m.role == role and (not m.unit or named_unit(m.unit, role, kind))]
+    exact = [m for m in fitting if m.source == column]
+    fitting = exact or fitting
+    if len(fitting) < 2:
+        return fitting[0] if fitting else None
+    if role not in NEEDED:
+        return None
+    names = ", ".join(f'"{m.source}"' for m in fitting[:4])
+    raise InputError(
+        f"columns {names} may all be the {role}",
+        file=file,
+        remedy=f"choose with --map {column}={fitting[0].source}",
+    )
+
+
+def as_command(item: Meaning) -> Meaning:
+    """A commanded position or velocity under the role that a log has for it."""
+    return replace(item, role=f"{item.role}_command") if item.role in ("position", "velocity") else item
