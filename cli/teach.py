@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from idtool.cli.common import Output, console, force_option, output_options, rig_option, seed_option
+
+from .common import Output, console, force_option, output_options, rig_option, seed_option
 
 if TYPE_CHECKING:
     from collections.abc import Callable
