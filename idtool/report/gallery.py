@@ -1,0 +1,350 @@
+"""Which figures a report has: each with its name, caption, text alternative and how to draw it.
+
+A figure whose data are absent is left out. The captions say what to see, with the numbers at hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from idtool.report import text
+from idtool.report.evidence import Evidence, Segment
+from idtool.report.facts import array
+from idtool.report.friction_figures import stribeck_figure
+from idtool.report.gravity_figures import arm_figure, average_error, gravity_figure
+from idtool.report.loop_figures import MOST_PANELS, Loop, loops_figure, main_frequency
+from idtool.report.prediction_figures import Trace, prediction_figure
+from idtool.report.selection_figures import candidates_figure, correlation_figure, stiffness_figure
+from idtool.units import torque_name, unit_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_MOST_TRACES = 3
+
+
+@dataclass(frozen=True)
+class Plate:
+    """One figure of the report.
+
+    Attributes:
+        name: of its files in figures/.
+        section: "model", "prediction", "residual" or "certainty".
+        title: a few words, the heading over it.
+        caption: what to see.
+        alt: what the figure shows, for those who do not see it.
+        draw: makes the figure.
+        wide: takes the full width of the page.
+    """
+
+    name: str
+    section: str
+    title: str
+    caption: str
+    alt: str
+    draw: Callable[[], Figure]
+    wide: bool = False
+
+
+def model_plates(evidence: Evidence) -> Iterator[Plate]:
+    """Friction over speed, gravity, loops, and measured against predicted."""
+    yield from _stribeck(evidence)
+    yield from _gravity(evidence)
+    yield from _loops(evidence)
+    yield from _predictions(evidence)
+
+
+def certainty_plates(evidence: Evidence) -> Iterator[Plate]:
+    """Candidates, correlation of the parameters, cost over the bristle stiffness."""
+    yield from _candidates(evidence)
+    yield from _correlation(evidence)
+    yield from _stiffness(evidence)
+
+
+def _stribeck(evidence: Evidence) -> Iterator[Plate]:
+    points, curve = evidence.facts.stribeck_points, evidence.facts.stribeck_curve
+    if not points and (curve is None or not curve.velocity):
+        return
+    kind = evidence.kind
+    velocity = np.array([point.velocity for point in points])
+    torque = np.array([point.torque for point in points])
+    fit = (array(curve.velocity), array(curve.torque)) if curve else (np.empty(0), np.empty(0))
+    unsteady = sum(not point.steady for point in points)
+    caption = (
+        _friction_shape(evidence)
+        + "Dots are constant-speed windows with 95 % intervals; the band holds the curve with 95 % "
+        "confidence."
+    )
+    if unsteady:
+        caption += f" Hollow dots ({unsteady}) were not steady and did not count."
+    caption += " In the folded panel, two curves apart mean that the directions differ."
+    yield Plate(
+        "stribeck",
+        "model",
+        "Friction against speed",
+        caption,
+        f"Friction {torque_name(kind)} over velocity in both directions: "
+        f"{text.counted(len(points), 'measured point')}, "
+        "the fitted curve with its band, and below it both directions folded onto each other.",
+        lambda: stribeck_figure(
+            velocity,
+            torque,
+            kind=kind,
+            stderr=array(tuple(point.stderr for point in points)),
+            steady=[point.steady for point in points],
+            curve_velocity=fit[0],
+            curve_torque=fit[1],
+            low=array(curve.low) if curve else (),
+            high=array(curve.high) if curve else (),
+        ),
+    )
+
+
+def _friction_shape(evidence: Evidence) -> str:
+    static = evidence.parameters.static
+    if not static or evidence.facts.friction == "coulomb":
+        return "Coulomb and viscous friction: a level and a slope. "
+    below = static["static"].value < static["coulomb"].value
+    speed = text.number(static["stribeck_velocity"].value, 2)
+    unit = unit_text("velocity", evidence.kind)
+    if below:
+        return (
+            "The static level lies below the Coulomb level: friction rises from standstill up to "
+            f"about {speed} {unit}. "
+        )
+    return (
+        f"The static level lies above the Coulomb level: friction falls until about {speed} {unit}, "
+        "then rises. "
+    )
+
+
+def _gravity(evidence: Evidence) -> Iterator[Plate]:
+    gravity, model, kind = evidence.parameters.gravity, evidence.parameters.gravity_model, evidence.kind
+    arm = model == "arm"
+    points = [
+        point
+        for point in evidence.facts.gravity_points
+        if (point.position if arm else point.payload_kg) is not None
+    ]
+    if not points or not gravity:
+        return
+    x = array(tuple(point.position if arm else point.payload_kg for point in points))
+    torque = np.array([point.torque for point in points])
+    stderr = array(tuple(point.stderr for point in points))
+    values = {name: parameter.value for name, parameter in gravity.items()}
+    if arm:
+        model_torque = values["sin"] * np.sin(x) + values["cos"] * np.cos(x)
+    else:
+        model_torque = values["base"] + values["per_payload"] * x
+    error = average_error(torque, model_torque)
+    over = "position" if arm else "payload"
+    caption = "Each dot is measured moving both ways, so that friction cancels. "
+    if np.isfinite(error):
+        caption += f"The model is off by {text.number(error, 2)} % on average. "
+    caption += (
+        f"Below: what is left; a bend there would mean that gravity does not follow the {over} as modelled."
+    )
+
+    def draw() -> Figure:
+        if arm:
+            return arm_figure(x, torque, sin=values["sin"], cos=values["cos"], kind=kind, stderr=stderr)
+        return gravity_figure(
+            x, torque, base=values["base"], per_payload=values["per_payload"], kind=kind, stderr=stderr
+        )
+
+    yield Plate(
+        "gravity",
+        "model",
+        f"Gravity against {over}",
+        caption,
+        f"Gravity {torque_name(kind)} at {text.counted(len(points), over + ' step')} with the fitted line "
+        "and, "
+        "below, the difference between them.",
+        draw,
+    )
+
+
+def _loops(evidence: Evidence) -> Iterator[Plate]:
+    rows, kind = evidence.rows, evidence.kind
+    trials = _loop_trials(evidence)
+    if not trials:
+        return
+    labels = []
+    for segment in trials:
+        frequency = main_frequency(rows.time[segment.rows], rows.velocity[segment.rows])
+        labels.append(
+            f"trial {segment.trial}" if frequency is None else f"{frequency:.2g} Hz (trial {segment.trial})"
+        )
+    effort = torque_name(kind)
+    for against, x, see in (
+        (
+            "velocity",
+            rows.velocity,
+            "The width of a loop is what velocity alone does not explain: the bristle, inertia and delay",
+        ),
+        (
+            "position",
+            rows.position,
+            "A tilt of a loop is a spring, a wave along it is ripple, and its rounded corners are presliding",
+        ),
+    ):
+        if x is None:
+            continue
+        loops = [
+            Loop(label, x[s.rows], rows.torque[s.rows], rows.after[s.rows])
+            for label, s in zip(labels, trials, strict=True)
+        ]  # fmt: skip
+        yield Plate(
+            f"loops_{against}",
+            "model",
+            f"{effort.capitalize()} against {against}",
+            f"{see}. Grey is measured, blue is what the identified model predicts; they should lie on "
+            "each other.",
+            f"Loops of {effort} over {against}, measured and predicted, for {text.listed(labels)}.",
+            lambda loops=loops, against=against: loops_figure(loops, kind=kind, against=against),  # type: ignore[misc]
+        )
+
+
+def _loop_trials(evidence: Evidence) -> list[Segment]:
+    """The sine trials; without any, the longest trials that go both ways."""
+    rows = evidence.rows
+    sines = [segment for segment in rows.segments if "sin" in segment.experiment.lower()]
+    if len(sines) > MOST_PANELS:
+        # one of each frequency tells more than four of the first
+        sines = [sines[round(k)] for k in np.linspace(0, len(sines) - 1, MOST_PANELS)]
+    if sines:
+        return sines
+    both = [s for s in rows.segments if rows.velocity[s.rows].min() < 0 < rows.velocity[s.rows].max()]
+    both.sort(key=lambda segment: segment.rows.start - segment.rows.stop)
+    return sorted(both[:MOST_PANELS], key=lambda segment: segment.rows.start)
+
+
+def _predictions(evidence: Evidence) -> Iterator[Plate]:
+    rows, kind = evidence.rows, evidence.kind
+    held_out = rows.held_out_spans
+    shown = _one_of_each(held_out or rows.segments)
+    traces = []
+    for segment in shown:
+        name = f"trial {segment.trial}"
+        traces.append(
+            Trace(
+                f"{segment.experiment}, {name}" if segment.experiment else name,
+                rows.time[segment.rows] - rows.time[segment.rows.start],
+                rows.torque[segment.rows],
+                rows.before[segment.rows],
+                rows.after[segment.rows],
+            )
+        )
+    if held_out:
+        start = "None of these rows was used to fit parameters or to choose effects. "
+    else:
+        start = "Nothing was held out, so this is how well the model fits, not how well it predicts. "
+    yield Plate(
+        "prediction",
+        "prediction",
+        "Measured and predicted",
+        start
+        + "The blue line (extended model) should lie on the wide grey one (measured); where the orange line "
+        "(base model) leaves it, the added effects do their work.",
+        f"{torque_name(kind).capitalize()} over time, measured and predicted by the base and the extended "
+        "model, for "
+        f"{text.listed([trace.label for trace in traces])}.",
+        lambda: prediction_figure(traces, kind=kind, held_out=bool(held_out)),
+        wide=True,
+    )
+
+
+def _one_of_each(segments: tuple[Segment, ...]) -> list[Segment]:
+    """Up to three segments, of different experiments where there are any, in the order of the file."""
+    first: dict[str, Segment] = {}
+    for segment in segments:
+        first.setdefault(segment.experiment, segment)
+    chosen = list(first.values())[:_MOST_TRACES]
+    chosen += [segment for segment in segments if segment not in chosen][: _MOST_TRACES - len(chosen)]
+    return sorted(chosen, key=lambda segment: segment.rows.start)
+
+
+def _candidates(evidence: Evidence) -> Iterator[Plate]:
+    error = evidence.diagnosis.error
+    scored = [(c, c.held_out) for c in evidence.diagnosis.candidates if c.held_out is not None]
+    if not scored:
+        return
+    taken = [text.effect_title(c.name) for c, _ in scored if c.accepted]
+    caption = f"Accepted: {text.listed(taken)}. " if taken else "None was accepted. "
+    caption += (
+        "A shorter bar is a better prediction; an effect is taken only if it also passes its significance "
+        "test "
+        "and no simpler one does as well (the reasons are in the table)."
+    )
+    yield Plate(
+        "candidates",
+        "certainty",
+        "Candidate effects",
+        caption,
+        f"Bar chart of the held-out error with each of {text.counted(len(scored), 'candidate effect')}.",
+        lambda: candidates_figure(
+            [text.effect_title(candidate.name) for candidate, _ in scored],
+            np.array([value for _, value in scored]),
+            [candidate.accepted for candidate, _ in scored],
+            base=error.held_out.before,
+            noise_floor=error.noise_floor,
+            kind=evidence.kind,
+        ),
+    )
+
+
+def _correlation(evidence: Evidence) -> Iterator[Plate]:
+    correlation = evidence.facts.correlation
+    if correlation is None or len(correlation.names) < 2:
+        return
+    count = len(correlation.names)
+    if len(correlation.matrix) != count or any(len(row) != count for row in correlation.matrix):
+        return
+    matrix = np.nan_to_num(np.array([array(row) for row in correlation.matrix]))
+    names = [text.words(name).replace(".", ": ") for name in correlation.names]
+    size = np.abs(np.triu(matrix, 1))
+    row, column = np.unravel_index(int(np.argmax(size)), size.shape)
+    strongest = f"{names[row]} and {names[column]} ({text.number(float(matrix[row, column]), 2)})"
+    yield Plate(
+        "correlation",
+        "certainty",
+        "Correlation of the parameters",
+        f"The strongest pair is {strongest}. Near ±1, the data fix only a combination of the two: a run "
+        "that moves "
+        "one without the other would separate them.",
+        f"Heat map of the correlation between {count} parameter estimates; the strongest is {strongest}.",
+        lambda: correlation_figure(names, matrix),
+    )
+
+
+def _stiffness(evidence: Evidence) -> Iterator[Plate]:
+    cost, kind = evidence.facts.cost_over_sigma0, evidence.kind
+    if cost is None or len(cost.sigma0) < 3 or len(cost.sigma0) != len(cost.rmse):
+        return
+    sigma0, rmse = array(cost.sigma0), array(cost.rmse)
+    good = np.isfinite(sigma0) & np.isfinite(rmse) & (sigma0 > 0)
+    if np.count_nonzero(good) < 3:
+        return
+    stiffness = evidence.parameters.dynamic.get("bristle_stiffness")
+    if stiffness is not None and not stiffness.identified:
+        caption = "The data do not determine the stiffness: the curve is flat on at least one side. "
+    else:
+        caption = "A clear valley means that the data determine the stiffness. "
+    yield Plate(
+        "bristle_stiffness",
+        "certainty",
+        "Error over the bristle stiffness",
+        caption
+        + "Flat to the right, only a lower bound is known: the bristle is stiffer than the sensors resolve.",
+        "Rms error of the fit over the bristle stiffness on a logarithmic axis"
+        + (
+            f", with its minimum at {text.number(cost.best, 3)} {unit_text('stiffness', kind)}."
+            if cost.best
+            else "."
+        ),
+        lambda: stiffness_figure(sigma0[good], rmse[good], best=cost.best, kind=kind),
+    )

@@ -1,0 +1,274 @@
+"""The report: one HTML page that holds everything, and its figures beside it.
+
+    write_report(Path("result"))    # result/report.html, result/figures/*.png and *.svg
+
+The page needs no network and no other file: figures are inside it, and a content policy forbids it to
+load anything. Everything that comes from files is escaped by the template.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from idtool import __version__
+from idtool.atomic import atomic_write
+from idtool.effects import registry
+from idtool.errors import InputError
+from idtool.report import style, tables, text
+from idtool.report.evidence import Evidence, read_evidence
+from idtool.report.facts import Found, Pair
+from idtool.report.gallery import Plate, certainty_plates, model_plates
+from idtool.report.residual_gallery import SIGNIFICANT, residual_plates
+from idtool.report.verdict import summarise
+from idtool.units import torque_name, unit_text
+
+PAGE = "report.html"
+FIGURES = "figures"
+_FORMS = ("png", "svg")
+#: Names of every figure that a report may have; those of an earlier report that this one lacks go.
+_KNOWN = (
+    "stribeck",
+    "gravity",
+    "loops_velocity",
+    "loops_position",
+    "prediction",
+    "residual_time",
+    "residual_position",
+    "residual_velocity",
+    "residual_acceleration",
+    "residual_load",
+    "residual_payload",
+    "residual_temperature",
+    "residual_histogram",
+    "residual_autocorrelation",
+    "spectrum_time",
+    "spectrum_angle",
+    "candidates",
+    "correlation",
+    "bristle_stiffness",
+)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure as the page holds it: a data address, its size in pixels, and its words."""
+
+    plate: Plate
+    address: str
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """One line of the error table, as text."""
+
+    name: str
+    before: str
+    after: str
+    change: str
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One bar of the verdict's little chart: share of the longest, 0 to 100."""
+
+    name: str
+    value: str
+    length: float
+    kind: str
+
+
+@dataclass(frozen=True)
+class EffectCard:
+    """An accepted effect: what it is, how sure, and what looks like it."""
+
+    title: str
+    formula: str
+    p_value: str
+    alternatives: str
+    reveals: str
+
+
+def write_report(folder: Path) -> Path:
+    """Draw the report of a result folder into it; returns the page.
+
+    Writes `report.html` and `figures/NAME.png`, `figures/NAME.svg`, each whole or not at all, and
+    removes figures of an earlier report that this one does not have.
+
+    Raises:
+        InputError: the folder's files are missing or broken, or it cannot be written.
+    """
+    evidence = read_evidence(folder)
+    plates = [*model_plates(evidence), *residual_plates(evidence), *certainty_plates(evidence)]
+    pictures = _draw(plates, folder / FIGURES)
+    page = _render(evidence, pictures)
+    with atomic_write(folder / PAGE) as stream:
+        stream.write(page)
+    return folder / PAGE
+
+
+def _draw(plates: list[Plate], folder: Path) -> list[Picture]:
+    try:
+        folder.mkdir(exist_ok=True)
+        for name in _KNOWN:
+            if name not in {plate.name for plate in plates}:
+                for form in _FORMS:
+                    (folder / f"{name}.{form}").unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"cannot be written ({error.strerror})", file=folder, remedy="free space or pick another place"
+        ) from error
+    pictures = []
+    for plate in plates:
+        figure = plate.draw()
+        drawn = {form: style.render(figure, form) for form in _FORMS}
+        for form, content in drawn.items():
+            with atomic_write(folder / f"{plate.name}.{form}", "wb") as stream:
+                stream.write(content)
+        width, height = struct.unpack(">II", drawn["png"][16:24])  # where a PNG keeps its size
+        address = "data:image/png;base64," + base64.b64encode(drawn["png"]).decode("ascii")
+        pictures.append(Picture(plate, address, width, height))
+    return pictures
+
+
+def _render(evidence: Evidence, pictures: list[Picture]) -> str:
+    import jinja2
+
+    package = files("idtool.report")
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    template = environment.from_string(package.joinpath("page.html.jinja").read_text("utf-8"))
+    diagnosis, facts = evidence.diagnosis, evidence.facts
+    error = diagnosis.error
+    return template.render(
+        style=package.joinpath("page.css").read_text("utf-8"),
+        name=evidence.folder.resolve().name,
+        version=__version__,
+        kind=evidence.kind,
+        effort=torque_name(evidence.kind),
+        unit=unit_text("torque", evidence.kind),
+        summary=summarise(evidence),
+        bars=_bars(evidence),
+        error_change=text.change(*_headline_pair(evidence)),
+        held_out=error.held_out.after is not None,
+        effects=[_card(effect) for effect in diagnosis.effects],
+        next_experiment=_next(evidence),
+        groups=tables.parameter_groups(evidence),
+        errors=_errors(evidence),
+        dependences=tables.dependence_rows(evidence, SIGNIFICANT),
+        candidates=_candidates(evidence),
+        sections={
+            section: [picture for picture in pictures if picture.plate.section == section]
+            for section in ("model", "prediction", "residual", "certainty")
+        },
+        facts=facts,
+        constant=_constant(evidence),
+        provenance=_flat(evidence.parameters.provenance),
+    )
+
+
+def _headline_pair(evidence: Evidence) -> tuple[float | None, float | None]:
+    error = evidence.diagnosis.error
+    pair = error.held_out if error.held_out.after is not None else error.training
+    return pair.before, pair.after
+
+
+def _bars(evidence: Evidence) -> list[Bar]:
+    before, after = _headline_pair(evidence)
+    values = [
+        ("base model", before, "before"),
+        ("with what was found", after, "after"),
+        ("measurement noise", evidence.diagnosis.error.noise_floor, "floor"),
+    ]
+    longest = max((value for _, value, _ in values if value is not None), default=0.0) or 1.0
+    return [
+        Bar(name, text.number(value, 3), round(100.0 * value / longest, 1), kind)
+        for name, value, kind in values
+        if value is not None
+    ]
+
+
+def _errors(evidence: Evidence) -> list[ErrorRow]:
+    error = evidence.diagnosis.error
+    pairs: dict[str, Pair] = {"held out": error.held_out, "training": error.training}
+    pairs |= {text.words(name): pair for name, pair in error.by_experiment.items()}
+    return [
+        ErrorRow(
+            name,
+            text.number(pair.before, 3),
+            text.number(pair.after, 3),
+            text.change(pair.before, pair.after),
+        )
+        for name, pair in pairs.items()
+        if pair.before is not None or pair.after is not None
+    ]
+
+
+def _card(effect: Found) -> EffectCard:
+    known = registry.get(effect.name) if effect.name in registry.names() else None
+    return EffectCard(
+        title=text.effect_title(effect.name),
+        formula=known.formula if known else "",
+        p_value=text.p_text(effect.p_value),
+        alternatives=text.listed([text.effect_title(name) for name in effect.alternatives], "or"),
+        reveals=known.reveals if known else "",
+    )
+
+
+def _candidates(evidence: Evidence) -> list[dict[str, Any]]:
+    return [
+        {
+            "title": text.effect_title(candidate.name),
+            "held_out": text.number(candidate.held_out, 3),
+            "p_value": text.p_text(candidate.p_value),
+            "accepted": candidate.accepted,
+            "why": candidate.why,
+        }
+        for candidate in evidence.diagnosis.candidates
+    ]
+
+
+def _next(evidence: Evidence) -> dict[str, str] | None:
+    following = evidence.diagnosis.next_experiment
+    if following is None:
+        return None
+    separates = text.listed([text.effect_title(name) for name in following.separates], "from")
+    return {"separates": separates, "recipe": _toml(following.recipe)}
+
+
+def _toml(document: Mapping[str, Any]) -> str:
+    try:
+        return tomli_w.dumps(document)
+    except (TypeError, ValueError):  # a null inside, which TOML has no word for
+        return json.dumps(document, indent=1)
+
+
+def _constant(evidence: Evidence) -> str:
+    constant = evidence.parameters.axis.torque_constant
+    return (
+        "" if constant is None else f"{text.number(constant)} {unit_text('torque_constant', evidence.kind)}"
+    )
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> list[tuple[str, str]]:
+    """A table as (dotted key, text); what is nested deeper than the page can show is written as JSON."""
+    rows: list[tuple[str, str]] = []
+    for key, value in table.items():
+        if isinstance(value, dict):
+            rows += _flat(value, f"{prefix}{key}.")
+        else:
+            rows.append(
+                (f"{prefix}{key}", value if isinstance(value, str) else json.dumps(value, default=str))
+            )
+    return rows

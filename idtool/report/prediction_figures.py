@@ -1,0 +1,48 @@
+"""Measured and predicted torque over time, on trials that the fit did not see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from idtool.model.motion import Array
+from idtool.report import style
+from idtool.units import Kind, torque_name
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One stretch of time: seconds since its start and three torques, (rows,) each."""
+
+    label: str
+    time: Array
+    measured: Array
+    before: Array
+    after: Array
+
+
+@style.styled
+def prediction_figure(traces: Sequence[Trace], *, kind: Kind = "rotary", held_out: bool = True) -> Figure:
+    """Measured torque with the base model's and the extended model's prediction, a panel per trace."""
+    shown = list(traces)
+    rows = len(shown)
+    figure, axes = style.panels(rows, width=style.WIDE, height=1.4 + 1.8 * rows, gap=(0.3, 0.56), top=0.88)
+    where = "on trials the fit did not see" if held_out else "on the trials of the fit"
+    style.title(figure, f"Measured and predicted {torque_name(kind)} {where}")
+    for panel, trace in zip(axes, shown, strict=True):
+        every = style.thin(len(trace.time), 2500)
+        time = trace.time[every]
+        panel.plot(time, trace.measured[every], color=style.UNDER, lw=4.2, label="measured")
+        panel.plot(time, trace.before[every], color=style.BEFORE, lw=1.1, label="base model")
+        panel.plot(time, trace.after[every], color=style.AFTER, lw=1.1, label="extended model")
+        panel.set_title(trace.label)
+        panel.set_ylabel(style.torque_label(kind))
+        panel.margins(x=0.01)
+    axes[-1].set_xlabel("Time since the start of the trial, s")
+    style.legend(figure, axes[0])
+    figure.align_ylabels()
+    return figure

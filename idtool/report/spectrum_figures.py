@@ -1,0 +1,86 @@
+"""Memory and rhythm of the residual: autocorrelation, and spectra over time and over the angle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from idtool.model.motion import Array
+from idtool.report import style
+from idtool.units import Kind, unit_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_PAIR = ((style.BEFORE, "base model"), (style.AFTER, "extended model"))
+
+
+@style.styled
+def autocorrelation_figure(step: float, before: Array, after: Array, *, rows: int) -> Figure:
+    """Correlation of the residual with itself, lags up.
+
+    Args:
+        step: time between lags, s.
+        before, after: correlation at lags 0, 1, ...
+        rows: number of rows behind them, for the band that white noise keeps within.
+    """
+    figure, (panel,) = style.panels(height=3.5)
+    style.title(figure, "How long the residual remembers")
+    bound = 1.96 / np.sqrt(max(rows, 1))
+    panel.axhspan(-bound, bound, color=style.SHADE, lw=0, label="white noise, 95 %")
+    panel.axhline(0.0, color=style.FAINT, lw=0.9)
+    for values, (colour, name) in zip((before, after), _PAIR, strict=True):
+        panel.plot(step * np.arange(len(values)), values, color=colour, label=name)
+    panel.set_xlim(0.0, step * max(len(before) - 1, 1))
+    panel.set_ylim(min(-0.25, float(np.min(before)), float(np.min(after))) - 0.05, 1.03)
+    panel.set_xlabel("Lag, s")
+    panel.set_ylabel("Autocorrelation")
+    style.legend(figure, panel)
+    return figure
+
+
+@style.styled
+def periodogram_figure(frequency: Array, before: Array, after: Array, *, kind: Kind = "rotary") -> Figure:
+    """Power of the residual over frequency in time, log axes."""
+    figure, (panel,) = style.panels(height=3.5, left=0.95)
+    style.title(figure, "Rhythm of the residual in time")
+    for values, (colour, name) in zip((before, after), _PAIR, strict=True):
+        panel.loglog(frequency, np.maximum(values, 1e-30), color=colour, lw=1.0, label=name)
+    top = max(float(np.max(before)), float(np.max(after)))
+    floor = max(float(np.quantile(np.maximum(after, 1e-30), 0.05)), 1e-7 * top)
+    panel.set_ylim(0.3 * floor, 3.0 * top)
+    panel.set_xlim(float(frequency[0]), float(frequency[-1]))
+    for axis in (panel.xaxis, panel.yaxis):
+        style.powers_of_ten(axis)
+    panel.set_xlabel("Frequency, Hz")
+    panel.set_ylabel(f"Power density, ({unit_text('torque', kind)})²/Hz")
+    style.legend(figure, panel)
+    return figure
+
+
+@style.styled
+def angle_spectrum_figure(
+    frequency: Array, before: Array, after: Array, *, kind: Kind = "rotary", found: Sequence[float] = ()
+) -> Figure:
+    """Amplitude of the residual over spatial frequency: what repeats with the angle stands out.
+
+    Args:
+        frequency: radians of ripple per unit of travel, 1/rad (1/m).
+        before, after: amplitudes, N m (N).
+        found: spatial frequencies of an accepted ripple, marked.
+    """
+    figure, (panel,) = style.panels(height=3.5)
+    style.title(figure, f"Rhythm of the residual over {'travel' if kind == 'linear' else 'angle'}")
+    for index, line in enumerate(n for n in found if frequency[0] <= n <= frequency[-1]):
+        label = "identified ripple" if index == 0 else None
+        panel.axvline(line, color=style.THIRD, lw=5.0, alpha=0.3, label=label)
+    for values, (colour, name) in zip((before, after), _PAIR, strict=True):
+        panel.plot(frequency, values, color=colour, lw=1.1, label=name)
+    panel.set_xlim(float(frequency[0]), float(frequency[-1]))
+    panel.set_ylim(bottom=0.0)
+    panel.set_xlabel(f"Spatial frequency n of sin(n q), {unit_text('per_position', kind)}")
+    panel.set_ylabel(f"Amplitude, {unit_text('torque', kind)}")
+    style.legend(figure, panel)
+    return figure

@@ -1,0 +1,186 @@
+"""The tables of a report: parameters, errors, tests, candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from idtool.effects import registry
+from idtool.parameters import CONTROLLER_KEYS, DYNAMIC, GRAVITY_MODELS, STATIC, Parameter
+from idtool.report import text
+from idtool.report.evidence import Evidence
+from idtool.units import Kind, file_key, unit_text
+
+#: base name -> (symbol, meaning)
+_MEANINGS = {
+    "base": ("", "carried weight without payload"),
+    "per_payload": ("", "more of it per kilogram of payload"),
+    "sin": ("A", "factor of sin q"),
+    "cos": ("B", "factor of cos q"),
+    "coulomb": ("τc", "Coulomb level: friction while moving"),
+    "static": ("τs", "static level: friction near standstill"),
+    "stribeck_velocity": ("ωs", "Stribeck velocity: where one goes over into the other"),
+    "viscous": ("σ2", "viscous coefficient: growth with speed"),
+    "bristle_stiffness": ("σ0", "bristle stiffness: spring before it slides"),
+    "bristle_damping": ("σ1", "bristle damping"),
+}
+_CONTROLLER = {
+    "command_gain": ("Kr", "command gain", "time"),
+    "loop_gain": ("Kc", "loop gain", ""),
+    "period": ("", "control period", "time"),
+}
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """One line of the parameter table, all as text.
+
+    Attributes:
+        remark: what to think of it, in words; empty when there is nothing to say.
+        grave: the remark is a warning.
+    """
+
+    key: str
+    symbol: str
+    meaning: str
+    unit: str
+    value: str
+    stderr: str
+    interval: str
+    remark: str
+    grave: bool
+
+
+@dataclass(frozen=True)
+class ParameterGroup:
+    """Parameters that belong together, with the formula they stand in."""
+
+    title: str
+    formula: str
+    rows: tuple[ParameterRow, ...]
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """What a residual test found for one variable, before and after, as text."""
+
+    variable: str
+    before: str
+    share_before: str
+    after: str
+    share_after: str
+    left: bool
+
+
+def parameter_groups(evidence: Evidence) -> list[ParameterGroup]:
+    """The parameter table, part by part."""
+    return list(_groups(evidence))
+
+
+def _groups(evidence: Evidence) -> Iterator[ParameterGroup]:
+    parameters, kind = evidence.parameters, evidence.kind
+    if parameters.gravity_model:
+        formula = {
+            "slide": "(base + per payload · m) cos α cos β",
+            "arm": "A sin q + B cos q",
+        }[parameters.gravity_model]
+        dimensions = GRAVITY_MODELS[parameters.gravity_model]
+        yield ParameterGroup("Gravity", formula, tuple(_rows(parameters.gravity, dimensions, kind)))
+    if parameters.static:
+        formula = "g(ω) sgn ω + σ2 ω,  g(ω) = τc + (τs − τc) exp(−(ω/ωs)²)"
+        yield ParameterGroup("Static friction", formula, tuple(_rows(parameters.static, STATIC, kind)))
+    if parameters.dynamic:
+        formula = "σ0 z + σ1 dz/dt + σ2 ω,  dz/dt = ω − σ0 |ω| z / g(ω)"
+        yield ParameterGroup("Bristle dynamics", formula, tuple(_rows(parameters.dynamic, DYNAMIC, kind)))
+    for entry in parameters.effects:
+        effect = registry.get(entry.name)
+        dimensions = {p.name: p.dimension for p in effect.parameters}
+        meanings = {p.name: ("", p.meaning) for p in effect.parameters}
+        rows = tuple(_rows(entry.parameters, dimensions, kind, meanings))
+        yield ParameterGroup(f"Effect: {text.effect_title(entry.name)}", effect.formula, rows)
+    if parameters.controller:
+        controller = parameters.controller
+        rows = tuple(
+            ParameterRow(
+                key=keys[kind == "linear"],
+                symbol=_CONTROLLER[name][0],
+                meaning=_CONTROLLER[name][1],
+                unit=_controller_unit(name, kind),
+                value=f"{getattr(controller, name):g}",
+                stderr="–",
+                interval="–",
+                remark="a setting, not identified",
+                grave=False,
+            )
+            for name, keys in CONTROLLER_KEYS.items()
+        )
+        yield ParameterGroup("Controller", "q_d = K_r (K_c τ_ext − dq/dt) + q", rows)
+
+
+def _controller_unit(name: str, kind: Kind) -> str:
+    if name == "loop_gain":
+        return f"{unit_text('velocity', kind)} per {unit_text('torque', kind)}"
+    return unit_text("time", kind)
+
+
+def _rows(
+    values: Mapping[str, Parameter],
+    dimensions: Mapping[str, str],
+    kind: Kind,
+    meanings: Mapping[str, tuple[str, str]] = _MEANINGS,
+) -> Iterator[ParameterRow]:
+    for name, parameter in values.items():
+        dimension = dimensions.get(name, "number")
+        symbol, meaning = meanings.get(name, ("", text.words(name)))
+        value, stderr, interval = text.uncertain(parameter.value, parameter.stderr, parameter.ci95)
+        remark, grave = remark_on(parameter)
+        yield ParameterRow(
+            file_key(name, dimension, kind),
+            symbol,
+            meaning,
+            unit_text(dimension, kind),
+            value,
+            stderr,
+            interval,
+            remark,
+            grave,
+        )
+
+
+def remark_on(parameter: Parameter) -> tuple[str, bool]:
+    """What to think of a parameter, in words, and whether that is a warning."""
+    if parameter.at_bound and not parameter.identified:
+        return "at its bound, and the data do not determine it", True
+    if parameter.at_bound:
+        return "at its bound: not to be trusted", True
+    if not parameter.identified:
+        return "the data do not determine it", True
+    if parameter.stderr is None:
+        return "declared, not identified", False
+    if parameter.ci95 and parameter.ci95[0] <= 0.0 <= parameter.ci95[1]:
+        return "could be zero", False
+    return "", False
+
+
+def dependence_rows(evidence: Evidence, significant: float) -> list[Dependence]:
+    """The residual tests side by side, in the order of the file."""
+    tests = evidence.facts.residual_tests
+    if tests is None:
+        return []
+    before = {test.variable: test for test in tests.before}
+    after = {test.variable: test for test in tests.after}
+    rows = []
+    for variable in dict.fromkeys([*before, *after]):
+        first, second = before.get(variable), after.get(variable)
+        p_after = second.p_value if second else None
+        rows.append(
+            Dependence(
+                text.words(variable),
+                text.p_text(first.p_value if first else None),
+                text.percent(first.share if first else None),
+                text.p_text(p_after),
+                text.percent(second.share if second else None),
+                p_after is not None and p_after < significant,
+            )
+        )
+    return rows

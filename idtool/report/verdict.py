@@ -1,0 +1,251 @@
+"""The result in a few sentences: what was found, how much it helps, and whether to trust it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from idtool.effects import registry
+from idtool.report import text
+from idtool.report.evidence import Evidence
+from idtool.report.residual_gallery import SIGNIFICANT
+from idtool.units import torque_name, unit_text
+
+Mark = Literal["good", "care", "bad"]
+
+#: A held-out error up to this many times the noise floor counts as reaching it.
+_NEAR_FLOOR = 1.3
+_MOST_FINDINGS = 3
+
+
+@dataclass(frozen=True)
+class Check:
+    """One reason to trust the result, or not to."""
+
+    mark: Mark
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One number of a found effect, as text."""
+
+    meaning: str
+    value: str
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The top of the page.
+
+    Attributes:
+        mark: colour of the verdict.
+        headline: what was found.
+        story: one or two sentences on it.
+        findings: how strong the found effects are, a number each.
+        trust: "Yes", "With care" or "Not yet".
+        checks: the reasons, the gravest first.
+    """
+
+    mark: Mark
+    headline: str
+    story: str
+    trust: str
+    trust_mark: Mark
+    findings: tuple[Finding, ...]
+    checks: tuple[Check, ...]
+
+
+def summarise(evidence: Evidence) -> Summary:
+    """The verdict, and whether it deserves trust."""
+    order = {"bad": 0, "care": 1, "good": 2}
+    checks = sorted(_checks(evidence), key=lambda check: order[check.mark])
+    gravest = checks[0].mark
+    trust = {"good": "Yes", "care": "With care", "bad": "Not yet"}[gravest]
+    headline, story = _headline(evidence), _story(evidence)
+    mark: Mark = {"adequate": "good", "effect_found": "good", "ambiguous": "care", "unexplained": "bad"}[
+        evidence.diagnosis.verdict
+    ]  # type: ignore[assignment]
+    return Summary(mark, headline, story, trust, gravest, tuple(_findings(evidence)), tuple(checks))
+
+
+def named_effects(evidence: Evidence) -> list[str]:
+    """The accepted effects besides inertia, which every moving axis has."""
+    return [text.effect_title(e.name) for e in evidence.diagnosis.effects if e.name != "inertia"]
+
+
+def _findings(evidence: Evidence) -> Iterator[Finding]:
+    """The leading parameters of the found effects, so many that the tile stays a tile."""
+    found = [entry for entry in evidence.parameters.effects if entry.name != "inertia"]
+    each = 3 if len(found) == 1 else 1
+    for entry in found[:_MOST_FINDINGS]:
+        for known in registry.get(entry.name).parameters[:each]:
+            parameter = entry.parameters.get(known.name)
+            if parameter is None or known.dimension == "phase":
+                continue
+            value, stderr, _ = text.uncertain(parameter.value, parameter.stderr, None)
+            unit = unit_text(known.dimension, evidence.kind)
+            spread = "" if stderr == "–" else f" ± {stderr}"
+            of = "" if each > 1 else f"{text.effect_title(entry.name)}: "
+            yield Finding(f"{of}{known.meaning}", f"{value}{spread} {unit}".strip())
+
+
+def _headline(evidence: Evidence) -> str:
+    found = text.listed(named_effects(evidence))
+    verdict = evidence.diagnosis.verdict
+    if verdict == "adequate":
+        return "The model is adequate"
+    if verdict == "effect_found":
+        return f"Found: {found}" if found else "An effect was found"
+    if verdict == "ambiguous":
+        ties = _ties(evidence)
+        return f"A tie: {text.listed(ties, 'or')}" if ties else "Two explanations tie"
+    return f"Found: {found}; but structure is left" if found else "Structure is left that no effect explains"
+
+
+def _ties(evidence: Evidence) -> list[str]:
+    for effect in evidence.diagnosis.effects:
+        if effect.alternatives:
+            return [text.effect_title(name) for name in (effect.name, *effect.alternatives)]
+    following = evidence.diagnosis.next_experiment
+    return [text.effect_title(name) for name in following.separates] if following else []
+
+
+def _story(evidence: Evidence) -> str:
+    diagnosis, kind = evidence.diagnosis, evidence.kind
+    friction = {
+        "lugre": "LuGre friction",
+        "stribeck": "Stribeck friction",
+        "coulomb": "Coulomb and viscous friction",
+    }.get(evidence.facts.friction, f"{evidence.facts.friction} friction")
+    base = f"gravity and {friction}" if evidence.parameters.gravity_model else friction
+    effort = torque_name(kind)
+    if diagnosis.verdict == "adequate":
+        inertia = any(effect.name == "inertia" for effect in diagnosis.effects)
+        with_inertia = " with inertia" if inertia else ""
+        return f"{_capital(base)}{with_inertia} explain the measured {effort}; nothing further is needed."
+    if diagnosis.verdict == "effect_found":
+        them = "it" if len(named_effects(evidence)) == 1 else "them"
+        return f"With {them}, {base} explain the measured {effort}."
+    if diagnosis.verdict == "ambiguous":
+        return "These data cannot tell them apart. The run proposed below would."
+    left = diagnosis.unexplained
+    if left is None:
+        return f"What is left of the {effort} is not noise, and no effect in the library accounts for it."
+    share = "" if left.share is None else f" ({text.percent(left.share)} of its variance)"
+    on = f" with {text.listed([text.words(name) for name in left.depends_on])}" if left.depends_on else ""
+    note = f" {_sentence(left.note)}" if left.note else ""
+    still = f"What is left of the {effort} still varies{on}{share}"
+    return f"{still}, and no effect in the library accounts for it.{note}"
+
+
+def _checks(evidence: Evidence) -> Iterator[Check]:
+    yield _verdict_check(evidence)
+    yield _held_out_check(evidence)
+    yield from _floor_check(evidence)
+    yield _parameter_check(evidence)
+    yield from _residual_check(evidence)
+    yield from _passive_check(evidence)
+
+
+def _verdict_check(evidence: Evidence) -> Check:
+    verdict = evidence.diagnosis.verdict
+    if verdict == "unexplained":
+        return Check("bad", "Structure is left that no effect accounts for: the model is not complete.")
+    if verdict == "ambiguous":
+        return Check("care", "Two explanations fit equally well: the prediction holds, the cause is open.")
+    return Check("good", "The diagnosis asks for no further effect.")
+
+
+def _held_out_check(evidence: Evidence) -> Check:
+    spans, rows = evidence.rows.held_out_spans, evidence.rows
+    error = evidence.diagnosis.error.held_out
+    if not spans or error.after is None:
+        return Check("bad", "Nothing was held out: the errors are those of the fit itself.")
+    whole = {(segment.rows.start, segment.rows.stop) for segment in rows.segments}
+    in_trials = all((span.rows.start, span.rows.stop) in whole for span in spans)
+    if in_trials:
+        what = text.counted(len(spans), "whole trial")
+    else:
+        what = text.counted(len(spans), "block of time", "blocks of time")
+    verb = "was" if len(spans) == 1 else "were"
+    if error.before is not None and error.after > 1.02 * error.before:
+        return Check(
+            "bad", f"On {what} that {verb} held out, the extended model is worse than the base model."
+        )
+    if not in_trials:
+        return Check("care", f"Too few trials to hold some out: the errors are from {what} inside trials.")
+    return Check(
+        "good", f"The errors are from {what} that neither the parameters nor the choice of effects saw."
+    )
+
+
+def _floor_check(evidence: Evidence) -> Iterator[Check]:
+    error = evidence.diagnosis.error
+    after, floor = error.held_out.after, error.noise_floor
+    if after is None or floor is None or floor <= 0:
+        return
+    unit = unit_text("torque", evidence.kind)
+    noise = f"the measurement noise ({text.number(floor, 2)} {unit})"
+    if after <= _NEAR_FLOOR * floor:
+        yield Check("good", f"The error has reached {noise}.")
+    else:
+        yield Check("care", f"The error is {text.number(after / floor, 2)} times {noise}.")
+
+
+def _parameter_check(evidence: Evidence) -> Check:
+    parameters = evidence.parameters
+    groups = [parameters.gravity, parameters.static, parameters.dynamic]
+    groups += [entry.parameters for entry in parameters.effects]
+    named = [(name, parameter) for group in groups for name, parameter in group.items()]
+    at_bound = [text.words(name) for name, p in named if p.at_bound]
+    unknown = [text.words(name) for name, p in named if not (p.identified or p.at_bound)]
+    if at_bound or unknown:
+        parts = []
+        if at_bound:
+            parts.append(f"{text.listed(at_bound)} {'sits' if len(at_bound) == 1 else 'sit'} at a bound")
+        if unknown:
+            parts.append(f"the data do not determine {text.listed(unknown)}")
+        return Check("care", f"{_capital('; '.join(parts))}.")
+    if not named:
+        return Check("bad", "The parameter file holds no identified parameter.")
+    return Check("good", f"The data determine all {len(named)} parameters, none at a bound.")
+
+
+def _residual_check(evidence: Evidence) -> Iterator[Check]:
+    tests = evidence.facts.residual_tests
+    if tests is None or not tests.after:
+        return
+    left = [text.words(t.variable) for t in tests.after if t.p_value is not None and t.p_value < SIGNIFICANT]
+    if left:
+        yield Check("care", f"The residual still depends on {text.listed(left)} (p below {SIGNIFICANT}).")
+    else:
+        yield Check(
+            "good", f"The residual depends on none of {text.counted(len(tests.after), 'tested variable')}."
+        )
+
+
+def _passive_check(evidence: Evidence) -> Iterator[Check]:
+    """Passivity of the bristle, which a controller that compensates it relies on."""
+    static, dynamic = evidence.parameters.static, evidence.parameters.dynamic
+    if not static or not dynamic or static["coulomb"].value <= 0:
+        return
+    drop = (static["static"].value - static["coulomb"].value) / static["coulomb"].value
+    if static["viscous"].value > dynamic["bristle_damping"].value * drop:
+        yield Check("good", "The friction model is passive: it cannot feed energy into the axis.")
+    else:
+        yield Check(
+            "care",
+            "The friction model is not passive (σ2 is below σ1 (τs − τc)/τc): compensate it with a margin, "
+            "or hand guiding may vibrate.",
+        )
+
+
+def _capital(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]
+
+
+def _sentence(note: str) -> str:
+    note = _capital(note.strip())
+    return note if note.endswith((".", "!", "?")) else f"{note}."

@@ -1,0 +1,74 @@
+"""`ffc-id report DIR`: what it prints, writes and refuses."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from idtool.cli.main import main
+
+
+def _synthetic() -> ModuleType:
+    """The maker of result folders, which lives with the tests of the report."""
+    file = Path(__file__).parents[1] / "report" / "folder.py"
+    spec = importlib.util.spec_from_file_location("report_folder", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    made = _synthetic().make(tmp_path / "result")
+    assert isinstance(made, Path)
+    return made
+
+
+def run(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main(["report", *arguments])
+    return int(stop.value.code or 0)
+
+
+def test_draws_again_and_says_where(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(str(folder)) == 0
+    printed = capsys.readouterr()
+    assert (
+        printed.out
+        == f"report: {folder / 'report.html'}\nfigures: 19 in {folder / 'figures'}, as PNG and SVG\n"
+    )
+    assert "drawing" in printed.err
+    assert (folder / "report.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert run(str(folder), "--json", "-q") == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    document = json.loads(printed.out)
+    assert document["report"] == str(folder / "report.html")
+    assert all(Path(figure).is_file() for figure in document["figures"])
+    assert len(document["figures"]) == 19
+
+
+def test_bad_folders_end_in_one_sentence(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(str(tmp_path / "nowhere")) == 3
+    assert "no such folder; run ffc-id identify" in capsys.readouterr().err
+    (folder / "evidence.csv.gz").unlink()
+    assert run(str(folder), "-q") == 3
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert printed.err.startswith("ffc-id: ")
+
+
+def test_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run() == 2
+    assert run("--help") == 0
+    assert "ffc-id report result" in capsys.readouterr().out

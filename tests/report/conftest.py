@@ -1,0 +1,35 @@
+"""Folders drawn once and looked at by many tests."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+
+import pytest
+
+from idtool.report import style, write_report
+
+from .folder import make
+
+
+@pytest.fixture(scope="session")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A rotary axis with a ripple, everything there, report drawn."""
+    folder = make(tmp_path_factory.mktemp("rotary") / "result")
+    write_report(folder)
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """The same, not drawn, to be spoilt."""
+    return make(tmp_path / "result")
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are built but not painted, for tests that look at the page's words."""
+    blank = base64.b64decode(
+        "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg=="
+    )
+    monkeypatch.setattr(style, "render", lambda figure, form: blank)
