@@ -1,0 +1,25 @@
+"""What the tests share: the folder of recordings from real machines."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+_PROJECT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of shared data: FFC_ID_SHARED, else `shared` next to the project; skips where absent."""
+    folder = Path(os.environ.get("FFC_ID_SHARED") or _PROJECT.parent / "shared")
+    if not (folder / "measured").is_dir():
+        pytest.skip(f"no recordings of real machines: {folder}/measured is absent (set FFC_ID_SHARED)")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def measured(shared: Path) -> Path:
+    """The folder of recordings from real machines."""
+    return shared / "measured"
