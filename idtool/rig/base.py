@@ -1,0 +1,157 @@
+"""What every rig can do: the interface that recipes and the controller rely on.
+
+A rig is one axis with its drive: simulated, or a servo on a bus. Units are SI at the shaft where the
+torque constant holds; on a linear axis read m for rad and N for N m. The clock of a rig runs on from
+trial to trial.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Literal, Self
+
+from idtool.axis import Axis
+from idtool.model.motion import Array
+
+Mode = Literal["velocity", "position"]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the axis must not exceed.
+
+    Attributes:
+        position: lowest and highest position, rad (m).
+        speed: rad/s (m/s).
+        current: A.
+        temperature: degrees Celsius.
+    """
+
+    position: tuple[float, float]
+    speed: float
+    current: float
+    temperature: float = 80.0
+
+
+@dataclass(frozen=True)
+class TrialSetup:
+    """How the axis stands before a trial.
+
+    Attributes:
+        payload_kg: what it carries.
+        tilt_alpha_rad, tilt_beta_rad: how it is tilted; gravity does not act at alpha = pi/2.
+        start_position: where the trial starts, rad (m); None is where the axis is.
+        temperature_degc: temperature of the surroundings; None is as it is.
+        rest_s: how long the axis stands still before the trial starts.
+    """
+
+    payload_kg: float = 0.0
+    tilt_alpha_rad: float = 0.0
+    tilt_beta_rad: float = 0.0
+    start_position: float | None = None
+    temperature_degc: float | None = None
+    rest_s: float = 0.5
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Commands at a fixed period.
+
+    Attributes:
+        period_s: time between commands.
+        mode: what is commanded.
+        command: velocities, rad/s (m/s), or positions, rad (m), shape (commands,).
+    """
+
+    period_s: float
+    mode: Mode
+    command: Array
+
+
+@dataclass(frozen=True)
+class Block:
+    """Consecutive samples of one trial, shape (samples,) each; a reading that the rig lacks is None.
+
+    `command` is the command in force when the sample was taken.
+    """
+
+    time_s: Array
+    position: Array
+    velocity: Array
+    current: Array
+    command: Array
+    temperature: Array | None = None
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One sample, as `step` returns it."""
+
+    time_s: float
+    position: float
+    velocity: float
+    current: float
+    temperature: float | None = None
+
+
+class Rig(ABC):
+    """One axis. Use it as a context manager: every way out stops it.
+
+    Attributes:
+        axis: kind of axis and torque constant.
+        limits: what it must not exceed.
+        period_s: sampling and control period.
+        simulated: whether `step` takes the torque of a hand.
+        description: one line for a person; it goes into logs and holds no secret of a simulation.
+    """
+
+    axis: Axis
+    limits: Limits
+    period_s: float
+    simulated: bool = False
+    description: str
+
+    @abstractmethod
+    def prepare(self, setup: TrialSetup) -> None:
+        """Bring the axis to rest as `setup` says, holding its position.
+
+        Raises:
+            RigFault: it did not get there.
+        """
+
+    @abstractmethod
+    def play(self, trajectory: Trajectory) -> Iterator[Block]:
+        """Follow the commands and yield what was measured, about a quarter of a second at a time.
+
+        Raises:
+            RigFault: the drive reported a fault.
+        """
+
+    @abstractmethod
+    def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:
+        """Command a position, wait one period, and measure.
+
+        Args:
+            position_command: rad (m).
+            external_torque_nm: torque (N m; N) with which a hand pushes towards +q; a rig that is not
+                simulated has a real hand and takes 0 only.
+        """
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Stop the axis where it is; safe at any time, any number of times."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Stop and let go of the device; safe to call twice."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
