@@ -110,6 +110,8 @@ def import_recording(
     if unwrap is not None and not (math.isfinite(unwrap) and unwrap > 0):
         raise click.UsageError(f"--unwrap {unwrap:g}: the period must be a finite number above zero.")
     refuse_existing(target, force)
+    if target.exists() and file.exists() and target.samefile(file):
+        raise click.UsageError(f"{target} is the recording itself; name another file with -o.")
     imported = convert(
         file,
         mapping=mapping,

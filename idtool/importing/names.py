@@ -143,8 +143,27 @@ def role_of(text: str) -> tuple[str, Kind | None]:
             if column == text:
                 alike = rotary[role] == linear[role]
                 return role, None if alike else "linear" if kind == "linear" else "rotary"
-    known = sorted({*rotary, *rotary.values(), *linear.values()})
-    raise UsageError(f'"{text}" is no column of a log; {nearest(text, known)}.')
+    if text.lower() in _ROLE_OF:
+        return _ROLE_OF[text.lower()], None
+    advice = nearest(text, {*rotary, *rotary.values(), *linear.values()})
+    if not advice.startswith("did you mean"):
+        advice = f"name {', '.join(rotary)}"
+    raise UsageError(f'"{text}" is no column of a log; {advice}.')
+
+
+def check_kind(chosen: Iterable[Meaning], kind: Kind, file: Path) -> None:
+    """Refuse a column that an option names though the unit in its name is of the other kind of axis.
+
+    Raises:
+        InputError: naming the column.
+    """
+    for item in chosen:
+        if item.unit and not named_unit(item.unit, item.role, kind):
+            raise InputError(
+                f'"{item.source}" is in {item.unit}, no unit of {item.role.replace("_", " ")} on a {kind} axis',
+                file=file,
+                remedy="choose columns of one kind, and check --map and --kind",
+            )
 
 
 def choose_kind(meanings: Iterable[Meaning], stated: Mapping[str, Kind], file: Path) -> Kind:

@@ -15,7 +15,16 @@ from idtool.axis import Axis, check_constant, constant_key
 from idtool.errors import InputError, UsageError
 from idtool.importing import cleaning
 from idtool.importing.conversion import Unit, dimension, given_unit, named_unit, si_unit
-from idtool.importing.names import Meaning, Taken, as_command, choose, choose_kind, meaning, role_of
+from idtool.importing.names import (
+    Meaning,
+    Taken,
+    as_command,
+    check_kind,
+    choose,
+    choose_kind,
+    meaning,
+    role_of,
+)
 from idtool.importing.sources import read_table
 from idtool.log import Log
 from idtool.log_format import columns_of
@@ -92,6 +101,7 @@ def import_recording(
         stated["its [axis] table"] = old_axis.kind
     free = [m for name in table.columns if name not in given and (m := meaning(str(name)))]
     axis_kind = choose_kind([*free, *chosen.values()], stated, file)
+    check_kind(chosen.values(), axis_kind, file)
     _fill(chosen, free, axis_kind, file)
     if trial_by:
         cleaning.source_column(table, trial_by, "--trial-by", file)
@@ -207,9 +217,11 @@ def _units(
 
 def _refuse_odd_clock(column: pd.Series[Any], name: str, file: Path) -> None:
     """A clock of unknown unit that steps by a second or more is likely one of milli- or microseconds."""
-    if not pd.api.types.is_numeric_dtype(column) or len(column) < 3:
+    if not pd.api.types.is_numeric_dtype(column):
         return
-    step = float(np.nanmedian(np.abs(np.diff(column.to_numpy(dtype=float, na_value=np.nan)))))
+    steps = np.diff(column.to_numpy(dtype=float, na_value=np.nan))
+    rising = steps[steps > 0]  # not where another trial begins, nor where a value is missing
+    step = float(np.median(rising)) if len(rising) > 1 else 0.0
     if step >= 1:
         raise InputError(
             f'column "{name}" has no unit and steps by {step:g}, which is slow for seconds',
@@ -308,7 +320,7 @@ def _remark(
     presumed = [item for item in taken if item.why == "presumed"]
     if presumed:
         text = ", ".join(f'"{item.source}" {item.unit.text}' for item in presumed)
-        notes.append(f"no unit is named, presumed: {text}; if not so, give --unit {presumed[0].role}=...")
+        notes.append(f"no unit is named, presumed: {text}; if not so, give --unit {presumed[0].role}=UNIT")
     if any(item.commanded for item in taken):
         notes.append(
             f"the {torque_name(kind)} is COMMANDED, not measured; what the drive fails to deliver "

@@ -201,12 +201,13 @@ def _number(text: str) -> bool:
 
 
 def _table(names: list[str], body: list[str], delimiter: str, file: Path, first: int) -> pd.DataFrame:
-    decimal = "," if delimiter == ";" and re.search(r"(^|;)\s*-?\d+,\d", body[0]) else "."
+    lines = "\n".join(body) + "\n"
+    decimal = "," if delimiter in ";\t" and re.search(r"(?:^|[;\t])\s*-?\d+,\d", lines, re.MULTILINE) else "."
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             frame = pd.read_csv(
-                io.StringIO("\n".join(body) + "\n"),
+                io.StringIO(lines),
                 header=None,
                 names=range(len(names)),
                 index_col=False,

@@ -1,0 +1,95 @@
+"""`ffc-id import`: the real program, its words, exit codes and files."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from idtool.log import Log
+
+
+def _program() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """The runner beside this file; test folders are no packages."""
+    spec = importlib.util.spec_from_file_location("cli_support", Path(__file__).with_name("support.py"))
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module.ffc_id  # type: ignore[no-any-return]
+
+
+ffc_id = _program()
+GOOD = "t_ms,angle_deg,i_mA,note\n0,0,100,a\n10,90,200,b\n20,180,300,c\n"
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    path = tmp_path / "run.csv"
+    path.write_text(GOOD)
+    return path
+
+
+def test_says_what_it_took_for_what(recording: Path, tmp_path: Path) -> None:
+    done = ffc_id("import", recording, "-o", "log.csv", "--torque-constant", "2.5", cwd=tmp_path)
+    assert done.returncode == 0
+    assert done.stdout == ""
+    assert done.stderr == (
+        "  time_s        from t_ms [ms]\n"
+        "  position_rad  from angle_deg [deg]\n"
+        "  current_a     from i_mA [mA]\n"
+        "  kept as they are: note\n"
+        "log.csv: 3 rows, 1 trial, rotary axis.\n"
+    )
+    log = Log.read(tmp_path / "log.csv")
+    assert log.axis.torque_constant == 2.5
+    assert log.frame["current_a"].tolist() == [0.1, 0.2, 0.3]
+
+
+def test_json_is_one_document_and_quiet_is_quiet(recording: Path, tmp_path: Path) -> None:
+    target = tmp_path / "log.csv"
+    done = ffc_id(
+        "import", recording, "-o", target, "--torque-constant", "2.5", "--json", "-q", "--experiment", "sine"
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    document = json.loads(done.stdout)
+    assert document["schema"] == "ffc-id/import/1"
+    assert (document["rows"], document["trials"], document["experiment"]) == (3, 1, "sine")
+    assert document["columns"]["position_rad"]["source"] == "angle_deg"
+    again = ffc_id(
+        "import", recording, "-o", target, "--torque-constant", "2.5", "-q", "--force", "--experiment", "sine"
+    )
+    assert (again.returncode, again.stdout, again.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "expected"),
+    [
+        (["absent.csv", "-o", "log.csv"], 3, "ffc-id: absent.csv: no such file; check the path."),
+        (["run.csv", "-o", "log.csv"], 3, "pass --torque-constant"),
+        (["run.csv", "-o", "run.csv", "--torque-constant", "1"], 3, "run.csv: already exists; pass --force"),
+        (["run.csv", "-o", "no/log.csv", "--torque-constant", "1"], 3, "make the folder no first"),
+        (["run.csv", "-o", "log.csv", "--where", "note=z"], 3, "no row has note = z; it holds a, b, c."),
+        (["run.csv", "-o", "log.csv", "--unit", "position=dge"], 2, '"dge" is no unit of angle'),
+        (["run.csv", "-o", "log.csv", "--map", "position_rad"], 2, "write it as --map NAME=VALUE."),
+        (["run.csv", "-o", "log.csv", "--unwrap", "-1"], 2, "above zero."),
+        (["run.csv", "-o", "run.csv", "--force"], 2, "is the recording itself; name another file"),
+        (["run.csv"], 2, "Missing option '-o'"),
+    ],
+)
+def test_refusals(recording: Path, tmp_path: Path, arguments: list[str], code: int, expected: str) -> None:
+    done = ffc_id("import", *arguments, cwd=tmp_path)
+    assert done.returncode == code
+    assert done.stdout == ""
+    assert expected in done.stderr
+    assert "Traceback" not in done.stderr
+    if code == 3:
+        assert done.stderr.count("\n") == 1
+    assert [file.name for file in tmp_path.iterdir()] == ["run.csv"]
+    assert recording.read_text() == GOOD
