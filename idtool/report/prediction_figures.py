@@ -30,7 +30,7 @@ def prediction_figure(traces: Sequence[Trace], *, kind: Kind = "rotary", held_ou
     """Measured torque with the base model's and the extended model's prediction, a panel per trace."""
     shown = list(traces)
     rows = len(shown)
-    figure, axes = style.panels(rows, width=style.WIDE, height=1.4 + 1.8 * rows, gap=(0.3, 0.56), top=0.88)
+    figure, axes = style.panels(rows, width=style.WIDE, height=1.4 + 1.9 * rows, gap=(0.3, 0.56), top=0.88)
     where = "on trials the fit did not see" if held_out else "on the trials of the fit"
     style.title(figure, f"Measured and predicted {torque_name(kind)} {where}")
     for panel, trace in zip(axes, shown, strict=True):

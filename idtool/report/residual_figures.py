@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _BINS = 26
+#: More changes of experiment than this are a fence, not a help.
+_MOST_PARTS = 16
 #: Enough over the position to show a ripple of a dozen periods.
 _FINE_BINS = 80
 _LEAST_IN_BIN = 8
@@ -85,7 +87,7 @@ def residual_time_figure(
         cut = np.insert(values, gaps, np.nan)
         panel.plot(time, cut, color=colour, lw=0.6, label=name, rasterized=True)
         panel.set_ylabel(_residual_label(kind))
-        for start, _, _ in parts[1:]:
+        for start, _, _ in parts[1:] if len(parts) <= _MOST_PARTS else ():
             panel.axvline(start, color=style.FAINT, lw=0.8, ls=(0, (2, 2)))
     axes[0].set_ylim(-limit, limit)
     axes[0].set_xlim(float(clock[0]), float(clock[-1]))

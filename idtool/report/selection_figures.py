@@ -107,6 +107,7 @@ def candidates_figure(
     if noise_floor is not None:
         panel.axvline(noise_floor, color=style.MEASURED, lw=1.2, ls=(0, (4, 2)), label="noise floor")
     panel.margins(x=0.06)
+    panel.locator_params(axis="x", nbins=6)
     panel.set_xlabel(f"Rms {torque_name(kind)} error on held-out trials, {unit_text('torque', kind)}")
     style.legend(figure, panel)
     return figure

@@ -35,9 +35,9 @@ FAINT = "#8a9099"
 UNDER = "#bfc5cc"
 SHADE = "#e9ecf0"
 
-WIDTH = 6.4
+WIDTH = 5.8
 _EDGE = 0.12  # inches from the left edge to headline and legend
-WIDE = 10.2
+WIDE = 12.0
 DPI = 140
 #: More markers than this only cost time: the eye sees the same cloud.
 MOST_MARKERS = 3000

@@ -221,9 +221,8 @@ def _residual_check(evidence: Evidence) -> Iterator[Check]:
     if left:
         yield Check("care", f"The residual still depends on {text.listed(left)} (p below {SIGNIFICANT}).")
     else:
-        yield Check(
-            "good", f"The residual depends on none of {text.counted(len(tests.after), 'tested variable')}."
-        )
+        tested = text.listed([text.words(test.variable) for test in tests.after], "or")
+        yield Check("good", f"The residual does not depend on {tested}.")
 
 
 def _passive_check(evidence: Evidence) -> Iterator[Check]:

@@ -86,7 +86,7 @@ def test_figures_are_images_of_a_readable_size(drawn: Path) -> None:
         with Image.open(file) as image:
             image.verify()
         with Image.open(file) as image:
-            assert 800 <= image.width <= 1600
+            assert 800 <= image.width <= 1800
             assert 250 <= image.height <= 1400
             assert len(set(np.asarray(image.convert("L")).ravel().tolist())) > 20, f"{file.name} is blank"
         assert file.with_suffix(".svg").read_text(encoding="utf-8").rstrip().endswith("</svg>")
