@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from idtool.control import ForceFreeController, Hand, TeachFigures, TeachResult
     from idtool.parameters import Parameters
+    from idtool.rig.base import Rig
 
 
 @click.command()
@@ -114,8 +115,9 @@ def teach(
     return 130 if result.interrupted and hand is not None else 0
 
 
-def _controller(parameters: Parameters, file: Path, axis: Any) -> ForceFreeController:
-    from idtool.control import ForceFreeController, Limits
+def _controller(parameters: Parameters, file: Path, axis: Rig) -> ForceFreeController:
+    from idtool.control import ForceFreeController
+    from idtool.control.teach import limits_of
     from idtool.errors import InputError
 
     if parameters.axis.kind != axis.axis.kind:
@@ -126,7 +128,7 @@ def _controller(parameters: Parameters, file: Path, axis: Any) -> ForceFreeContr
             remedy="take the parameter file of this axis",
         )
     try:
-        return ForceFreeController(parameters, axis.period_s, limits=Limits())
+        return ForceFreeController(parameters, axis.period_s, limits=limits_of(axis))
     except InputError as error:
         raise InputError(str(error).removesuffix("."), file=file) from error
 
@@ -151,7 +153,7 @@ def _hand(parameters: Parameters, speed: float, force: float | None) -> Hand:
 def _run(
     parameters: Parameters,
     controller: ForceFreeController,
-    axis: Any,
+    axis: Rig,
     hand: Hand | None,
     payload: float,
     tilt: tuple[float, float],
@@ -160,11 +162,13 @@ def _run(
     force: bool,
     output: Output,
 ) -> TeachResult:
+    from idtool.control.teach import teach as run
     from idtool.rig.base import TrialSetup
 
-    from idtool.control.teach import teach as run
-
-    setup = TrialSetup(payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1], start_position=0.0)
+    middle = 0.5 * sum(axis.limits.position) if axis.simulated else None  # a real axis stays where it is
+    setup = TrialSetup(
+        payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1], start_position=middle
+    )
 
     def go(progress: Callable[[float], None] | None) -> TeachResult:
         return run(

@@ -11,59 +11,23 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
 
 import numpy as np
 
 from idtool.atomic import refuse_existing
 from idtool.axis import Axis
 from idtool.control.force_free import ForceFreeController
-from idtool.control.guard import Fault, State
+from idtool.control.guard import Fault, Limits, State
 from idtool.control.hand import Hand, travel_per_position
 from idtool.control.record import Record, TeachFigures, measure
 from idtool.errors import InputError, RigFault
 from idtool.log import LogWriter, columns_of
 from idtool.parameters import Parameters
+from idtool.rig.base import Rig, Sample, Trajectory, TrialSetup
 from idtool.units import file_key
 
 #: Rows are handed to the log in portions of this many.
 _LOG_EVERY = 25
-
-
-class Sample(Protocol):
-    """What a rig reports once per period; SI, rad or m by the kind of axis."""
-
-    @property
-    def time_s(self) -> float: ...
-    @property
-    def position(self) -> float: ...
-    @property
-    def velocity(self) -> float: ...
-    @property
-    def current(self) -> float: ...
-    @property
-    def temperature(self) -> float | None: ...
-
-
-class Setup(Protocol):
-    """How the axis stands."""
-
-    @property
-    def payload_kg(self) -> float: ...
-    @property
-    def tilt_alpha_rad(self) -> float: ...
-    @property
-    def tilt_beta_rad(self) -> float: ...
-    @property
-    def start_position(self) -> float: ...
-
-
-class GuidedRig(Protocol):
-    """What hand guiding needs of a rig: a position command in, a sample out, once per period."""
-
-    def prepare(self, setup: Any, /) -> Any: ...
-    def step(self, position_command: float, external_torque_nm: float = 0.0, /) -> Any: ...
-    def stop(self) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -86,8 +50,8 @@ class TeachResult:
 def teach(
     parameters: Parameters,
     controller: ForceFreeController,
-    rig: GuidedRig,
-    setup: Setup,
+    rig: Rig,
+    setup: TrialSetup,
     *,
     hand: Hand | None = None,
     duration_s: float | None = None,
@@ -109,10 +73,12 @@ def teach(
         progress: called with the share done, 0 to 1.
 
     Raises:
-        InputError: the log cannot be written.
+        InputError: the log cannot be written, or a simulated hand was given to a real rig.
         RigFault: the rig failed, or the controller met a measurement that it cannot trust; the log
             holds the run up to there.
     """
+    if hand is not None and not rig.simulated:
+        raise InputError("a simulated hand cannot push a real axis", remedy="push it yourself")
     length = duration_s if duration_s is not None else (hand.duration if hand else float("inf"))
     recorder = _Recorder(parameters.axis, setup, log, force)
     controller.reset()
@@ -120,7 +86,7 @@ def teach(
     fault: Fault | None = None
     try:
         rig.prepare(setup)
-        sample = rig.step(setup.start_position)
+        sample = rig.step(_place(rig) if setup.start_position is None else setup.start_position)
         begun = sample.time_s
         while sample.time_s - begun < length:
             fault = _period(controller, rig, setup, hand, sample, begun, recorder)
@@ -147,10 +113,28 @@ def teach(
     return TeachResult(record, figures, tuple(controller.status.notes), interrupted)
 
 
+def limits_of(rig: Rig) -> Limits:
+    """The controller's limits on a rig: its range and speed; what it may report goes well beyond them."""
+    low, high = rig.limits.position
+    return Limits(
+        position_min=low,
+        position_max=high,
+        speed=rig.limits.speed,
+        measured_speed=4.0 * rig.limits.speed,
+        current=4.0 * rig.limits.current,
+    )
+
+
+def _place(rig: Rig) -> float:
+    """Where the axis is: a rig reports it only while it is commanded, so command it to stand."""
+    blocks = list(rig.play(Trajectory(rig.period_s, "velocity", np.zeros(3))))
+    return float(blocks[-1].position[-1])
+
+
 def _period(
     controller: ForceFreeController,
-    rig: GuidedRig,
-    setup: Setup,
+    rig: Rig,
+    setup: TrialSetup,
     hand: Hand | None,
     sample: Sample,
     begun: float,
@@ -167,8 +151,10 @@ def _period(
         temperature_degc=sample.temperature,
         time_s=sample.time_s,
     )
-    push = hand.torque(sample.time_s - begun, sample.position, sample.velocity) if hand else 0.0
     status = controller.status
+    if status.fault is not None:
+        return status.fault  # its sample is in the fault's history, not in the log
+    push = hand.torque(sample.time_s - begun, sample.position, sample.velocity) if hand else 0.0
     recorder.add(
         (
             sample.time_s - begun,
@@ -184,8 +170,6 @@ def _period(
         ),
         status.state,
     )
-    if status.fault is not None:
-        return status.fault
     recorder.next_sample = rig.step(command, push) if hand else rig.step(command)
     return None
 
@@ -203,9 +187,11 @@ def log_columns(axis: Axis, *, temperature: bool) -> list[str]:
 class _Recorder:
     """Keeps the rows and, if asked, appends them to a log as they come."""
 
-    next_sample: Any
+    next_sample: Sample
 
-    def __init__(self, axis: Axis, setup: Setup, log: str | os.PathLike[str] | None, force: bool) -> None:
+    def __init__(
+        self, axis: Axis, setup: TrialSetup, log: str | os.PathLike[str] | None, force: bool
+    ) -> None:
         self.rows: list[tuple[float, ...]] = []
         self.states: list[State] = []
         self._setup = (setup.payload_kg, setup.tilt_alpha_rad, setup.tilt_beta_rad)

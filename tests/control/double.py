@@ -7,15 +7,14 @@ that agreement of the two is a finding and not a tautology.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
 from idtool.axis import Axis
 from idtool.parameters import EffectEntry, Parameter, Parameters
+from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 
 PAPER = {
     "base": 2 * 0.0265 * (6 / 7) * 9.80665 * (0.427 + 0.176 / 2),
@@ -57,8 +56,8 @@ def parameters(values: dict[str, float] = PAPER, **effects: dict[str, float]) ->
 
 
 @dataclass
-class Double:
-    """Looks like a rig.
+class Double(Rig):
+    """A rig.
 
     Attributes:
         values: the truth.
@@ -78,13 +77,14 @@ class Double:
     bristle: float = 0.3
     period_s: float = 0.01
     axis: Axis = field(default_factory=lambda: Axis("rotary", 2.67))
-    limits: Any = None
+    limits: Limits = field(default_factory=lambda: Limits(position=(-2.6, 2.6), speed=3.0, current=4.0))
     simulated: bool = True
+    description: str = "a small axis for tests"
 
-    def prepare(self, setup: Any) -> None:
+    def prepare(self, setup: TrialSetup) -> None:
         self.payload = setup.payload_kg if self.real_payload is None else self.real_payload
         self.factor = math.cos(setup.tilt_alpha_rad) * math.cos(setup.tilt_beta_rad)
-        self.q = self.goal = setup.start_position
+        self.q = setup.start_position if setup.start_position is not None else 0.25
         self.w = self.time = 0.0
         self.rng = np.random.default_rng(self.seed)
         v = self.values
@@ -93,7 +93,7 @@ class Double:
         self.z = self.bristle
         self.motor = self.integral
 
-    def step(self, position_command: float, external_torque_nm: float = 0.0) -> SimpleNamespace:
+    def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:
         v, h = self.values, 1e-4
         for _ in range(round(self.period_s / h)):
             wanted = min(max(self.position_gain * (position_command - self.q), -3.0), 3.0)
@@ -115,7 +115,15 @@ class Double:
             count, lsb = 2 * math.pi / 4096, 0.229 * 2 * math.pi / 60
             q, w = round(q / count) * count, round(w / lsb) * lsb
             i = round((i + self.rng.normal(0, 0.002)) / 0.00269) * 0.00269
-        return SimpleNamespace(time_s=self.time, position=q, velocity=w, current=i, temperature=25.0)
+        return Sample(self.time, q, w, i, 25.0)
+
+    def play(self, trajectory: Trajectory) -> Iterator[Block]:
+        """Only what hand guiding plays: standing still."""
+        assert trajectory.mode == "velocity"
+        assert not trajectory.command.any()
+        rows = [self.step(self.q) for _ in trajectory.command]
+        columns = np.array([[s.time_s, s.position, s.velocity, s.current, s.temperature] for s in rows]).T
+        yield Block(*columns[:4], trajectory.command, columns[4])
 
     def stop(self) -> None: ...
 

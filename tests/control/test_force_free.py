@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +20,7 @@ from idtool.control import (
 from idtool.control.force_free import COMMAND_GAIN, LOOP_GAIN, gains
 from idtool.control.hand import STANDARD_GRAVITY, travel_per_position
 from idtool.parameters import Controller, Parameters
+from idtool.rig.base import TrialSetup
 
 from .double import BENCH, PAPER, Double, parameters
 
@@ -38,7 +38,7 @@ def guide(
     beta: float = 0.0,
     seconds: float | None = None,
 ) -> TeachResult:
-    setup = SimpleNamespace(payload_kg=payload, tilt_alpha_rad=alpha, tilt_beta_rad=beta, start_position=0.0)
+    setup = TrialSetup(payload, alpha, beta, start_position=0.0)
     return teach(file, ForceFreeController(file, 0.01), rig, setup, hand=hand, duration_s=seconds)
 
 
