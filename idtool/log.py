@@ -13,6 +13,7 @@ writes a finished log whole or not at all.
 
 from __future__ import annotations
 
+import gzip
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -83,7 +84,7 @@ class Log:
         return cls(frame, axis, experiment, rest, str(file), text.incomplete)
 
     def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Write the log whole or not at all.
+        """Write the log whole or not at all; gzipped if the name ends in `.gz`.
 
         Raises:
             InputError: `path` exists and `force` is not given, it cannot be written, or the rows are
@@ -92,6 +93,14 @@ class Log:
         file = Path(path)
         refuse_existing(file, force)
         frame = check_rows(self.frame.copy(), self.axis, None, file)
+        text = header_text(self.axis, self.experiment, self.header)
+        if file.suffix == ".gz":
+            content = text + frame.to_csv(index=False, lineterminator="\n")
+            with atomic_write(file, "wb") as stream:
+                stream.write(
+                    gzip.compress(content.encode(), mtime=0)
+                )  # no time: the same log, the same bytes
+            return
         with atomic_write(file) as stream:
-            stream.write(header_text(self.axis, self.experiment, self.header))
+            stream.write(text)
             frame.to_csv(stream, index=False, lineterminator="\n")

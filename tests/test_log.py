@@ -312,6 +312,15 @@ def test_writing_keeps_what_is_there(tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["log.csv"]
 
 
+def test_a_name_that_ends_in_gz_is_gzipped(tmp_path: Path) -> None:
+    log = Log.read(put(tmp_path, HEAD + NAMES + ROWS))
+    log.write(tmp_path / "a.csv.gz")
+    log.write(tmp_path / "b.csv.gz")
+    assert (tmp_path / "a.csv.gz").read_bytes() == (tmp_path / "b.csv.gz").read_bytes()
+    assert gzip.decompress((tmp_path / "a.csv.gz").read_bytes()).startswith(b"# ffc-id-log = 1\n")
+    pd.testing.assert_frame_equal(Log.read(tmp_path / "a.csv.gz").frame, log.frame)
+
+
 def test_a_link_stays_a_link(tmp_path: Path) -> None:
     path = put(tmp_path, HEAD + NAMES + ROWS)
     link = tmp_path / "link.csv"

@@ -160,7 +160,7 @@ def check_kind(chosen: Iterable[Meaning], kind: Kind, file: Path) -> None:
     for item in chosen:
         if item.unit and not named_unit(item.unit, item.role, kind):
             raise InputError(
-                f'"{item.source}" is in {item.unit}, no unit of {item.role.replace("_", " ")} on a {kind} axis',
+                f'"{item.source}" is in {item.unit}, no unit of {item.role} on a {kind} axis',
                 file=file,
                 remedy="choose columns of one kind, and check --map and --kind",
             )
