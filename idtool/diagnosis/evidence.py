@@ -5,21 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
-from idtool.fit.joint import JointFit, block_labels, correlation_rows
+from idtool.fit.joint import JointFit, correlation_rows
 from idtool.model.motion import Array
 
 
 @dataclass(frozen=True)
 class Background:
-    """What a fit has already used: an orthonormal basis of its Jacobian, its residual, its blocks."""
+    """What a fit has already used: an orthonormal basis of its Jacobian, and its residual."""
 
     fit: JointFit
     basis: Array
     residual: Array
-    labels: NDArray[np.intp]
+    effective: float
 
     @classmethod
     def of(cls, fit: JointFit) -> Background:
@@ -29,7 +28,7 @@ class Background:
         basis = np.linalg.qr(jacobian[:, norm > 0] / norm[norm > 0])[0]
         penalty = fit.start * (fit.model.filtered_noise / fit.bend)
         stacked = np.concatenate([fit.residual, penalty])
-        return cls(fit, basis, stacked - basis @ (basis.T @ stacked), block_labels(fit))
+        return cls(fit, basis, stacked - basis @ (basis.T @ stacked), effective_rows(fit))
 
     def free_of_fit(self, columns: Array) -> Array:
         """Columns with what the fit's own parameters could do taken out."""
@@ -52,11 +51,7 @@ class Score:
 
 
 def score(background: Background, columns: Array) -> Score:
-    """Regress a fit's residual on columns, shape (filtered rows + trials, n).
-
-    The p-value is that of a Wald test on the sums of the score over blocks, which are long against the
-    correlation time of the residual.
-    """
+    """Regress a fit's residual on columns, shape (filtered rows + trials, n)."""
     free = background.free_of_fit(columns)
     norm = np.linalg.norm(free, axis=0)
     original = np.linalg.norm(columns, axis=0)
@@ -69,19 +64,14 @@ def score(background: Background, columns: Array) -> Score:
     gain = float(1.0 - np.sum((r - scaled @ coefficients) ** 2) / np.sum(r**2))
     step = np.zeros(columns.shape[1])
     step[alive] = coefficients / norm[alive]
-    return Score(max(gain, 0.0), _robust_p(background, scaled), step)
+    return Score(max(gain, 0.0), _chance(background, gain, int(alive.sum())), step)
 
 
-def _robust_p(background: Background, scaled: Array) -> float:
-    labels = background.labels
-    n, k = len(labels), scaled.shape[1]
-    count = int(labels.max()) + 1
-    scores = scaled[:n] * background.residual[:n, None]
-    sums = np.column_stack([np.bincount(labels, scores[:, j], count) for j in range(k)])
-    total = sums.sum(axis=0)
-    spread = sums.T @ sums - np.outer(total, total) / count
-    wald = float(total @ np.linalg.pinv(spread, rcond=1e-10, hermitian=True) @ total)
-    return float(stats.f.sf(wald / k, k, max(count - k, 1)))
+def _chance(background: Background, gain: float, columns: int) -> float:
+    """P-value of a gain: an F-test in which autocorrelated rows count as the fewer they are worth."""
+    spare = max(background.effective - len(background.fit.x) - columns, 1.0)
+    ratio = gain / columns / max((1.0 - gain) / spare, 1e-300)
+    return float(stats.f.sf(ratio, columns, spare))
 
 
 def left_out_errors(fit: JointFit) -> Array:
@@ -114,8 +104,12 @@ def left_out_errors(fit: JointFit) -> Array:
     return errors
 
 
+def effective_rows(fit: JointFit) -> float:
+    """How many independent rows the residual is worth."""
+    return len(fit.residual) / correlation_rows(fit.residual, fit.model.recording.filtered_trial)
+
+
 def information_criterion(fit: JointFit) -> float:
     """Bayesian information criterion with the effective number of rows (autocorrelation counted)."""
-    trial = fit.model.recording.filtered_trial
-    effective = len(fit.residual) / correlation_rows(fit.residual, trial)
+    effective = effective_rows(fit)
     return effective * float(np.log(fit.sse / len(fit.residual))) + len(fit.x) * float(np.log(effective))

@@ -9,16 +9,16 @@ that tie the simpler is taken. When nothing passes, effects that became unneeded
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from idtool.diagnosis.evidence import Background, Score, information_criterion, left_out_errors, score
-from idtool.effects.base import Effect, Values, derivative
+from idtool.effects.base import Effect, derivative
 from idtool.fit.joint import JointFit, refit
+from idtool.fit.restart import restart
 from idtool.fit.model import JointModel
-from idtool.model.contribution import FIELDS, Contribution
-from idtool.model.motion import Array, Motion
+from idtool.model.motion import Array
 from idtool.model.torque import Direction
 
 #: Family-wise error of the score tests of one round (Holm).
@@ -31,6 +31,7 @@ _CLEAR = 2.0
 _LEAST_EVIDENCE = 6.0
 _REFITTED = 4
 _MOST_EFFECTS = 8
+_CHUNK = 64
 
 
 @dataclass
@@ -110,6 +111,10 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         candidate = selection.candidates[effect.name]
         if candidate.accepted:
             continue
+        covering = [e.name for e in fit.model.spec.effects if effect.name in e.absorbs]
+        if covering:
+            candidate.why = f"is a special case of {covering[0]}, which is in"
+            continue
         if reason := effect.missing(fit.model.recording.motion):
             candidate.why = f"not testable: {reason}"
             continue
@@ -128,7 +133,13 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     if not passed:
         return None
     winner = _simplest_of_best(selection, passed)
-    selection.fit = winner.fit
+    for absorbed in winner.effect.absorbs:
+        if absorbed in selection.candidates and selection.candidates[absorbed].accepted:
+            selection.candidates[absorbed].accepted = False
+            selection.candidates[absorbed].why = f"is a special case of {winner.effect.name}, which took its place"
+            selection.alternatives.pop(absorbed, None)
+            selection.p_values.pop(absorbed, None)
+    selection.fit = restart(winner.fit)
     candidate = selection.candidates[winner.effect.name]
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
     selection.p_values[winner.effect.name] = winner.p_value
@@ -143,10 +154,11 @@ def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str,
     coordinates = effect.active(motion)
     constants = effect.constants(motion)
     null = {**constants, **{c.name: c.null for c in coordinates}}
-    if len(starts) > 8:
-        starts, tried = [_scan(background, effect, starts, null)], len(starts)
-    else:
-        tried = len(starts)
+    tried = len(starts)
+    wave = effect.wave(motion)
+    if wave is not None:
+        shape = next(iter(starts[0]))
+        starts = [_scan(background, wave[model.recording.row], shape, starts)]
     best: tuple[Score, dict[str, float]] | None = None
     for start in starts:
         strengths = [c for c in coordinates if c.name not in start]
@@ -165,42 +177,21 @@ def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str,
     return best[0], best[1], tried
 
 
-def _scan(background: Background, effect: Effect, starts: list[dict[str, float]], null: Values) -> dict[str, float]:
-    """The most promising of many starts of an additive effect, on the filtered rows alone."""
-    recording = background.fit.model.recording
-    motion = _thinned(recording.motion, recording.row)
-    n = len(motion)
-    residual = background.residual[:n]
-    basis = background.basis[:n]
-    best_gain, best = -1.0, starts[0]
-    for start in starts:
-        values = {**null, **start}
-        columns = []
-        for c in effect.coordinates:
-            if c.name in start:
-                continue
-            change = derivative(effect, motion, values, c)
-            if isinstance(change.torque, np.ndarray) and _only_torque(change):
-                columns.append(change.torque)
-        block = np.column_stack(columns)
-        block = block - basis @ (basis.T @ block)
-        products = block.T @ residual
-        gain = float(products @ np.linalg.lstsq(block.T @ block, products, rcond=1e-8)[0])
-        if gain > best_gain:
-            best_gain, best = gain, start
-    return best
-
-
-def _only_torque(change: Contribution) -> bool:
-    return all(isinstance(getattr(change, n), float) for n in FIELDS if n != "torque")
-
-
-def _thinned(motion: Motion, rows: Array) -> Motion:
-    """The motion at some rows only; right for effects without memory."""
-    picked = {
-        name: value[rows] for name in Motion.__dataclass_fields__ if isinstance(value := getattr(motion, name), np.ndarray)
-    }
-    return replace(motion, **picked)
+def _scan(background: Background, wave: Array, shape: str, starts: list[dict[str, float]]) -> dict[str, float]:
+    """The most promising frequency of a periodic effect: sine and cosine against the residual."""
+    n = len(wave)
+    residual, basis = background.residual[:n], background.basis[:n]
+    frequency = np.array([start[shape] for start in starts])
+    gains = np.empty(len(starts))
+    for begin in range(0, len(starts), _CHUNK):
+        angle = np.outer(wave, frequency[begin : begin + _CHUNK])
+        parts = [np.sin(angle), np.cos(angle)]
+        sine, cosine = (part - basis @ (basis.T @ part) for part in parts)
+        ss, cc, sc = (np.einsum("ij,ij->j", a, b) for a, b in ((sine, sine), (cosine, cosine), (sine, cosine)))
+        sr, cr = residual @ sine, residual @ cosine
+        determinant = np.maximum(ss * cc - sc * sc, 1e-9 * n * n)
+        gains[begin : begin + _CHUNK] = (cc * sr * sr - 2.0 * sc * sr * cr + ss * cr * cr) / determinant
+    return starts[int(np.argmax(gains))]
 
 
 def _holm(
@@ -260,7 +251,8 @@ def _passes(selection: Selection, trial: Trial, before: Array) -> bool:
 def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
     best = min(passed, key=lambda trial: trial.left_out.sum())
     tied = [trial for trial in passed if trial is best or ties(trial.left_out, best.left_out)]
-    winner = min(tied, key=lambda trial: (len(trial.fit.x), trial.left_out.sum()))
+    order = list(selection.candidates)  # the library's order: simplest first
+    winner = min(tied, key=lambda trial: (len(trial.fit.x), order.index(trial.effect.name)))
     names = [trial.effect.name for trial in tied if trial is not winner]
     if names:
         selection.alternatives[winner.effect.name] = names

@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from idtool.model.contribution import FIELDS, Contribution
-from idtool.model.motion import Motion
+from idtool.model.motion import Array, Motion
 
 Values = Mapping[str, float]
 
@@ -59,7 +59,18 @@ class Coordinate:
 
 
 class Effect(ABC):
-    """One physical cause. Sub-classes are final and hold no state."""
+    """One physical cause. Sub-classes are final and hold no state.
+
+    Attributes:
+        name, title, formula: how files, people and the report call it.
+        reveals: the run that shows it best.
+        look_alikes: effects that are hard to tell from it.
+        citation: where it is described.
+        absorbs: effects that are special cases of it; it takes their place.
+        needs: attributes of `Motion` without which it cannot be tested.
+        parameters: as in the parameter file.
+        coordinates: as the fit varies them.
+    """
 
     name: ClassVar[str]
     title: ClassVar[str]
@@ -67,6 +78,7 @@ class Effect(ABC):
     reveals: ClassVar[str]
     look_alikes: ClassVar[tuple[str, ...]] = ()
     citation: ClassVar[str]
+    absorbs: ClassVar[tuple[str, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     parameters: ClassVar[tuple[EffectParameter, ...]]
     coordinates: ClassVar[tuple[Coordinate, ...]]
@@ -85,6 +97,11 @@ class Effect(ABC):
         An effect whose strength enters linearly has no shape: one empty start.
         """
         return [{}]
+
+    def wave(self, motion: Motion) -> Array | None:
+        """For an effect that is a sine of something: that something over the rows (rad per unit of the
+        shape coordinate), so that a search can look at all of `starts` at once. None for the others."""
+        return None
 
     def untestable(self, motion: Motion) -> str | None:
         """Why these data cannot show the effect, and what to log or do; None if they can."""

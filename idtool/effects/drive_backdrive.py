@@ -18,6 +18,7 @@ class DriveBackdrive(Effect):
     formula = "g(w) + mu |tau_load|, with one mu raising the load and another lowering it"
     reveals = "raise against lower at three or more payloads"
     look_alikes = ("load_dependent_friction", "torque_constant_saturation")
+    absorbs = ("load_dependent_friction",)
     citation = "Duclusaud et al. 2025 (BAM, model M5); Giberti et al. 2018 on worm and harmonic gears"
     needs = ("load",)
     parameters = (

@@ -9,7 +9,7 @@ import numpy as np
 
 from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.motion import Array, Motion
 
 _MOST_STARTS = 1500
 
@@ -48,6 +48,9 @@ class ExternalPeriodic(Effect):
         if count > _MOST_STARTS:
             return [{"frequency": float(f)} for f in np.geomspace(lowest, highest, _MOST_STARTS)]
         return [{"frequency": lowest + k * spacing} for k in range(max(count, 0))]
+
+    def wave(self, motion: Motion) -> Array:
+        return 2.0 * math.pi * motion.time
 
     def untestable(self, motion: Motion) -> str | None:
         if not self.starts(motion):

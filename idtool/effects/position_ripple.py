@@ -61,6 +61,9 @@ class PositionRipple(Effect):
         count = int(min(max((highest - lowest) / spacing, 0), _MOST_STARTS))
         return [{"cycles": lowest + k * spacing} for k in range(count)]
 
+    def wave(self, motion: Motion) -> Array:
+        return motion.position
+
     def untestable(self, motion: Motion) -> str | None:
         return None if self.starts(motion) else "the sampling is too coarse over the angle: move slower"
 

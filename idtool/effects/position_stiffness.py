@@ -18,6 +18,7 @@ class PositionStiffness(Effect):
     formula = "k (q - q0)"
     reveals = "slow moves over the whole stroke"
     look_alikes = ("torque_offset", "position_dependent_friction", "position_ripple")
+    absorbs = ("torque_offset",)
     citation = "Hooke's law; cable and hose springs in Bittencourt et al. 2012"
     parameters = (
         EffectParameter("stiffness", "stiffness", "spring rate k"),

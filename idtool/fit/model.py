@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -53,8 +53,9 @@ class Spec:
     effects: tuple[Effect, ...] = ()
 
     def adding(self, effect: Effect) -> Spec:
-        """The same with one more effect."""
-        return Spec(self.friction, self.gravity, self.gravity_columns, (*self.effects, effect))
+        """The same with one more effect, in place of those that are special cases of it."""
+        kept = tuple(other for other in self.effects if other.name not in effect.absorbs)
+        return Spec(self.friction, self.gravity, self.gravity_columns, (*kept, effect))
 
     def without(self, name: str) -> Spec:
         """The same without an effect."""
@@ -258,7 +259,7 @@ class JointModel:
             elif name == "coulomb" and self.spec.friction == "coulomb":
                 result.append(Direction(coulomb=value[name], static=value[name]))
             else:
-                result.append(Direction(**{name: value[name] if name in _LOGARITHMIC else 1.0}))
+                result.append(replace(Direction(), **{name: value[name] if name in _LOGARITHMIC else 1.0}))
         return result
 
     def bend(self, x: Array) -> float:

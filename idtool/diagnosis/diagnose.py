@@ -1,0 +1,206 @@
+"""The diagnosis: which effect the base model lacks, and the error before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
+from idtool.diagnosis.selection import Selection, select
+from idtool.diagnosis.split import Split, split
+from idtool.effects.base import Effect
+from idtool.fit.choose import with_load
+from idtool.fit.joint import JointFit, on_recording, refit
+from idtool.fit.model import JointModel, Spec
+from idtool.fit.results import effect_entry
+from idtool.model.motion import Array
+from idtool.signals import Recording
+from idtool.units import file_key
+
+SCHEMA = "ffc-id/diagnosis/1"
+#: A residual this much above the sensor noise, and correlated over this many rows, holds something.
+_ABOVE_NOISE = 1.5
+_CORRELATED = 2.0
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What the residual of the base model was traced to.
+
+    Attributes:
+        split: the trials, and which were held out.
+        base: the base model, fitted on the training trials.
+        selection: the search for effects on the training trials.
+        final: the extended model fitted on all trials; its parameters are the result.
+        tests_before, tests_after: dependence of the residual on what was measured.
+        notes: sentences for the reader.
+    """
+
+    split: Split
+    base: JointFit
+    selection: Selection
+    final: JointFit
+    tests_before: list[ResidualTest]
+    tests_after: list[ResidualTest]
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def before(self) -> JointFit:
+        """The base model on every trial; held-out trials get a start deflection only."""
+        return _everywhere(self.base, self.split.recording)
+
+    @property
+    def after(self) -> JointFit:
+        """The extended model of the training trials on every trial."""
+        return _everywhere(self.selection.fit, self.split.recording)
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The accepted effects, in order."""
+        return self.final.model.spec.effects
+
+    @property
+    def unexplained(self) -> dict[str, Any] | None:
+        """What is left and still structured."""
+        depends = [test for test in self.tests_after if test.depends]
+        noisy = self.final.rmse > _ABOVE_NOISE * self.final.model.filtered_noise
+        correlated = autocorrelation(self.final) > _CORRELATED
+        if not depends and not (noisy and correlated):
+            return None
+        above = 1.0 - min(1.0, self.final.model.filtered_noise / self.final.rmse) ** 2
+        share = max((test.share for test in depends), default=above)
+        names = [test.variable for test in depends]
+        note = (
+            f"the residual still depends on {', '.join(names)}; no effect of the library accounts for it."
+            if names
+            else "the residual is above the sensor noise and correlated in time, but follows nothing measured."
+        )
+        return {"share": share, "depends_on": names, "note": note}
+
+    @property
+    def verdict(self) -> str:
+        """adequate, effect_found, ambiguous or unexplained."""
+        if self.unexplained is not None:
+            return "unexplained"
+        if any(self.selection.alternatives.get(effect.name) for effect in self.effects):
+            return "ambiguous"
+        if any(effect.name != "inertia" for effect in self.effects):
+            return "effect_found"
+        return "adequate"
+
+    def to_document(self) -> dict[str, Any]:
+        """The JSON document of diagnosis.json."""
+        kind = self.split.recording.axis.kind
+        before, after = self.before, self.after
+        effects = []
+        for effect in self.effects:
+            entry = effect_entry(self.final, effect)
+            dimensions = {p.name: p.dimension for p in effect.parameters}
+            effects.append(
+                {
+                    "name": effect.name,
+                    "p_value": self.selection.p_values.get(effect.name),
+                    "alternatives": self.selection.alternatives.get(effect.name, []),
+                    "parameters": {
+                        file_key(n, dimensions[n], kind): p.to_table() for n, p in entry.parameters.items()
+                    },
+                }
+            )
+        return {
+            "schema": SCHEMA,
+            "verdict": self.verdict,
+            "effects": effects,
+            "error": self._errors(before, after),
+            "unexplained": self.unexplained,
+            "candidates": [
+                {
+                    "name": c.name,
+                    "held_out": c.held_out,
+                    "p_value": c.p_value,
+                    "gain": c.gain,
+                    "accepted": c.accepted,
+                    "why": c.why,
+                }
+                for c in self.selection.candidates.values()
+            ],
+            "next_experiment": None,
+            "friction": self.final.model.spec.friction,
+            "notes": self.notes,
+        }
+
+    def _errors(self, before: JointFit, after: JointFit) -> dict[str, Any]:
+        recording = self.split.recording
+        held = np.isin(recording.motion.trial, self.split.held_out)
+        filtered_held = np.isin(recording.filtered_trial, self.split.held_out)
+        by_experiment = {}
+        for name in dict.fromkeys(recording.experiment):
+            trials = [t for t, e in enumerate(recording.experiment) if e == name]
+            unseen = [t for t in trials if t in self.split.held_out]
+            rows = np.isin(recording.motion.trial, unseen or trials)
+            by_experiment[name] = {**_pair(before, after, rows), "held_out": bool(unseen)}
+        return {
+            "metric": f"rmse_{'n' if recording.axis.kind == 'linear' else 'nm'}",
+            "held_out": _pair(before, after, held),
+            "training": _pair(before, after, ~held),
+            "by_experiment": by_experiment,
+            "noise_floor": recording.noise,
+            "relative_percent": {
+                "held_out": {
+                    "before": _relative(before, filtered_held),
+                    "after": _relative(after, filtered_held),
+                },
+                "all_rows_after": 100.0 * self.final.relative,
+            },
+            "blocks_stand_in_for_trials": self.split.blocks,
+            "held_out_trials": list(self.split.held_out),
+        }
+
+
+def diagnose(
+    recording: Recording,
+    start: JointFit,
+    base_spec: Spec,
+    library: Sequence[Effect],
+    tell: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """Find the effects that the base model lacks.
+
+    Args:
+        recording: all trials.
+        start: any fit of these data, for start values and the load.
+        base_spec: the base model.
+        library: the effects to consider.
+        tell: called with a sentence on what is being tried.
+    """
+    parts = split(with_load(recording, start))
+    training = parts.recording.subset(parts.training)
+    tell("fitting the base model")
+    base = refit(start, JointModel.build(training, base_spec))
+    selection = select(base, library, tell)
+    tell("fitting the final model on all trials")
+    loaded = with_load(recording, selection.fit)
+    chosen = selection.fit
+    final = refit(chosen, JointModel.build(loaded, chosen.model.spec, chosen.model.constants))
+    notes = []
+    if parts.blocks:
+        notes.append("there are too few trials to hold some out, so contiguous blocks of time stand in for trials.")
+    return Diagnosis(parts, base, selection, final, test_residual(base), test_residual(final), notes)
+
+
+def _everywhere(fit: JointFit, recording: Recording) -> JointFit:
+    return on_recording(fit, JointModel.build(recording, fit.model.spec, fit.model.constants))
+
+
+def _pair(before: JointFit, after: JointFit, rows: Array) -> dict[str, float]:
+    usable = before.model.recording.usable & rows
+    return {
+        "before": float(np.sqrt(np.mean(before.full_residual[usable] ** 2))),
+        "after": float(np.sqrt(np.mean(after.full_residual[usable] ** 2))),
+    }
+
+
+def _relative(fit: JointFit, rows: Array) -> float:
+    return float(100.0 * np.linalg.norm(fit.residual[rows]) / np.linalg.norm(fit.model.measured[rows]))

@@ -1,0 +1,126 @@
+"""Which model the data can carry: gravity model, and the friction law that steps down where it must."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from idtool.effects import registry
+from idtool.fit.joint import JointFit, refit, solve
+from idtool.fit.model import FrictionKind, JointModel, Spec
+from idtool.fit.results import stribeck_seen
+from idtool.fit.search import search
+from idtool.model import gravity
+from idtool.model.motion import Array
+from idtool.parameters import GRAVITY_MODELS
+from idtool.signals import Recording
+
+GRAVITY_CHOICES = ("auto", "slide", "arm", "none")
+#: An arm's sine and cosine must take away this share of the torque's square to be taken for gravity.
+_ARM_GAIN = 0.05
+_LEAST_SPAN = 1e-3
+
+
+def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | None, tuple[str, ...]]:
+    """The gravity model, and which of its coefficients these data can show.
+
+    `auto` takes the slide where payload or tilt was logged, the arm where neither was and the torque
+    follows the sine and cosine of the angle, and none otherwise.
+    """
+    motion = recording.motion
+    if choice == "auto":
+        if motion.payload is not None or motion.gravity_factor is not None:
+            choice = "slide"
+        elif recording.axis.kind == "rotary" and _swings(recording):
+            choice = "arm"
+        else:
+            choice = "none"
+    if choice == "none":
+        return None, ()
+    columns = gravity.columns(choice, motion)
+    free = []
+    for index, name in enumerate(GRAVITY_MODELS[choice]):
+        column = columns[:, index]
+        others = columns[:, [i for i in range(columns.shape[1]) if i < index]]
+        left = column - others @ np.linalg.lstsq(others, column, rcond=1e-12)[0] if others.shape[1] else column
+        if np.max(np.abs(column)) > 0 and np.linalg.norm(left) > _LEAST_SPAN * np.linalg.norm(column):
+            free.append(name)
+    return (choice, tuple(free)) if free else (None, ())
+
+
+def _swings(recording: Recording) -> bool:
+    motion = recording.motion
+    if recording.position_resolution == 0.0 or np.ptp(motion.position) < 0.5:
+        return False
+    target = recording.filtered(recording.torque)
+    plain = [np.sign(motion.velocity), motion.velocity, motion.acceleration, np.ones(len(motion))]
+    with_arm = [*plain, np.sin(motion.position), np.cos(motion.position)]
+
+    def left(columns: list[Array]) -> float:
+        regressors = recording.filtered(np.column_stack(columns))
+        solution = np.linalg.lstsq(regressors, target, rcond=1e-10)[0]
+        return float(np.sum((target - regressors @ solution) ** 2))
+
+    return left(plain) - left(with_arm) > _ARM_GAIN * float(np.sum((target - target.mean()) ** 2))
+
+
+def first_fit(
+    recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 200
+) -> JointFit:
+    """A joint fit from nothing: global search, then least squares from its best points.
+
+    Inertia (and on an axis without gravity an offset) goes along even where `spec` lacks it: leaving
+    it out bends the friction parameters. The caller takes it away again if it wants the bare model.
+    """
+    names = {effect.name for effect in spec.effects}
+    helped = spec
+    for name in ("inertia", "torque_offset"):
+        effect = registry.get(name)
+        if name not in names and effect.missing(recording.motion) is None:
+            helped = helped.adding(effect)
+    model = JointModel.build(recording, helped)
+    points = search(model, optimizer=optimizer, seed=seed, evaluations=evaluations)
+    fits = [solve(model, model.coordinates(point.values), most=25) for point in points]
+    best = min(fits, key=lambda fit: fit.sse)
+    return solve(model, best.x)
+
+
+def step_down(fit: JointFit) -> tuple[JointFit, list[str]]:
+    """The same fit under the simplest friction law that the data determine, and why, in sentences."""
+    notes: list[str] = []
+    spec = fit.model.spec
+    if spec.friction == "lugre":
+        friction = fit.model.friction(fit.x)
+        bend = max(friction.coulomb, friction.static) / friction.bristle_stiffness
+        counts = bend / fit.model.scales.resolution if fit.model.scales.resolution > 0 else np.inf
+        if fit.at_bound["bristle_stiffness"] or counts < 3.0:
+            notes.append(
+                f"the presliding travel is below {max(counts, 0.1):.1g} steps of the position reading, so the data "
+                "give sigma0 a lower bound only: the static friction curve is used instead of LuGre; "
+                "a slower sine or a finer encoder would show more."
+            )
+            fit = _with_law(fit, "stribeck")
+    if fit.model.spec.friction == "stribeck" and not stribeck_seen(fit):
+        notes.append(
+            "the data do not show a static level apart from the Coulomb level: Coulomb and viscous friction "
+            "is used; a sweep with more low speeds would show it."
+        )
+        fit = _with_law(fit, "coulomb")
+    return fit, notes
+
+
+def _with_law(fit: JointFit, law: FrictionKind) -> JointFit:
+    model = JointModel.build(fit.model.recording, replace(fit.model.spec, friction=law), fit.model.constants)
+    return refit(fit, model)
+
+
+def with_load(recording: Recording, fit: JointFit) -> Recording:
+    """The recording with the gravity torque that a fit found, for effects that depend on the load."""
+    spec = fit.model.spec
+    if spec.gravity is None:
+        return recording
+    coefficients = np.array([fit.values.get(f"gravity.{n}", 0.0) for n in GRAVITY_MODELS[spec.gravity]])
+    load = gravity.columns(spec.gravity, recording.motion) @ coefficients
+    upright = gravity.upright_columns(spec.gravity, recording.motion) @ coefficients
+    return recording.with_load(load, upright)

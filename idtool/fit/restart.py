@@ -1,0 +1,36 @@
+"""Look for a better minimum of the friction curve, from other shapes of it."""
+
+from __future__ import annotations
+
+import math
+
+from idtool.fit.joint import JointFit, solve
+
+_RATIOS = (0.6, 1.5)
+_SCREEN = 6
+_BETTER = 0.995
+
+
+def restart(fit: JointFit) -> JointFit:
+    """The best of `fit` and of fits started from a falling and a rising, a narrow and a wide curve.
+
+    A model that lacked an effect can have bent its friction curve to make up for it, and stays bent
+    when the effect is added. The starts share everything but the curve with `fit`; the few evaluations
+    that screen them are cheap, and only one that gets close is finished.
+    """
+    model = fit.model
+    if "static" not in model.names:
+        return fit
+    best = fit
+    speeds = (1.5 * model.scales.slowest, math.sqrt(model.scales.slowest * model.scales.speed))
+    for ratio in _RATIOS:
+        for speed in speeds:
+            values = dict(fit.values)
+            moving = max(values["coulomb"], 0.3 * values["static"])
+            values |= {"coulomb": moving, "static": ratio * moving, "stribeck_velocity": speed}
+            found = solve(model, model.coordinates(values), bend=fit.bend, most=_SCREEN)
+            if found.sse < 1.3 * best.sse:
+                found = solve(model, found.x, bend=fit.bend)
+            if found.sse < _BETTER * best.sse:
+                best = found
+    return best

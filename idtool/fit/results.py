@@ -1,0 +1,139 @@
+"""From a joint fit to the parameters of the file: values, errors, intervals and flags."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from idtool.effects.base import Effect
+from idtool.fit.joint import JointFit
+from idtool.model.motion import Array
+from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter
+
+#: A parameter whose relative standard error is above this is not determined by the data.
+_TOO_VAGUE = 0.5
+#: A difference of the two friction levels below this many standard errors is no Stribeck effect.
+_NO_STRIBECK = 2.0
+
+
+def static_parameters(fit: JointFit) -> dict[str, Parameter]:
+    """The four of `[friction.static]`; those that the friction law lacks are marked not identified."""
+    friction = fit.model.friction(fit.x)
+    found = {name: _one(fit, name, name != "viscous") for name in STATIC if name in fit.model.names}
+    if "static" in found and not stribeck_seen(fit):
+        found["stribeck_velocity"] = _doubtful(found["stribeck_velocity"])
+        found["static"] = _doubtful(found["static"])
+    return {name: found.get(name) or Parameter(getattr(friction, name), identified=False) for name in STATIC}
+
+
+def dynamic_parameters(fit: JointFit) -> dict[str, Parameter]:
+    """The two of `[friction.dynamic]`."""
+    friction = fit.model.friction(fit.x)
+    if fit.model.spec.friction != "lugre":
+        return {name: Parameter(getattr(friction, name), at_bound=True, identified=False) for name in DYNAMIC}
+    stiffness = _one(fit, "bristle_stiffness", True)
+    damping = _one(fit, "bristle_damping", False)
+    if max(friction.coulomb, friction.static) / friction.bristle_stiffness < 3.0 * fit.model.scales.resolution:
+        stiffness, damping = _doubtful(stiffness), _doubtful(damping)
+    return {"bristle_stiffness": stiffness, "bristle_damping": damping}
+
+
+def gravity_parameters(fit: JointFit) -> dict[str, Parameter]:
+    """The two of `[gravity]`; one that the data cannot show is 0 and marked not identified."""
+    spec = fit.model.spec
+    if spec.gravity is None:
+        return {}
+    return {
+        name: _one(fit, f"gravity.{name}", False, vague=False)
+        if name in spec.gravity_columns
+        else Parameter(0.0, identified=False)
+        for name in GRAVITY_MODELS[spec.gravity]
+    }
+
+
+def effect_entries(fit: JointFit) -> tuple[EffectEntry, ...]:
+    """Every effect with its parameters."""
+    return tuple(effect_entry(fit, effect) for effect in fit.model.spec.effects)
+
+
+def effect_entry(fit: JointFit, effect: Effect) -> EffectEntry:
+    """An effect's file parameters; their errors follow from the coordinates' by linearisation."""
+    prefix = f"{effect.name}."
+    mine = [i for i, name in enumerate(fit.model.names) if name.startswith(prefix)]
+    values = fit.model.effect_values(fit.x, effect)
+    centre = effect.to_parameters(values)
+    gradient: dict[str, Array] = {name: np.zeros(len(mine)) for name in centre}
+    for place, i in enumerate(mine):
+        coordinate = fit.model.names[i].removeprefix(prefix)
+        sd = math.sqrt(max(fit.covariance[i, i], 0.0))
+        increment = 1e-3 * sd if sd > 0 else 1e-6
+        moved = effect.to_parameters({**values, coordinate: values[coordinate] + increment})
+        for name in centre:
+            change = moved[name] - centre[name]
+            if abs(change) > math.pi and "phase" in name:
+                change -= math.copysign(2.0 * math.pi, change)
+            gradient[name][place] = change / increment
+    covariance = fit.covariance[np.ix_(mine, mine)]
+    at_bound = any(fit.at_bound[fit.model.names[i]] for i in mine)
+    entries: dict[str, Parameter] = {}
+    for name, value in centre.items():
+        sd = float(np.sqrt(max(gradient[name] @ covariance @ gradient[name], 0.0)))
+        constant = not np.any(gradient[name])
+        half = fit.quantile * sd
+        entries[name] = (
+            Parameter(value)
+            if constant and not at_bound
+            else Parameter(value, sd, (value - half, value + half), at_bound, not at_bound)
+        )
+    return EffectEntry(effect.name, entries)
+
+
+def stribeck_seen(fit: JointFit) -> bool:
+    """Whether the static and the Coulomb level differ by more than their uncertainty."""
+    if "static" not in fit.model.names:
+        return False
+    i, j = fit.model.names.index("coulomb"), fit.model.names.index("static")
+    c = fit.covariance
+    spread = math.sqrt(max(c[i, i] + c[j, j] - 2.0 * c[i, j], 0.0))
+    return abs(float(fit.x[i] - fit.x[j])) > _NO_STRIBECK * spread
+
+
+def _one(fit: JointFit, name: str, logarithmic: bool, *, vague: bool = True) -> Parameter:
+    i = fit.model.names.index(name)
+    sd = math.sqrt(max(float(fit.covariance[i, i]), 0.0))
+    value = fit.values[name]
+    at_bound = fit.at_bound[name]
+    if at_bound:
+        low, high = (float(bound[i]) for bound in fit.model.bounds)
+        ends = (math.exp(low), math.exp(high)) if logarithmic else (low, high)
+        interval = ends if all(map(math.isfinite, ends)) else None
+        return Parameter(value, None, interval, at_bound=True, identified=False)
+    half = fit.quantile * sd
+    if logarithmic:
+        reach = math.exp(min(half, 50.0))
+        stderr, interval = value * sd, (value / reach, value * reach)
+        determined = sd < _TOO_VAGUE
+    else:
+        stderr, interval = sd, (value - half, value + half)
+        determined = not vague or sd < _TOO_VAGUE * abs(value)
+    return Parameter(value, stderr, interval, at_bound=False, identified=determined)
+
+
+def _doubtful(parameter: Parameter) -> Parameter:
+    return Parameter(parameter.value, parameter.stderr, parameter.ci95, parameter.at_bound, False)
+
+
+def passivity(static: Mapping[str, Parameter], dynamic: Mapping[str, Parameter]) -> str | None:
+    """A sentence if the friction model can give energy back (Barabanov & Ortega 2000), else None."""
+    coulomb, stick = static["coulomb"].value, static["static"].value
+    if coulomb <= 0:
+        return "the Coulomb level is zero, so the friction model is not passive."
+    needed = dynamic["bristle_damping"].value * (stick - coulomb) / coulomb
+    if static["viscous"].value <= needed:
+        return (
+            f"the model is not passive: viscous friction {static['viscous'].value:.3g} should exceed "
+            f"sigma1 (tau_s - tau_c) / tau_c = {needed:.3g}; a controller should compensate less than all of it."
+        )
+    return None

@@ -1,0 +1,78 @@
+"""Steady windows: stretches of constant speed, one point each on the static friction curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from idtool.fit.joint import JointFit
+from idtool.model.stribeck import EXPONENT, level
+
+_LEAST_SECONDS = 0.4
+_LEAST_ROWS = 20
+#: Steady speed: it would take this long to change it by a twentieth at the acceleration seen.
+_SETTLING_S = 0.25
+_CHANGE = 0.05
+#: A window is steady if the bristle is within this share of where it would settle.
+_SETTLED = 0.03
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of constant speed.
+
+    Attributes:
+        trial: its trial.
+        velocity: mean velocity.
+        friction: friction torque there if the bristle had settled: the mean of the measured torque,
+            less gravity, effects and the rest of the bristle's transient.
+        stderr: its standard error.
+        steady: whether the bristle had settled anyway.
+        travel: distance moved in it.
+    """
+
+    trial: int
+    velocity: float
+    friction: float
+    stderr: float
+    steady: bool
+    travel: float
+
+
+def steady_windows(fit: JointFit) -> list[Window]:
+    """The windows of a fitted recording, in order of time."""
+    model = fit.model
+    motion = model.recording.motion
+    friction = model.friction(fit.x)
+    slow = np.abs(motion.acceleration) * _SETTLING_S < _CHANGE * np.abs(motion.velocity)
+    moving = np.abs(motion.velocity) > 0.5 * model.scales.slowest
+    flags = slow & moving & model.recording.usable
+    direction = np.sign(motion.velocity)
+    edges = np.flatnonzero(
+        (np.diff(flags.astype(int)) != 0) | (np.diff(direction) != 0) | (np.diff(motion.trial) != 0)
+    )
+    bounds = np.concatenate([[0], edges + 1, [len(motion)]])
+    windows = []
+    residual = fit.full_residual
+    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
+        if not flags[begin] or end - begin < _LEAST_ROWS or motion.time[end - 1] - motion.time[begin] < _LEAST_SECONDS:
+            continue
+        w = float(np.mean(motion.velocity[begin:end]))
+        g = level(w, friction.coulomb, friction.static, friction.stribeck_velocity, EXPONENT)
+        settled = float(np.sign(w) * g + friction.viscous * w)
+        values = residual[begin:end]
+        pieces = np.array_split(values, min(8, len(values) // 5))
+        spread = float(np.std([piece.mean() for piece in pieces], ddof=1) / np.sqrt(len(pieces)))
+        travel = abs(float(motion.position[end - 1] - motion.position[begin]))
+        first = int(motion.starts[motion.trial[begin]])
+        # how far the bristle still is from settling, averaged over the window: exponential in travel
+        rate = friction.bristle_stiffness / g
+        approach = abs(float(motion.position[begin] - motion.position[first]))
+        left = 2.0 * np.exp(-rate * approach) * (-np.expm1(-rate * travel)) / max(rate * travel, 1e-12)
+        windows.append(
+            Window(
+                int(motion.trial[begin]), w, settled + float(values.mean()), spread, bool(left < _SETTLED), travel
+            )
+        )
+    return windows

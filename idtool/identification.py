@@ -1,0 +1,178 @@
+"""All fits and the diagnosis in one go.
+
+    result = identify([Log.read("gravity.csv"), Log.read("sweep.csv"), Log.read("sine.csv")])
+    result.parameters.write("params.toml")
+    result.diagnosis["verdict"]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from idtool import __version__
+from idtool.diagnosis.diagnose import Diagnosis, diagnose
+from idtool.effects import registry
+from idtool.errors import InputError, nearest
+from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fit, step_down
+from idtool.fit.joint import JointFit
+from idtool.fit.model import FRICTION_KINDS, FrictionKind, Spec
+from idtool.fit.results import (
+    dynamic_parameters,
+    effect_entries,
+    gravity_parameters,
+    passivity,
+    static_parameters,
+)
+from idtool.log import Log
+from idtool.parameters import Parameters
+from idtool.signals import Recording, record
+
+#: `--friction coulomb` asks for the textbook model, to be compared with published ones: these effects
+#: belong to it, and no others are looked for.
+TEXTBOOK_EFFECTS = ("inertia", "torque_offset")
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The outcome of `identify`.
+
+    Attributes:
+        recording: the logs as one.
+        evidence: the diagnosis with everything behind it.
+        notes: sentences that qualify the result.
+        options: what was asked for, for the provenance.
+    """
+
+    recording: Recording
+    evidence: Diagnosis
+    notes: list[str]
+    options: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def fit(self) -> JointFit:
+        """The final fit, on all trials."""
+        return self.evidence.final
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The parameter file."""
+        return parameters_of(self.fit, self.options)
+
+    @cached_property
+    def diagnosis(self) -> dict[str, Any]:
+        """The document of diagnosis.json."""
+        document = self.evidence.to_document()
+        document["notes"] = self.notes + document["notes"]
+        return document
+
+
+def identify(
+    logs: Sequence[Log],
+    *,
+    seed: int = 0,
+    friction: str = "lugre",
+    gravity: str = "auto",
+    optimizer: str = "direct",
+    tell: Callable[[str], None] = lambda _: None,
+) -> Identification:
+    """Identify gravity, friction and the effects that the base model lacks.
+
+    Args:
+        logs: logs of one axis, any experiments.
+        seed: of the stochastic optimisers; the default one is deterministic.
+        friction: "lugre", "stribeck" or "coulomb"; where the data cannot carry it the law steps down.
+            "coulomb" is the textbook model (inertia, offset, Coulomb, viscous): no further effects are
+            looked for.
+        gravity: "auto", "slide", "arm" or "none".
+        optimizer: "direct", "crs2", "isres" or "esch".
+        tell: called with a sentence on what is going on.
+
+    Raises:
+        InputError: an unknown option, or logs that cannot be used.
+    """
+    law = check_choice("friction", friction, FRICTION_KINDS)
+    check_choice("gravity", gravity, GRAVITY_CHOICES)
+    tell("reading the motion")
+    recording = record(logs)
+    tell("searching the friction parameters")
+    start, spec, notes = begin(recording, law, gravity, optimizer=optimizer, seed=seed)
+    library = registry.library()
+    if law == "coulomb":
+        library = tuple(effect for effect in library if effect.name in TEXTBOOK_EFFECTS)
+        notes.append(
+            "--friction coulomb asks for the textbook model: effects besides inertia and offset were not looked for."
+        )
+    evidence = diagnose(recording, start, spec, library, tell)
+    notes += findings(evidence.final)
+    options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
+    return Identification(recording, evidence, notes, options)
+
+
+def begin(
+    recording: Recording, law: str, gravity: str, *, optimizer: str = "direct", seed: int = 0
+) -> tuple[JointFit, Spec, list[str]]:
+    """A first joint fit, the base model that the data can carry, and sentences on what stepped down."""
+    kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
+    model, columns = choose_gravity(recording, gravity)
+    notes = []
+    if model == "slide" and "per_payload" not in columns:
+        notes.append("one payload only: the gravity per payload is not determined; a run with payload steps would show it.")
+    if model == "slide" and "base" not in columns:
+        notes.append("gravity never acts without payload: its base is not determined; add a run that stands upright.")
+    start, more = step_down(first_fit(recording, Spec(kind, model, columns), optimizer=optimizer, seed=seed))
+    base = Spec(start.model.spec.friction, model, columns)
+    return start, base, notes + more
+
+
+def findings(fit: JointFit) -> list[str]:
+    """Sentences on the fitted friction model that a reader must know."""
+    static, dynamic = static_parameters(fit), dynamic_parameters(fit)
+    notes = []
+    if fit.model.spec.friction != "coulomb" and static["static"].identified:
+        falls = static["static"].value > static["coulomb"].value
+        notes.append(
+            "the Stribeck curve falls from the static to the Coulomb level with speed."
+            if falls
+            else "the Stribeck curve RISES with speed: the static level is below the Coulomb level (as the paper prints it)."
+        )
+    if fit.model.spec.friction == "lugre" and (sentence := passivity(static, dynamic)):
+        notes.append(sentence)
+    lost = sum(fit.model.recording.lost.values())
+    if lost:
+        reasons = ", ".join(f"{reason} {count}" for reason, count in fit.model.recording.lost.items())
+        notes.append(f"{lost} rows were left out of the comparison ({reasons}).")
+    return notes
+
+
+def parameters_of(fit: JointFit, options: dict[str, Any] | None = None) -> Parameters:
+    """The parameter file of a fit."""
+    spec, recording = fit.model.spec, fit.model.recording
+    return Parameters(
+        axis=recording.axis,
+        gravity_model=spec.gravity,
+        gravity=gravity_parameters(fit),
+        static=static_parameters(fit),
+        dynamic=dynamic_parameters(fit),
+        effects=effect_entries(fit),
+        provenance={
+            "tool": f"ffc-id {__version__}",
+            "logs": list(recording.sources),
+            "friction_law": spec.friction,
+            "filter_hz": recording.filter.bandwidth_hz,
+            **(options or {}),
+        },
+    )
+
+
+def check_choice(option: str, value: str, known: Sequence[str]) -> str:
+    """The value, if it is one of the known ones.
+
+    Raises:
+        InputError: it is not; the sentence suggests the nearest.
+    """
+    if value not in known:
+        raise InputError(f"unknown {option} {value!r}", place=f"--{option}", remedy=nearest(value, known))
+    return value
