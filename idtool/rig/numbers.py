@@ -1,0 +1,102 @@
+"""From a plant file and a trial's set-up to the numbers of the compiled plant."""
+
+from __future__ import annotations
+
+import math
+
+from idtool.rig.base import TrialSetup
+from idtool.rig.plant import PlantNumbers
+from idtool.rig.plant_file import PlantFile
+
+#: (effect, key in the file) -> field of PlantNumbers
+_FIELDS = {
+    ("torque_offset", "offset_nm"): "offset",
+    ("direction_asymmetry", "asymmetry_nm_s_per_rad"): "asymmetry",
+    ("load_dependent_friction", "mu"): "mu",
+    ("drive_backdrive", "mu_drive"): "mu_drive",
+    ("drive_backdrive", "mu_backdrive"): "mu_backdrive",
+    ("position_ripple", "cycles_per_rad"): "ripple_cycles",
+    ("position_ripple", "amplitude_1_nm"): "ripple_1",
+    ("position_ripple", "phase_1_rad"): "ripple_phase_1",
+    ("position_ripple", "amplitude_2_nm"): "ripple_2",
+    ("position_ripple", "phase_2_rad"): "ripple_phase_2",
+    ("position_dependent_friction", "slope_1"): "slope_1",
+    ("position_dependent_friction", "slope_2"): "slope_2",
+    ("position_dependent_friction", "center_rad"): "stroke_center",
+    ("position_dependent_friction", "half_stroke_rad"): "half_stroke",
+    ("position_stiffness", "stiffness_nm_per_rad"): "spring",
+    ("position_stiffness", "neutral_rad"): "spring_neutral",
+    ("thermal_drift", "rate_per_k"): "thermal_rate",
+    ("thermal_drift", "reference_degc"): "thermal_reference",
+    ("nonlinear_viscous", "quadratic_nm_s2_per_rad2"): "quadratic",
+    ("stribeck_shape", "exponent"): "exponent",
+    ("backlash", "gap_rad"): "gap",
+    ("backlash", "share_behind_gap"): "gap_share",
+    ("hysteresis", "stiffness_nm_per_rad"): "hysteresis_stiffness",
+    ("hysteresis", "yield_nm"): "hysteresis_yield",
+    ("compliance", "stiffness_nm_per_rad"): "compliance",
+    ("compliance", "damping_nm_s_per_rad"): "compliance_damping",
+    ("compliance", "load_inertia_kg_m2"): "load_inertia",
+    ("transport_delay", "delay_s"): "delay",
+    ("torque_constant_saturation", "kappa_per_a"): "kappa",
+    ("external_periodic", "frequency_hz"): "periodic_frequency",
+    ("external_periodic", "amplitude_nm"): "periodic_amplitude",
+    ("external_periodic", "phase_rad"): "periodic_phase",
+    ("breakaway_dwell", "gain"): "dwell_gain",
+    ("breakaway_dwell", "time_constant_s"): "dwell_time",
+}
+
+
+def plant_numbers(file: PlantFile, setup: TrialSetup) -> PlantNumbers:
+    """The plant as it stands in one trial."""
+    effects = file.effects
+    inertia = file.inertia + effects.get("inertia", {}).get("inertia_kg_m2", 0.0)
+    off = effects.get("tilt_misalignment", {"alpha_rad": 0.0, "beta_rad": 0.0})
+    tilt = math.cos(setup.tilt_alpha_rad + off["alpha_rad"]) * math.cos(setup.tilt_beta_rad + off["beta_rad"])
+    constant, sine, cosine = _gravity(file, setup.payload_kg)
+    friction, drive, warm = file.friction, file.drive, file.temperature
+    assert file.axis.torque_constant is not None  # checked where the file is read
+    # the whole moving inertia is what the drive was tuned for; the integral is critically damped
+    whole = inertia + effects.get("compliance", {}).get("load_inertia_kg_m2", 0.0)
+    bandwidth = 2.0 * math.pi * drive.velocity_bandwidth_hz
+    extra = {name: effects[key[0]][key[1]] for key, name in _FIELDS.items() if key[0] in effects}
+    ambient = warm["ambient_degc"] if setup.temperature_degc is None else setup.temperature_degc
+    return PlantNumbers(
+        torque_constant=file.axis.torque_constant,
+        inertia=inertia,
+        gravity=constant * tilt,
+        gravity_sine=sine * tilt,
+        gravity_cosine=cosine * tilt,
+        coulomb=friction["coulomb_nm"],
+        static=friction["static_nm"],
+        stribeck_velocity=friction["stribeck_velocity_rad_s"],
+        viscous=friction["viscous_nm_s_per_rad"],
+        bristle_stiffness=friction["bristle_stiffness_nm_per_rad"],
+        bristle_damping=friction["bristle_damping_nm_s_per_rad"],
+        position_gain=drive.position_gain_per_s,
+        velocity_gain=whole * bandwidth,
+        integral_gain=whole * bandwidth * bandwidth / 4.0,
+        feedforward=whole,
+        velocity_profile_acceleration=drive.velocity_profile_rad_s2,
+        position_profile_acceleration=drive.position_profile_rad_s2,
+        speed_limit=file.limits["speed_rad_s"],
+        current_limit=file.limits["current_a"],
+        lowest=file.limits["lowest_rad"],
+        highest=file.limits["highest_rad"],
+        ambient=ambient,
+        rise=warm["rise_k"],
+        warm_up=warm["time_constant_s"],
+        **extra,
+    )
+
+
+def _gravity(file: PlantFile, payload: float) -> tuple[float, float, float]:
+    """Gravity torque without tilt: constant, coefficient of sin q and of cos q, N m."""
+    g = file.gravity
+    if file.gravity_kind == "slide":
+        return g["base_nm"] + g["per_payload_nm_per_kg"] * payload, 0.0, 0.0
+    return (
+        0.0,
+        g["sine_nm"] + g["sine_per_payload_nm_per_kg"] * payload,
+        g["cosine_nm"] + g["cosine_per_payload_nm_per_kg"] * payload,
+    )

@@ -1,0 +1,329 @@
+"""The TOML file of a simulated rig, read strictly: an unknown or missing key is an error.
+
+description = "one line for a person"      # never a number of the truth
+period_s = 0.005
+sensors = "lab"                            # or "dynamixel", "ideal"
+[axis]        kind = "rotary", torque_constant_nm_per_a
+[plant]       inertia_kg_m2
+[gravity]     kind = "slide": base_nm, per_payload_nm_per_kg
+              kind = "arm": sine_nm, cosine_nm, and the same two per kg of payload
+[friction]    coulomb_nm, static_nm, stribeck_velocity_rad_s, viscous_nm_s_per_rad,
+              bristle_stiffness_nm_per_rad, bristle_damping_nm_s_per_rad
+[limits]      lowest_rad, highest_rad, speed_rad_s, current_a
+[drive]       optional, see `Drive`
+[temperature] optional: ambient_degc, rise_k, time_constant_s, sensor
+[[effects]]   any number: name, and its numbers as in `EFFECT_KEYS`
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from idtool.axis import Axis, is_finite, short
+from idtool.errors import InputError, nearest
+from idtool.rig.sensors import SENSORS
+
+#: Keys of each effect; None is required, a number is the default.
+EFFECT_KEYS: dict[str, dict[str, float | None]] = {
+    "inertia": {"inertia_kg_m2": None},
+    "torque_offset": {"offset_nm": None},
+    "direction_asymmetry": {"asymmetry_nm_s_per_rad": None},
+    "load_dependent_friction": {"mu": None},
+    "drive_backdrive": {"mu_drive": None, "mu_backdrive": None},
+    "position_ripple": {
+        "cycles_per_rad": None,
+        "amplitude_1_nm": None,
+        "phase_1_rad": 0.0,
+        "amplitude_2_nm": 0.0,
+        "phase_2_rad": 0.0,
+    },
+    "position_dependent_friction": {
+        "slope_1": None,
+        "slope_2": 0.0,
+        "center_rad": 0.0,
+        "half_stroke_rad": None,
+    },
+    "position_stiffness": {"stiffness_nm_per_rad": None, "neutral_rad": 0.0},
+    "thermal_drift": {"rate_per_k": None, "reference_degc": 25.0},
+    "nonlinear_viscous": {"quadratic_nm_s2_per_rad2": None},
+    "stribeck_shape": {"exponent": None},
+    "backlash": {"gap_rad": None, "share_behind_gap": None},
+    "hysteresis": {"stiffness_nm_per_rad": None, "yield_nm": None},
+    "compliance": {"stiffness_nm_per_rad": None, "damping_nm_s_per_rad": 0.0, "load_inertia_kg_m2": None},
+    "transport_delay": {"delay_s": None},
+    "torque_constant_saturation": {"kappa_per_a": None},
+    "external_periodic": {"frequency_hz": None, "amplitude_nm": None, "phase_rad": 0.0},
+    "tilt_misalignment": {"alpha_rad": 0.0, "beta_rad": 0.0},
+    "breakaway_dwell": {"gain": None, "time_constant_s": None},
+}
+#: Numbers of effects that must be above zero.
+_POSITIVE = {"half_stroke_rad", "exponent", "time_constant_s", "load_inertia_kg_m2", "yield_nm", "gap_rad"}
+#: Longest delay of a reading, s; the plant keeps 0.2 s of history.
+_LONGEST_DELAY = 0.1
+
+_FRICTION = (
+    "coulomb_nm",
+    "static_nm",
+    "stribeck_velocity_rad_s",
+    "viscous_nm_s_per_rad",
+    "bristle_stiffness_nm_per_rad",
+    "bristle_damping_nm_s_per_rad",
+)
+_GRAVITY: dict[str, dict[str, float | None]] = {
+    "slide": {"base_nm": None, "per_payload_nm_per_kg": None},
+    "arm": {
+        "sine_nm": None,
+        "cosine_nm": None,
+        "sine_per_payload_nm_per_kg": 0.0,
+        "cosine_per_payload_nm_per_kg": 0.0,
+    },
+}
+_TOP = (
+    "description",
+    "period_s",
+    "sensors",
+    "axis",
+    "plant",
+    "gravity",
+    "friction",
+    "limits",
+    "drive",
+    "temperature",
+    "effects",
+)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How stiffly the drive holds its axis; every number may stand in `[drive]`.
+
+    Attributes:
+        velocity_bandwidth_hz: of the velocity loop, on the bare inertia.
+        position_gain_per_s: of the position loop.
+        velocity_profile_rad_s2: acceleration limit of velocity commands.
+        position_profile_rad_s2: acceleration limit of position commands; high, so that a hand guiding
+            controller can stop the axis at once.
+    """
+
+    velocity_bandwidth_hz: float = 20.0
+    position_gain_per_s: float = 8.0
+    velocity_profile_rad_s2: float = 8.0
+    position_profile_rad_s2: float = 40.0
+
+
+@dataclass(frozen=True)
+class PlantFile:
+    """A plant file, checked. The numbers keep the keys of the file."""
+
+    description: str
+    axis: Axis
+    inertia: float
+    gravity_kind: str
+    gravity: dict[str, float]
+    friction: dict[str, float]
+    limits: dict[str, float]
+    drive: Drive = field(default_factory=Drive)
+    temperature: dict[str, float] = field(default_factory=dict)
+    temperature_sensor: bool = False
+    effects: dict[str, dict[str, float]] = field(default_factory=dict)
+    period_s: float = 0.005
+    sensors: str = "lab"
+
+
+def read_plant_file(path: str | Path) -> PlantFile:
+    """Read and check a plant file.
+
+    Raises:
+        InputError: it names the file and the key.
+    """
+    file = Path(path)
+    try:
+        table = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(
+            f"the plant file cannot be read ({error.strerror})", file=file, remedy="check the path"
+        ) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"not TOML ({error})", file=file, remedy="correct that line") from None
+    return parse_plant(table, file)
+
+
+def parse_plant(table: dict[str, Any], file: Path) -> PlantFile:
+    """Check a plant file's table."""
+    _known(table, _TOP, file, "")
+    axis_table = _table(table, "axis", file)
+    _known(axis_table, ("kind", "torque_constant_nm_per_a", "force_constant_n_per_a"), file, "axis.")
+    axis = Axis.from_table(axis_table, file=file)
+    if axis.kind != "rotary" or axis.torque_constant is None:
+        raise InputError(
+            "a simulated rig needs a rotary axis with its torque constant",
+            file=file,
+            place="axis.torque_constant_nm_per_a",
+            remedy="state it at the shaft where the motor's current is a torque",
+        )
+    gravity = dict(_table(table, "gravity", file))
+    kind = gravity.pop("kind", "slide")
+    if kind not in _GRAVITY:
+        raise InputError(
+            f"unknown kind of gravity {short(kind)}",
+            file=file,
+            place="gravity.kind",
+            remedy=nearest(str(kind), _GRAVITY),
+        )
+    friction = _numbers(_table(table, "friction", file), dict.fromkeys(_FRICTION), file, "friction.")
+    for key in _FRICTION[:3]:
+        _above_zero(friction[key], file, f"friction.{key}")
+    limits = _numbers(
+        _table(table, "limits", file),
+        dict.fromkeys(("lowest_rad", "highest_rad", "speed_rad_s", "current_a")),
+        file,
+        "limits.",
+    )
+    for key in ("speed_rad_s", "current_a"):
+        _above_zero(limits[key], file, f"limits.{key}")
+    if limits["lowest_rad"] >= limits["highest_rad"]:
+        raise InputError(
+            "lowest_rad is not below highest_rad", file=file, place="limits", remedy="swap the two"
+        )
+    plant = _numbers(_table(table, "plant", file), {"inertia_kg_m2": None}, file, "plant.")
+    _above_zero(plant["inertia_kg_m2"], file, "plant.inertia_kg_m2")
+    temperature, sensor = _temperature(table, file)
+    return PlantFile(
+        description=_description(table, file),
+        axis=axis,
+        inertia=plant["inertia_kg_m2"],
+        gravity_kind=kind,
+        gravity=_numbers(gravity, _GRAVITY[kind], file, "gravity."),
+        friction=friction,
+        limits=limits,
+        drive=_drive(table, file),
+        temperature=temperature,
+        temperature_sensor=sensor,
+        effects=_effects(table.get("effects", []), file),
+        period_s=_period(table.get("period_s", 0.005), file),
+        sensors=check_sensors(table.get("sensors", "lab"), file),
+    )
+
+
+def check_sensors(name: Any, file: Path | None = None) -> str:
+    """A known set of sensors.
+
+    Raises:
+        InputError: it is not known.
+    """
+    if name in SENSORS:
+        return str(name)
+    raise InputError(
+        f"unknown sensors {short(name)}", file=file, place="sensors", remedy=nearest(str(name), SENSORS)
+    )
+
+
+def _description(table: dict[str, Any], file: Path) -> str:
+    text = table.get("description", f"a simulated axis ({file.stem})")
+    if not isinstance(text, str) or "\n" in text:
+        raise InputError("not one line of text", file=file, place="description", remedy="write one line")
+    return text
+
+
+def _period(value: Any, file: Path) -> float:
+    if not is_finite(value) or not 0.001 <= value <= 0.1:
+        raise InputError(
+            f"{short(value)} is no sampling period",
+            file=file,
+            place="period_s",
+            remedy="give 0.001 to 0.1 s",
+        )
+    return float(value)
+
+
+def _drive(table: dict[str, Any], file: Path) -> Drive:
+    defaults: dict[str, float | None] = {item.name: float(item.default) for item in fields(Drive)}  # type: ignore[arg-type]
+    numbers = _numbers(_table(table, "drive", file, needed=False), defaults, file, "drive.")
+    for key, value in numbers.items():
+        _above_zero(value, file, f"drive.{key}")
+    return Drive(**numbers)
+
+
+def _temperature(table: dict[str, Any], file: Path) -> tuple[dict[str, float], bool]:
+    values = dict(_table(table, "temperature", file, needed=False))
+    sensor = values.pop("sensor", False)
+    if not isinstance(sensor, bool):
+        raise InputError("not true or false", file=file, place="temperature.sensor", remedy="write true")
+    defaults: dict[str, float | None] = {"ambient_degc": 25.0, "rise_k": 0.0, "time_constant_s": 900.0}
+    numbers = _numbers(values, defaults, file, "temperature.")
+    _above_zero(numbers["time_constant_s"], file, "temperature.time_constant_s")
+    return numbers, sensor
+
+
+def _effects(entries: Any, file: Path) -> dict[str, dict[str, float]]:
+    if not isinstance(entries, list):
+        raise InputError("not a list", file=file, place="effects", remedy="write each as [[effects]]")
+    effects: dict[str, dict[str, float]] = {}
+    for number, entry in enumerate(entries, start=1):
+        values = dict(entry) if isinstance(entry, dict) else {}
+        name = values.pop("name", None)
+        if name not in EFFECT_KEYS:
+            raise InputError(
+                f"unknown effect {short(name)}",
+                file=file,
+                place=f"effects[{number}].name",
+                remedy=nearest(str(name), EFFECT_KEYS),
+            )
+        if name in effects:
+            raise InputError(f"a second {name}", file=file, place=f"effects[{number}]", remedy="merge them")
+        checked = _numbers(values, EFFECT_KEYS[name], file, f"{name}.")
+        for key in _POSITIVE & checked.keys():
+            _above_zero(checked[key], file, f"{name}.{key}")
+        if not 0.0 <= checked.get("delay_s", 0.0) <= _LONGEST_DELAY:
+            raise InputError(
+                f"{checked['delay_s']} s is no delay",
+                file=file,
+                place=f"{name}.delay_s",
+                remedy=f"give 0 to {_LONGEST_DELAY} s",
+            )
+        effects[name] = checked
+    return effects
+
+
+def _known(table: dict[str, Any], known: tuple[str, ...], file: Path, prefix: str) -> None:
+    for key in table:
+        if key not in known:
+            raise InputError("unknown key", file=file, place=f"{prefix}{key}", remedy=nearest(key, known))
+
+
+def _table(table: dict[str, Any], name: str, file: Path, *, needed: bool = True) -> dict[str, Any]:
+    value = table.get(name)
+    if value is None and not needed:
+        return {}
+    if not isinstance(value, dict):
+        raise InputError("missing table", file=file, place=f"[{name}]", remedy=f"add [{name}]")
+    return value
+
+
+def _numbers(
+    table: dict[str, Any], wanted: dict[str, float | None], file: Path, prefix: str
+) -> dict[str, float]:
+    """The wanted keys of a table as finite numbers; nothing else may stand in it."""
+    _known(table, tuple(wanted), file, prefix)
+    numbers = {}
+    for key, default in wanted.items():
+        value = table.get(key, default)
+        if value is None:
+            raise InputError("missing", file=file, place=f"{prefix}{key}", remedy="add it, in SI units")
+        if not is_finite(value):
+            raise InputError(
+                f"{short(value)} is not a finite number",
+                file=file,
+                place=f"{prefix}{key}",
+                remedy="write a number in SI units",
+            )
+        numbers[key] = float(value)
+    return numbers
+
+
+def _above_zero(value: float, file: Path, place: str) -> None:
+    if value <= 0.0:
+        raise InputError(f"{value:g} is not above zero", file=file, place=place, remedy="correct it")

@@ -1,0 +1,66 @@
+"""What the sensors of a simulated rig make of the truth: noise, then steps.
+
+All readings of a sample belong to the same instant. Noise is white and independent per sample.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from idtool.model.motion import Array
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Resolution and noise; a step of 0 is none.
+
+    Attributes:
+        position_step: rad.
+        velocity_step: rad/s.
+        current_step: A.
+        temperature_step: °C.
+        velocity_noise: standard deviation, rad/s.
+        current_noise: standard deviation, A.
+    """
+
+    position_step: float
+    velocity_step: float
+    current_step: float
+    temperature_step: float
+    velocity_noise: float
+    current_noise: float
+
+    def read(self, truth: Array, rng: np.random.Generator) -> Array:
+        """Readings of position, velocity, current, temperature (rows 1 to 4; row 0 is time).
+
+        Args:
+            truth: shape (5, samples).
+            rng: the rig's.
+
+        Returns:
+            Shape (5, samples), a new array.
+        """
+        reading = truth.copy()
+        noise = rng.standard_normal((2, truth.shape[1]))
+        reading[2] += self.velocity_noise * noise[0]
+        reading[3] += self.current_noise * noise[1]
+        steps = (self.position_step, self.velocity_step, self.current_step, self.temperature_step)
+        for row, step in enumerate(steps, start=1):
+            if step > 0.0:
+                reading[row] = np.rint(reading[row] / step) * step
+        return reading
+
+
+_RPM = 2.0 * math.pi / 60.0
+
+#: By name. "dynamixel": the units of the X series' control table (position 4096 per turn, velocity
+#: 0.229 rpm, current 2.69 mA, temperature 1 °C; ROBOTIS e-Manual); noise is an assumption, one step of
+#: current and 0.3 steps of velocity. "lab": a fine encoder and a current probe. "ideal": the truth.
+SENSORS = {
+    "dynamixel": Sensors(2.0 * math.pi / 4096, 0.229 * _RPM, 2.69e-3, 1.0, 0.3 * 0.229 * _RPM, 2.69e-3),
+    "lab": Sensors(1e-4, 5e-4, 5e-4, 0.1, 1e-3, 2e-3),
+    "ideal": Sensors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+}
