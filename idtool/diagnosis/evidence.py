@@ -109,7 +109,12 @@ def effective_rows(fit: JointFit) -> float:
     return len(fit.residual) / correlation_rows(fit.residual, fit.model.recording.filtered_trial)
 
 
-def information_criterion(fit: JointFit) -> float:
-    """Bayesian information criterion with the effective number of rows (autocorrelation counted)."""
-    effective = effective_rows(fit)
-    return effective * float(np.log(fit.sse / len(fit.residual))) + len(fit.x) * float(np.log(effective))
+def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:
+    """By how much the larger of two nested models lowers the Bayesian information criterion.
+
+    Autocorrelated rows count as the fewer that they are worth, in the smaller model's residual for
+    both, so that the two are compared on the same number of rows.
+    """
+    effective = effective_rows(smaller)
+    likelihood = effective * float(np.log(smaller.sse / larger.sse))
+    return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective))

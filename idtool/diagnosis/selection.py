@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from idtool.diagnosis.evidence import Background, Score, information_criterion, left_out_errors, score
+from idtool.diagnosis.evidence import Background, Score, gain_in_evidence, left_out_errors, score
 from idtool.effects.base import Effect, derivative
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.restart import restart
@@ -233,7 +233,7 @@ def _passes(selection: Selection, trial: Trial, before: Array) -> bool:
     old, new = root_mean(before, selection.fit), candidate.held_out
     better = before - trial.left_out
     clear = better.mean() / max(float(np.std(better, ddof=1)) / np.sqrt(len(better)), 1e-300)
-    evidence = information_criterion(selection.fit) - information_criterion(trial.fit)
+    evidence = gain_in_evidence(selection.fit, trial.fit)
     if any(trial.fit.at_bound[n] for n in trial.fit.model.names if n.startswith(f"{trial.effect.name}.")):
         candidate.why = "its parameter ran to a bound"
     elif new > (1.0 - LEAST_GAIN) * old:

@@ -85,7 +85,7 @@ def _propagate_tangents(
             e = math.exp(-x)
             if x > _SMALL:
                 forced = math.copysign((1.0 - e) / rho[k], velocity[k])
-                sensitivity = math.copysign((x * e - (1.0 - e)) / rho[k], velocity[k])
+                sensitivity = -math.copysign((1.0 - e - x * e) / rho[k], velocity[k])
             else:
                 forced = velocity[k] * step[k] * (1.0 - 0.5 * x)
                 sensitivity = -0.5 * x * velocity[k] * step[k]
