@@ -112,9 +112,9 @@ def effective_rows(fit: JointFit) -> float:
 def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:
     """By how much the larger of two nested models lowers the Bayesian information criterion.
 
-    Autocorrelated rows count as the fewer that they are worth, in the smaller model's residual for
+    Autocorrelated rows count as the fewer that they are worth, in the larger model's residual for
     both, so that the two are compared on the same number of rows.
     """
-    effective = effective_rows(smaller)
+    effective = effective_rows(larger)
     likelihood = effective * float(np.log(smaller.sse / larger.sse))
     return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective))
