@@ -54,13 +54,17 @@ class SimulatedRig(Rig):
         self._steps = round(file.period_s / plant.STEP_S)
         self._state, self._history = plant.blank_state()
         self._numbers = plant_numbers(file, TrialSetup())
-        self._hold: float | None = None
         self._closed = False
         self._prepared = False
 
     def prepare(self, setup: TrialSetup) -> None:
-        """Bring the axis to rest, holding its position; the clock runs on by what that takes."""
+        """Bring the axis to rest, holding its position; the clock runs on by what that takes.
+
+        The way there is not computed: the axis stands at the start in balance, its bristles bent by an
+        amount that nobody knows, and the drive then holds it for the rest.
+        """
         self._open()
+        self._prepared = False
         start = setup.start_position
         goal = float(self._state[plant.POSITION]) if start is None else float(start)
         low, high = self.limits.position
@@ -72,10 +76,11 @@ class SimulatedRig(Rig):
             )
         if setup.rest_s < 0.0 or not math.isfinite(setup.rest_s):
             raise InputError("the rest before a trial must be a time of 0 s or more", place="rest_s")
+        if not all(map(math.isfinite, (setup.payload_kg, setup.tilt_alpha_rad, setup.tilt_beta_rad))):
+            raise InputError("payload and tilt of a trial must be finite numbers")
         self._numbers = plant_numbers(self._file, setup)
         way = abs(goal - self._state[plant.POSITION])
         self._settle(goal, float(self._state[plant.TIME]) + way / _RETURN_SPEED + (1.0 if way else 0.0))
-        self._hold = goal
         self._prepared = True
         count = math.ceil(setup.rest_s / self.period_s)
         if count:
@@ -127,7 +132,6 @@ class SimulatedRig(Rig):
         held = np.floor(np.arange(count) * (self.period_s / trajectory.period_s) + 1e-9).astype(int)
         command = command[np.minimum(held, len(command) - 1)]
         mode = plant.VELOCITY_MODE if trajectory.mode == "velocity" else plant.POSITION_MODE
-        self._hold = None
         for begin in range(0, count, _BLOCK):
             self._open()
             part = np.ascontiguousarray(command[begin : begin + _BLOCK])
@@ -139,15 +143,12 @@ class SimulatedRig(Rig):
             if good < len(part):
                 self.stop()
                 raise RigFault("the drive stopped because the axis left its position limits")
-        if mode == plant.POSITION_MODE and count:
-            self._hold = float(command[-1])
 
     def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:
         """Command a position and run one period; the torque is that of a simulated hand."""
         self._ready()
         if not (math.isfinite(position_command) and math.isfinite(external_torque_nm)):
             raise RigFault("the drive refused a command that is not a finite number")
-        self._hold = position_command
         truth = self._run(np.array([float(position_command)]), plant.POSITION_MODE, float(external_torque_nm))
         if not self._within(truth[1]):
             self.stop()
@@ -156,11 +157,10 @@ class SimulatedRig(Rig):
         return Sample(time, position, velocity, current, warm if self._file.temperature_sensor else None)
 
     def stop(self) -> None:
-        """Stop where the axis is: what moves is braked to rest within a fifth of a second, then held."""
+        """Stop where the axis is: what moves is braked to rest within a fifth of a second."""
         if self._closed or not self._prepared or abs(self._state[plant.VELOCITY]) < 1e-3:
             return
         self._run(np.zeros(max(1, round(0.2 / self.period_s))), plant.VELOCITY_MODE, 0.0)
-        self._hold = float(self._state[plant.POSITION])
 
     def close(self) -> None:
         """Stop; afterwards the rig answers with a fault."""

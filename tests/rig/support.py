@@ -72,10 +72,11 @@ def steady(rig: Rig, speed: float, setup: TrialSetup, seconds: float = 3.0) -> N
     return play(rig, np.full(round(seconds / rig.period_s), speed), setup)[:, -20:]
 
 
-def curve(w: float, *, level: float = 0.0) -> float:
-    """Steady friction of the test axis, N m; `level` is added to g."""
+def curve(w: float) -> float:
+    """Steady friction of the test axis, N m."""
     f = BENCH["friction"]
-    g = f["coulomb_nm"] + (f["static_nm"] - f["coulomb_nm"]) * math.exp(
+    g: float = f["coulomb_nm"] + (f["static_nm"] - f["coulomb_nm"]) * math.exp(
         -((w / f["stribeck_velocity_rad_s"]) ** 2)
     )
-    return (g + level) * math.copysign(1.0, w) + f["viscous_nm_s_per_rad"] * w
+    viscous: float = f["viscous_nm_s_per_rad"]
+    return math.copysign(g, w) + viscous * w

@@ -8,7 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from idtool.effects.registry import get
+from idtool.effects.registry import names as library_names
 from idtool.rig.base import TrialSetup
+from idtool.rig.plant_file import EFFECT_KEYS
+from idtool.units import file_key
 
 from .support import FLAT, K, curve, play, rig_of, steady
 
@@ -180,3 +184,40 @@ def test_a_longer_rest_needs_more_torque_to_break_away() -> None:
         return float(play(rig, np.full(400, 0.02), setup)[3].max())
 
     assert peak(20.0) > peak(0.2) + 0.02
+
+
+EVERYTHING: list[dict[str, Any]] = [
+    {"name": "inertia", "inertia_kg_m2": 0.01},
+    {"name": "torque_offset", "offset_nm": 0.05},
+    {"name": "direction_asymmetry", "asymmetry_nm_s_per_rad": 0.03},
+    {"name": "load_dependent_friction", "mu": 0.05},
+    {"name": "drive_backdrive", "mu_drive": 0.1, "mu_backdrive": 0.03},
+    {"name": "position_ripple", "cycles_per_rad": 8.0, "amplitude_1_nm": 0.02},
+    {"name": "position_dependent_friction", "slope_1": 0.3, "half_stroke_rad": 2.0},
+    {"name": "position_stiffness", "stiffness_nm_per_rad": 0.1},
+    {"name": "thermal_drift", "rate_per_k": 0.01},
+    {"name": "nonlinear_viscous", "quadratic_nm_s2_per_rad2": 0.1},
+    {"name": "stribeck_shape", "exponent": 1.2},
+    {"name": "backlash", "gap_rad": 0.02, "share_behind_gap": 0.5},
+    {"name": "hysteresis", "stiffness_nm_per_rad": 2.0, "yield_nm": 0.03},
+    {"name": "compliance", "stiffness_nm_per_rad": 60.0, "load_inertia_kg_m2": 0.004},
+    {"name": "transport_delay", "delay_s": 0.004},
+    {"name": "torque_constant_saturation", "kappa_per_a": 0.05},
+    {"name": "external_periodic", "frequency_hz": 0.3, "amplitude_nm": 0.02},
+    {"name": "tilt_misalignment", "alpha_rad": 0.05},
+    {"name": "breakaway_dwell", "gain": 0.5, "time_constant_s": 2.0},
+]
+
+
+def test_the_plant_file_knows_every_effect_and_its_keys() -> None:
+    assert {entry["name"] for entry in EVERYTHING} == EFFECT_KEYS.keys()
+    for name in library_names():
+        known = {file_key(p.name, p.dimension, "rotary") for p in get(name).parameters}
+        assert set(EFFECT_KEYS[name]) <= known, name
+
+
+def test_all_of_them_at_once_stay_in_bounds() -> None:
+    run = sine(rig_of(*EVERYTHING, seed=4), 0.4, 0.5, UP)
+    assert np.isfinite(run).all()
+    assert np.abs(run[2]).max() < 0.5
+    assert np.abs(run[3]).max() < 1.5

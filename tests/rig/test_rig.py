@@ -75,7 +75,7 @@ def test_the_clock_runs_on() -> None:
 def test_samples_carry_the_command_in_force() -> None:
     rig = rig_of()
     rig.prepare(TrialSetup())
-    blocks = list(rig.play(Trajectory(2 * rig.period_s, "velocity", np.arange(60) * 1e-3)))
+    blocks = list(rig.play(Trajectory(2 * rig.period_s, "velocity", np.arange(60, dtype=np.float64) * 1e-3)))
     assert [len(block.time_s) for block in blocks] == [50, 50, 20]
     np.testing.assert_allclose(
         np.concatenate([block.command for block in blocks]), np.repeat(np.arange(60) * 1e-3, 2)
