@@ -76,7 +76,7 @@ def _plain(value: Any) -> Any:
 def output_options(command: F) -> F:
     """`--json` and `-q`, handed to the command as `output: Output`."""
 
-    def collect(ctx: click.Context, **kwargs: Any) -> Any:
+    def collect(ctx: click.Context, /, **kwargs: Any) -> Any:
         output = Output(json=kwargs.pop("json"), quiet=kwargs.pop("quiet"))
         return ctx.invoke(command, output=output, **kwargs)
 
@@ -89,8 +89,14 @@ def output_options(command: F) -> F:
     return decorated  # type: ignore[return-value]
 
 
-seed_option = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all randomness.")
+seed_option = click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all randomness."
+)
 force_option = click.option("--force", is_flag=True, help="Overwrite what is there.")
 rig_option = click.option(
-    "--rig", default="sim:paper", show_default=True, metavar="SPEC", help="sim:NAME, sim:FILE.toml or dynamixel:DEVICE."
+    "--rig",
+    default="sim:paper",
+    show_default=True,
+    metavar="SPEC",
+    help="sim:NAME, sim:FILE.toml or dynamixel:DEVICE.",
 )

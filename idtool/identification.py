@@ -1,8 +1,8 @@
 """All fits and the diagnosis in one go.
 
-    result = identify([Log.read("gravity.csv"), Log.read("sweep.csv"), Log.read("sine.csv")])
-    result.parameters.write("params.toml")
-    result.diagnosis["verdict"]
+result = identify([Log.read("gravity.csv"), Log.read("sweep.csv"), Log.read("sine.csv")])
+result.parameters.write("params.toml")
+result.diagnosis["verdict"]
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def identify(
     if law == "coulomb":
         library = tuple(effect for effect in library if effect.name in TEXTBOOK_EFFECTS)
         notes.append(
-            "--friction coulomb asks for the textbook model: effects besides inertia and offset were not looked for."
+            "--friction coulomb is the textbook model: no effects but inertia and offset were looked for."
         )
     evidence = diagnose(recording, start, spec, library, tell)
     notes += findings(evidence.final)
@@ -119,9 +119,13 @@ def begin(
     model, columns = choose_gravity(recording, gravity)
     notes = []
     if model == "slide" and "per_payload" not in columns:
-        notes.append("one payload only: the gravity per payload is not determined; a run with payload steps would show it.")
+        notes.append(
+            "one payload only: gravity per payload is not determined; a run with payload steps shows it."
+        )
     if model == "slide" and "base" not in columns:
-        notes.append("gravity never acts without payload: its base is not determined; add a run that stands upright.")
+        notes.append(
+            "gravity never acts without payload: its base is not determined; add a run that stands upright."
+        )
     start, more = step_down(first_fit(recording, Spec(kind, model, columns), optimizer=optimizer, seed=seed))
     base = Spec(start.model.spec.friction, model, columns)
     return start, base, notes + more
@@ -136,7 +140,7 @@ def findings(fit: JointFit) -> list[str]:
         notes.append(
             "the Stribeck curve falls from the static to the Coulomb level with speed."
             if falls
-            else "the Stribeck curve RISES with speed: the static level is below the Coulomb level (as the paper prints it)."
+            else "the Stribeck curve RISES with speed: the static level is below the Coulomb level."
         )
     if fit.model.spec.friction == "lugre" and (sentence := passivity(static, dynamic)):
         notes.append(sentence)
@@ -176,3 +180,37 @@ def check_choice(option: str, value: str, known: Sequence[str]) -> str:
     if value not in known:
         raise InputError(f"unknown {option} {value!r}", place=f"--{option}", remedy=nearest(value, known))
     return value
+
+
+def diagnose_from(
+    logs: Sequence[Log],
+    known: Parameters,
+    *,
+    friction: str = "lugre",
+    seed: int = 0,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Identification:
+    """Diagnose the model of a parameter file on logs.
+
+    The file gives the gravity model and, where it says that the friction law stepped down, that law;
+    parameters are fitted anew on the training trials, since a diagnosis must not see the others.
+
+    Raises:
+        InputError: the file holds no friction, or the logs are of another axis.
+    """
+    if not known.static:
+        raise InputError(
+            "the parameter file has no [friction.static]",
+            remedy="run ffc-id fit-static first, or ffc-id identify",
+        )
+    for log in logs:
+        if (log.axis.kind, log.axis.torque_constant) != (known.axis.kind, known.axis.torque_constant):
+            raise InputError(
+                "is of another axis than the parameter file (kind or torque constant differs)",
+                file=log.source,
+                place="[axis]",
+                remedy="give logs of that axis",
+            )
+    law = friction if known.dynamic or friction != "lugre" else "stribeck"
+    gravity = known.gravity_model or "auto"
+    return identify(logs, seed=seed, friction=law, gravity=gravity, tell=tell)

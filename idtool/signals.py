@@ -224,7 +224,7 @@ def _read_columns(log: Log) -> dict[str, Array | None]:
             remedy="check the sensor and the motor's mode, then record again",
         )
     columns["effort"] = torque
-    columns["trial"] = log.frame.groupby("trial", sort=False).ngroup().to_numpy(dtype=float)
+    columns["trial"] = np.asarray(log.frame.groupby("trial", sort=False).ngroup(), dtype=float)
     return columns
 
 
@@ -302,7 +302,9 @@ def _usable_rows(
     near = np.convolve(fast, np.ones(5), mode="same") > 0.5
     drop("motion faster than its sampling", near)
     # a trial starts from a state nobody knows; where its first rows jump, the jump is such a state
-    rows_in = np.arange(len(torque)) - np.repeat(motion.starts, np.diff(np.append(motion.starts, len(torque))))
+    rows_in = np.arange(len(torque)) - np.repeat(
+        motion.starts, np.diff(np.append(motion.starts, len(torque)))
+    )
     settling = (rows_in < 3) & np.isin(motion.trial, motion.trial[fast & (rows_in < 10)])
     drop("start of a trial in mid-motion", settling)
     middle = signal.medfilt(torque, 5)
@@ -322,7 +324,9 @@ def _bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[fl
     for start, end in zip(motion.starts, ends, strict=True):
         if end - start < segment:
             continue
-        frequency, power = signal.welch(torque[start:end], rate, nperseg=segment, detrend="linear")
+        frequency, power = signal.welch(  # type: ignore[call-overload]
+            torque[start:end], rate, nperseg=segment, detrend="linear"
+        )
         total = power * (end - start) if total is None else total + power * (end - start)
         weight += end - start
     if total is None:

@@ -174,9 +174,7 @@ def reading_variance(values: Array, first: NDArray[np.bool_]) -> float:
     return max(resolution**2 / 12.0, rough, 1e-18)
 
 
-def smooth(
-    time: Array, position: Array | None, velocity: Array | None, first: NDArray[np.bool_]
-) -> Smoothed:
+def smooth(time: Array, position: Array | None, velocity: Array | None, first: NDArray[np.bool_]) -> Smoothed:
     """Smooth what was measured; at least one of position and velocity must be there.
 
     Args:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import Selection, select
@@ -16,7 +17,6 @@ from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, on_recording, refit
 from idtool.fit.model import JointModel, Spec
 from idtool.fit.results import effect_entry
-from idtool.model.motion import Array
 from idtool.signals import Recording
 from idtool.units import file_key
 
@@ -76,7 +76,7 @@ class Diagnosis:
         note = (
             f"the residual still depends on {', '.join(names)}; no effect of the library accounts for it."
             if names
-            else "the residual is above the sensor noise and correlated in time, but follows nothing measured."
+            else "the residual is above the sensor noise and correlated in time, but follows nothing logged."
         )
         return {"share": share, "depends_on": names, "note": note}
 
@@ -186,7 +186,9 @@ def diagnose(
     final = refit(chosen, JointModel.build(loaded, chosen.model.spec, chosen.model.constants))
     notes = []
     if parts.blocks:
-        notes.append("there are too few trials to hold some out, so contiguous blocks of time stand in for trials.")
+        notes.append(
+            "there are too few trials to hold some out, so contiguous blocks of time stand in for trials."
+        )
     return Diagnosis(parts, base, selection, final, test_residual(base), test_residual(final), notes)
 
 
@@ -194,7 +196,7 @@ def _everywhere(fit: JointFit, recording: Recording) -> JointFit:
     return on_recording(fit, JointModel.build(recording, fit.model.spec, fit.model.constants))
 
 
-def _pair(before: JointFit, after: JointFit, rows: Array) -> dict[str, float]:
+def _pair(before: JointFit, after: JointFit, rows: NDArray[np.bool_]) -> dict[str, float]:
     usable = before.model.recording.usable & rows
     return {
         "before": float(np.sqrt(np.mean(before.full_residual[usable] ** 2))),
@@ -202,5 +204,5 @@ def _pair(before: JointFit, after: JointFit, rows: Array) -> dict[str, float]:
     }
 
 
-def _relative(fit: JointFit, rows: Array) -> float:
+def _relative(fit: JointFit, rows: NDArray[np.bool_]) -> float:
     return float(100.0 * np.linalg.norm(fit.residual[rows]) / np.linalg.norm(fit.model.measured[rows]))

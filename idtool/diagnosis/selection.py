@@ -16,8 +16,8 @@ import numpy as np
 from idtool.diagnosis.evidence import Background, Score, gain_in_evidence, left_out_errors, score
 from idtool.effects.base import Effect, derivative
 from idtool.fit.joint import JointFit, refit
-from idtool.fit.restart import restart
 from idtool.fit.model import JointModel
+from idtool.fit.restart import restart
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
 
@@ -136,7 +136,9 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     for absorbed in winner.effect.absorbs:
         if absorbed in selection.candidates and selection.candidates[absorbed].accepted:
             selection.candidates[absorbed].accepted = False
-            selection.candidates[absorbed].why = f"is a special case of {winner.effect.name}, which took its place"
+            selection.candidates[
+                absorbed
+            ].why = f"is a special case of {winner.effect.name}, which took its place"
             selection.alternatives.pop(absorbed, None)
             selection.p_values.pop(absorbed, None)
     selection.fit = restart(winner.fit)
@@ -177,7 +179,9 @@ def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str,
     return best[0], best[1], tried
 
 
-def _scan(background: Background, wave: Array, shape: str, starts: list[dict[str, float]]) -> dict[str, float]:
+def _scan(
+    background: Background, wave: Array, shape: str, starts: list[dict[str, float]]
+) -> dict[str, float]:
     """The most promising frequency of a periodic effect: sine and cosine against the residual."""
     n = len(wave)
     residual, basis = background.residual[:n], background.basis[:n]
@@ -187,7 +191,9 @@ def _scan(background: Background, wave: Array, shape: str, starts: list[dict[str
         angle = np.outer(wave, frequency[begin : begin + _CHUNK])
         parts = [np.sin(angle), np.cos(angle)]
         sine, cosine = (part - basis @ (basis.T @ part) for part in parts)
-        ss, cc, sc = (np.einsum("ij,ij->j", a, b) for a, b in ((sine, sine), (cosine, cosine), (sine, cosine)))
+        ss, cc, sc = (
+            np.einsum("ij,ij->j", a, b) for a, b in ((sine, sine), (cosine, cosine), (sine, cosine))
+        )
         sr, cr = residual @ sine, residual @ cosine
         determinant = np.maximum(ss * cc - sc * sc, 1e-9 * n * n)
         gains[begin : begin + _CHUNK] = (cc * sr * sr - 2.0 * sc * sr * cr + ss * cr * cr) / determinant
@@ -257,7 +263,9 @@ def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
     if names:
         selection.alternatives[winner.effect.name] = names
         for name in names:
-            selection.candidates[name].why = f"explains the data as well as {winner.effect.name}, which is taken"
+            selection.candidates[
+                name
+            ].why = f"explains the data as well as {winner.effect.name}, which is taken"
     return winner
 
 
@@ -266,9 +274,10 @@ def ties(one: Array, other: Array) -> bool:
     difference = one - other
     chance = float(np.std(difference, ddof=1)) * np.sqrt(len(difference)) if len(difference) > 1 else 0.0
     total = min(float(one.sum()), float(other.sum()))
-    return abs(float(difference.sum())) < max(2.0 * chance, LEAST_GAIN * total) and abs(
-        float(difference.sum())
-    ) < 4.0 * LEAST_GAIN * total
+    return (
+        abs(float(difference.sum())) < max(2.0 * chance, LEAST_GAIN * total)
+        and abs(float(difference.sum())) < 4.0 * LEAST_GAIN * total
+    )
 
 
 def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
@@ -277,7 +286,9 @@ def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
         dropped = False
         fit = selection.fit
         for effect in fit.model.spec.effects[:-1]:
-            model = JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
+            model = JointModel.build(
+                fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants
+            )
             tell(f"trying without {effect.name}")
             smaller = refit(fit, model)
             needed = root_mean(left_out_errors(smaller), smaller) > (1.0 + LEAST_GAIN) * root_mean(

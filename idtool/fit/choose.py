@@ -43,7 +43,9 @@ def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | No
     for index, name in enumerate(GRAVITY_MODELS[choice]):
         column = columns[:, index]
         others = columns[:, [i for i in range(columns.shape[1]) if i < index]]
-        left = column - others @ np.linalg.lstsq(others, column, rcond=1e-12)[0] if others.shape[1] else column
+        left = (
+            column - others @ np.linalg.lstsq(others, column, rcond=1e-12)[0] if others.shape[1] else column
+        )
         if np.max(np.abs(column)) > 0 and np.linalg.norm(left) > _LEAST_SPAN * np.linalg.norm(column):
             free.append(name)
     return (choice, tuple(free)) if free else (None, ())
@@ -96,8 +98,8 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str]]:
         counts = bend / fit.model.scales.resolution if fit.model.scales.resolution > 0 else np.inf
         if fit.at_bound["bristle_stiffness"] or counts < 3.0:
             notes.append(
-                f"the presliding travel is below {max(counts, 0.1):.1g} steps of the position reading, so the data "
-                "give sigma0 a lower bound only: the static friction curve is used instead of LuGre; "
+                f"the presliding travel is below {max(counts, 0.1):.1g} steps of the position reading, so the "
+                "data give sigma0 a lower bound only: the static friction curve is used instead of LuGre; "
                 "a slower sine or a finer encoder would show more."
             )
             fit = _with_law(fit, "stribeck")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import optimize, stats
 
 from idtool.errors import InputError
@@ -29,6 +30,7 @@ class JointFit:
         residual: of the filtered rows.
         jacobian: projected, (filtered rows + trials, coordinates).
         evaluations: how often the model was evaluated.
+        held: coordinates that were not varied.
     """
 
     model: JointModel
@@ -38,6 +40,7 @@ class JointFit:
     residual: Array
     jacobian: Array
     evaluations: int
+    held: frozenset[str] = frozenset()
 
     @property
     def sse(self) -> float:
@@ -81,9 +84,10 @@ class JointFit:
         return dict(zip(self.model.names, at.tolist(), strict=True))
 
     @cached_property
-    def free(self) -> Array:
-        """Mask of coordinates that are not at a bound."""
-        return ~np.array([self.at_bound[name] for name in self.model.names], dtype=bool)
+    def free(self) -> NDArray[np.bool_]:
+        """Mask of coordinates that were varied and are not at a bound."""
+        stuck = [self.at_bound[name] or name in self.held for name in self.model.names]
+        return ~np.array(stuck, dtype=bool)
 
     @cached_property
     def covariance(self) -> Array:
@@ -109,7 +113,14 @@ class JointFit:
         return np.asarray(matrix)
 
 
-def solve(model: JointModel, x: Array, *, bend: float | None = None, most: int = 60) -> JointFit:
+def solve(
+    model: JointModel,
+    x: Array,
+    *,
+    bend: float | None = None,
+    most: int = 60,
+    held: frozenset[str] = frozenset(),
+) -> JointFit:
     """Least squares from coordinates `x`.
 
     Args:
@@ -117,6 +128,7 @@ def solve(model: JointModel, x: Array, *, bend: float | None = None, most: int =
         x: start.
         bend: scale of the prior of the start deflections; that at `x` if not given.
         most: how many evaluations to spend at most.
+        held: coordinates to leave at their start.
 
     Raises:
         InputError: fewer rows than parameters.
@@ -131,34 +143,51 @@ def solve(model: JointModel, x: Array, *, bend: float | None = None, most: int =
     inside = np.clip(x, low + 2e-6 * span, high - 2e-6 * span)
     scale = model.bend(inside) if bend is None else bend
     scale = min(scale, 20.0 * model.scales.travel)
+    varied = np.array([name not in held for name in model.names])
     cache: dict[bytes, Array] = {}
 
-    def residual(x: Array) -> Array:
-        evaluation = model.evaluate(x, scale)
+    def whole(part: Array) -> Array:
+        full = inside.copy()
+        full[varied] = part
+        return full
+
+    def residual(part: Array) -> Array:
+        evaluation = model.evaluate(whole(part), scale)
         cache.clear()
-        cache[x.tobytes()] = evaluation.start
+        cache[part.tobytes()] = evaluation.start
         return evaluation.stacked
 
-    def jacobian(x: Array) -> Array:
-        start = cache.get(x.tobytes())
+    def jacobian(part: Array) -> Array:
+        start = cache.get(part.tobytes())
         if start is None:
-            start = model.evaluate(x, scale).start
-        result = model.differentiate(x, scale, start).jacobian
+            start = model.evaluate(whole(part), scale).start
+        result = model.differentiate(whole(part), scale, start).jacobian
         assert result is not None
-        return -result
+        return -result[:, varied]
 
     found = optimize.least_squares(
-        residual, inside, jacobian, bounds=(low, high), x_scale="jac", ftol=1e-7, xtol=1e-7, gtol=1e-12, max_nfev=most
+        residual,
+        inside[varied],
+        jacobian,
+        bounds=(low[varied], high[varied]),
+        x_scale="jac",
+        ftol=1e-7,
+        xtol=1e-7,
+        gtol=1e-12,
+        max_nfev=most,
     )
-    evaluation = model.evaluate(found.x, scale)
-    last = model.differentiate(found.x, scale, evaluation.start)
+    best = whole(found.x)
+    evaluation = model.evaluate(best, scale)
+    last = model.differentiate(best, scale, evaluation.start)
     assert last.jacobian is not None
     return JointFit(
-        model, found.x, scale, evaluation.start, evaluation.residual, last.jacobian, int(found.nfev)
+        model, best, scale, evaluation.start, evaluation.residual, last.jacobian, int(found.nfev), held
     )
 
 
-def refit(fit: JointFit, model: JointModel, extra: dict[str, float] | None = None, *, most: int = 60) -> JointFit:
+def refit(
+    fit: JointFit, model: JointModel, extra: dict[str, float] | None = None, *, most: int = 60
+) -> JointFit:
     """Fit another model from where `fit` ended; `extra` starts the coordinates it did not have."""
     values = {**fit.values, **(extra or {})}
     return solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
@@ -173,7 +202,7 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
     )
 
 
-def block_labels(fit: JointFit) -> Array:
+def block_labels(fit: JointFit) -> NDArray[np.intp]:
     """A label per filtered row: contiguous blocks of a trial, long against the correlation time."""
     trial = fit.model.recording.filtered_trial
     length = max(4, int(np.ceil(6.0 * correlation_rows(fit.residual, trial))))
@@ -183,10 +212,10 @@ def block_labels(fit: JointFit) -> Array:
     sizes = np.repeat(np.diff(np.append(first, len(trial))), np.diff(np.append(first, len(trial))))
     blocks = np.maximum(sizes // length, 1)
     label = trial.astype(np.int64) * 1_000_000 + (rows_in * blocks) // sizes
-    return np.unique(label, return_inverse=True)[1]
+    return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.intp)
 
 
-def correlation_rows(residual: Array, trial: Array) -> float:
+def correlation_rows(residual: Array, trial: NDArray[np.intp]) -> float:
     """Integrated autocorrelation time of a residual, in rows (1 for white noise)."""
     centred = residual - residual.mean()
     variance = float(np.mean(centred**2))

@@ -197,7 +197,7 @@ class JointModel:
             return np.empty((len(self.recording.motion), 0))
         everything = gravity.columns(self.spec.gravity, self.recording.motion)
         order = tuple(GRAVITY_MODELS[self.spec.gravity])
-        return everything[:, [order.index(name) for name in self.spec.gravity_columns]]
+        return np.asarray(everything[:, [order.index(name) for name in self.spec.gravity_columns]])
 
     def friction(self, x: Array) -> Friction:
         """LuGre parameters at coordinates `x`."""
@@ -223,12 +223,14 @@ class JointModel:
         """Coordinates of physical values by name, moved inside the bounds."""
         raw = [math.log(values[name]) if name in _LOGARITHMIC else values[name] for name in self.names]
         low, high = self.bounds
-        return np.clip(np.array(raw), low, high)
+        return np.asarray(np.clip(np.array(raw), low, high))
 
     def effect_values(self, x: Array, effect: Effect) -> dict[str, float]:
         """Coordinates and constants of one effect."""
         prefix = f"{effect.name}."
-        values = {name.removeprefix(prefix): v for name, v in self.values(x).items() if name.startswith(prefix)}
+        values = {
+            name.removeprefix(prefix): v for name, v in self.values(x).items() if name.startswith(prefix)
+        }
         return {**self.constants[effect.name], **values}
 
     def contribution(self, x: Array) -> Contribution:
@@ -259,7 +261,8 @@ class JointModel:
             elif name == "coulomb" and self.spec.friction == "coulomb":
                 result.append(Direction(coulomb=value[name], static=value[name]))
             else:
-                result.append(replace(Direction(), **{name: value[name] if name in _LOGARITHMIC else 1.0}))
+                unit = value[name] if name in _LOGARITHMIC else 1.0
+                result.append(replace(Direction(), **{name: unit}))  # type: ignore[arg-type]
         return result
 
     def bend(self, x: Array) -> float:

@@ -35,7 +35,10 @@ def dynamic_parameters(fit: JointFit) -> dict[str, Parameter]:
         return {name: Parameter(getattr(friction, name), at_bound=True, identified=False) for name in DYNAMIC}
     stiffness = _one(fit, "bristle_stiffness", True)
     damping = _one(fit, "bristle_damping", False)
-    if max(friction.coulomb, friction.static) / friction.bristle_stiffness < 3.0 * fit.model.scales.resolution:
+    if (
+        max(friction.coulomb, friction.static) / friction.bristle_stiffness
+        < 3.0 * fit.model.scales.resolution
+    ):
         stiffness, damping = _doubtful(stiffness), _doubtful(damping)
     return {"bristle_stiffness": stiffness, "bristle_damping": damping}
 
@@ -79,8 +82,8 @@ def effect_entry(fit: JointFit, effect: Effect) -> EffectEntry:
     at_bound = any(fit.at_bound[fit.model.names[i]] for i in mine)
     entries: dict[str, Parameter] = {}
     for name, value in centre.items():
-        sd = float(np.sqrt(max(gradient[name] @ covariance @ gradient[name], 0.0)))
-        constant = not np.any(gradient[name])
+        sd = float(np.sqrt(max(float(gradient[name] @ covariance @ gradient[name]), 0.0)))
+        constant = not gradient[name].any()
         half = fit.quantile * sd
         entries[name] = (
             Parameter(value)
@@ -134,6 +137,6 @@ def passivity(static: Mapping[str, Parameter], dynamic: Mapping[str, Parameter])
     if static["viscous"].value <= needed:
         return (
             f"the model is not passive: viscous friction {static['viscous'].value:.3g} should exceed "
-            f"sigma1 (tau_s - tau_c) / tau_c = {needed:.3g}; a controller should compensate less than all of it."
+            f"sigma1 (tau_s - tau_c) / tau_c = {needed:.3g}; compensate less than all of it."
         )
     return None

@@ -71,11 +71,15 @@ class Projection:
         stiffness = friction["bristle_stiffness"]
         curve = (friction["coulomb"], friction["static"], friction["stribeck_velocity"])
         rho = stiffness / level(motion.step_velocity, *curve)
-        z, decay = lugre.propagate(motion.step_velocity, motion.step, rho, motion.first, np.zeros(motion.trials))
+        z, decay = lugre.propagate(
+            motion.step_velocity, motion.step, rho, motion.first, np.zeros(motion.trials)
+        )
         rate = motion.velocity - stiffness / level(motion.velocity, *curve) * np.abs(motion.velocity) * z
         damped = model.spec.friction == "lugre"
         new = model.recording.filtered(np.column_stack([stiffness * z, stiffness * decay, rate]))
-        columns = np.column_stack([model.measured - new[:, 0], new[:, 2:] if damped else new[:, :0], self._fixed])
+        columns = np.column_stack(
+            [model.measured - new[:, 0], new[:, 2:] if damped else new[:, :0], self._fixed]
+        )
         bend = max(curve[0], curve[1]) / stiffness
         free, _ = model.eliminate_columns(columns, new[:, 1], bend)
         names = (["bristle_damping"] if damped else []) + self._names
@@ -162,7 +166,9 @@ def search(
     return _different(seen, high - low, keep)
 
 
-def cost_over_stiffness(model: JointModel, values: Mapping[str, float], points: int = 41) -> tuple[Array, Array]:
+def cost_over_stiffness(
+    model: JointModel, values: Mapping[str, float], points: int = 41
+) -> tuple[Array, Array]:
     """Root-mean-square residual over the bristle stiffness, static parameters held, linear ones solved."""
     low, high = _box(model, ["bristle_stiffness"])
     grid = np.exp(np.linspace(low[0], high[0], points))

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from idtool.fit.joint import JointFit
+from idtool.model.motion import Array, Motion
 from idtool.model.stribeck import EXPONENT, level
 
 _LEAST_SECONDS = 0.4
 _LEAST_ROWS = 20
-#: Steady speed: it would take this long to change it by a twentieth at the acceleration seen.
+#: Steady speed: over this long its mean changes by less than this share.
 _SETTLING_S = 0.25
 _CHANGE = 0.05
 #: A window is steady if the bristle is within this share of where it would settle.
@@ -40,12 +42,21 @@ class Window:
     travel: float
 
 
+def _change_of_speed(motion: Motion) -> Array:
+    """By how much the mean speed changes around each row, noise averaged out, (rows,)."""
+    rows = max(int(round(_SETTLING_S / float(np.median(motion.step[~motion.first])))), 4)
+    mean = ndimage.uniform_filter1d(motion.velocity, rows // 2, mode="nearest")
+    before = np.concatenate([np.full(rows // 2, mean[0]), mean[: -(rows // 2)]])
+    after = np.concatenate([mean[rows // 2 :], np.full(rows // 2, mean[-1])])
+    return np.abs(after - before)
+
+
 def steady_windows(fit: JointFit) -> list[Window]:
     """The windows of a fitted recording, in order of time."""
     model = fit.model
     motion = model.recording.motion
     friction = model.friction(fit.x)
-    slow = np.abs(motion.acceleration) * _SETTLING_S < _CHANGE * np.abs(motion.velocity)
+    slow = _change_of_speed(motion) < _CHANGE * np.abs(motion.velocity)
     moving = np.abs(motion.velocity) > 0.5 * model.scales.slowest
     flags = slow & moving & model.recording.usable
     direction = np.sign(motion.velocity)
@@ -56,7 +67,11 @@ def steady_windows(fit: JointFit) -> list[Window]:
     windows = []
     residual = fit.full_residual
     for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
-        if not flags[begin] or end - begin < _LEAST_ROWS or motion.time[end - 1] - motion.time[begin] < _LEAST_SECONDS:
+        if (
+            not flags[begin]
+            or end - begin < _LEAST_ROWS
+            or motion.time[end - 1] - motion.time[begin] < _LEAST_SECONDS
+        ):
             continue
         w = float(np.mean(motion.velocity[begin:end]))
         g = level(w, friction.coulomb, friction.static, friction.stribeck_velocity, EXPONENT)
@@ -72,7 +87,12 @@ def steady_windows(fit: JointFit) -> list[Window]:
         left = 2.0 * np.exp(-rate * approach) * (-np.expm1(-rate * travel)) / max(rate * travel, 1e-12)
         windows.append(
             Window(
-                int(motion.trial[begin]), w, settled + float(values.mean()), spread, bool(left < _SETTLED), travel
+                int(motion.trial[begin]),
+                w,
+                settled + float(values.mean()),
+                spread,
+                bool(left < _SETTLED),
+                travel,
             )
         )
     return windows

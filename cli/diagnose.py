@@ -1,0 +1,183 @@
+"""`ffc-id identify` and `ffc-id diagnose`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import Output, force_option, output_options, seed_option
+from .fit import constant_option, friction_option, optimizer_option
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from idtool.identification import Identification
+    from idtool.log import Log
+
+gravity_option = click.option(
+    "--gravity",
+    type=click.Choice(("auto", "slide", "arm", "none")),
+    default="auto",
+    show_default=True,
+    help="Gravity model.",
+)
+
+
+@click.command()
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
+@click.option(
+    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Result folder."
+)
+@friction_option
+@gravity_option
+@optimizer_option
+@constant_option
+@seed_option
+@force_option
+@output_options
+def identify(
+    logs: Sequence[Path],
+    folder: Path,
+    friction: str,
+    gravity: str,
+    optimizer: str,
+    torque_constant: float | None,
+    seed: int,
+    force: bool,
+    output: Output,
+) -> None:
+    """All fits and the diagnosis in one go: params.toml, diagnosis.json, report.html, figures.
+
+    What each log is, its header says. `--friction coulomb` fits the textbook model (inertia, offset,
+    Coulomb, viscous) to compare with published ones, and looks for nothing else.
+
+    \b
+    ffc-id identify gravity.csv sweep.csv sine.csv -o result
+    """
+    from idtool.identification import identify as run
+    from idtool.results import prepare_folder
+
+    prepare_folder(folder, force)
+    result = run(
+        read_logs(logs, torque_constant, output),
+        seed=seed,
+        friction=friction,
+        gravity=gravity,
+        optimizer=optimizer,
+        tell=lambda what: output.say(f"  {what} ..."),
+    )
+    finish(result, folder, seed, output)
+
+
+@click.command()
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
+@click.option(
+    "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file to start from."
+)
+@click.option(
+    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Result folder."
+)
+@friction_option
+@constant_option
+@seed_option
+@force_option
+@output_options
+def diagnose(
+    logs: Sequence[Path],
+    params: Path,
+    folder: Path,
+    friction: str,
+    torque_constant: float | None,
+    seed: int,
+    force: bool,
+    output: Output,
+) -> None:
+    """Find the effect that the model of a parameter file lacks; error before and after.
+
+    The base model of the file is refitted on the training trials; effects that the file has already are
+    looked for again like all others. The extended model is written to DIR/params.toml.
+
+    \b
+    ffc-id diagnose gravity.csv sweep.csv sine.csv -p params.toml -o result
+    """
+    from idtool.identification import diagnose_from
+    from idtool.parameters import Parameters
+    from idtool.results import prepare_folder
+
+    known = Parameters.read(params)
+    prepare_folder(folder, force)
+    result = diagnose_from(
+        read_logs(logs, torque_constant or known.axis.torque_constant, output),
+        known,
+        friction=friction,
+        seed=seed,
+        tell=lambda what: output.say(f"  {what} ..."),
+    )
+    finish(result, folder, seed, output)
+
+
+def read_logs(logs: Sequence[Path], torque_constant: float | None, output: Output) -> list[Log]:
+    """Read logs, telling of those that were cut short."""
+    from idtool.log import Log
+
+    read = [Log.read(path, torque_constant=torque_constant) for path in logs]
+    for log in read:
+        if log.incomplete:
+            output.warn(f"{log.source} was cut short; it is used up to its last whole row.")
+    return read
+
+
+def finish(result: Identification, folder: Path, seed: int, output: Output) -> None:
+    """Write the folder and print the verdict."""
+    from idtool.report import write_report
+    from idtool.results import write_results
+
+    write_results(result, folder, command=command_line(), seed=seed)
+    output.say("  drawing the report ...")
+    page = write_report(folder)
+
+    def show(console: Console) -> None:
+        from .tables import print_parameters
+
+        print_parameters(console, result.parameters, ("gravity", "static", "dynamic", "effects"))
+        print_verdict(console, result.diagnosis)
+        click.echo(f"report: {page}")
+
+    output.result(result.diagnosis, show)
+
+
+def command_line() -> str:
+    """The command as it was typed, for the report."""
+    import shlex
+
+    return shlex.join(["ffc-id", *sys.argv[1:]])
+
+
+_VERDICTS = {
+    "adequate": "the base model is adequate: no effect is missing",
+    "effect_found": "effect found, and nothing structured is left",
+    "ambiguous": "ambiguous: two explanations fit these data equally well",
+    "unexplained": "something is left that no effect of the library accounts for",
+}
+
+
+def print_verdict(console: Console, diagnosis: dict[str, Any]) -> None:
+    """Verdict, effects, error before and after, notes."""
+    unit = "N" if diagnosis["error"]["metric"].endswith("_n") else "N m"
+    console.print(f"\n[bold]verdict: {diagnosis['verdict']}[/bold] ({_VERDICTS[diagnosis['verdict']]})")
+    for effect in diagnosis["effects"]:
+        also = f" (or {', '.join(effect['alternatives'])})" if effect["alternatives"] else ""
+        click.echo(f"  effect: {effect['name']}{also}")
+    held_out = diagnosis["error"]["held_out"]
+    click.echo(
+        f"  error on held-out trials: {held_out['before']:.4g} {unit} before, "
+        f"{held_out['after']:.4g} {unit} after; sensor noise {diagnosis['error']['noise_floor']:.2g} {unit}"
+    )
+    if diagnosis["unexplained"]:
+        click.echo(f"  unexplained: {diagnosis['unexplained']['note']}")
+    for note in diagnosis["notes"]:
+        click.echo(f"  note: {note}")

@@ -1,0 +1,282 @@
+"""`ffc-id fit-gravity`, `fit-static` and `fit-dynamic`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from .common import Output, output_options, seed_option
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import Console
+
+    from idtool.parameters import Parameters
+    from idtool.signals import Recording
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+OPTIMIZER_NAMES = ("direct", "crs2", "isres", "esch")
+FRICTION_NAMES = ("lugre", "stribeck", "coulomb")
+
+
+def friction_option(command: F) -> F:
+    """`--friction`."""
+    return click.option(
+        "--friction",
+        type=click.Choice(FRICTION_NAMES),
+        default="lugre",
+        show_default=True,
+        help="Friction law; it steps down by itself where the data cannot determine it.",
+    )(command)
+
+
+def optimizer_option(command: F) -> F:
+    """`--optimizer`."""
+    return click.option(
+        "--optimizer",
+        type=click.Choice(OPTIMIZER_NAMES),
+        default="direct",
+        show_default=True,
+        help="NLopt global search: DIRECT-L (deterministic), CRS2, ISRES or the evolutionary ESCH.",
+    )(command)
+
+
+def constant_option(command: F) -> F:
+    """`--torque-constant`."""
+    return click.option(
+        "--torque-constant",
+        type=float,
+        metavar="K",
+        help="N m/A (N/A on a linear axis), for logs that do not say it.",
+    )(command)
+
+
+def _shared(command: F) -> F:
+    for decorate in (
+        output_options,
+        seed_option,
+        optimizer_option,
+        constant_option,
+        click.option("--figure", type=click.Path(path_type=Path), help="Where the figure goes (PNG or SVG)."),
+        click.option(
+            "-p",
+            "--params",
+            required=True,
+            type=click.Path(path_type=Path),
+            help="Parameter file; made if missing.",
+        ),
+        click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG..."),
+    ):
+        command = decorate(command)
+    return command
+
+
+@click.command("fit-gravity")
+@_shared
+def fit_gravity(
+    logs: Sequence[Path],
+    params: Path,
+    figure: Path | None,
+    torque_constant: float | None,
+    optimizer: str,
+    seed: int,
+    output: Output,
+) -> None:
+    """Recover the gravity coefficients from payload steps and add them to the parameter file.
+
+    \b
+    ffc-id fit-gravity gravity.csv -p params.toml
+    """
+    from dataclasses import replace
+
+    from idtool.fit.results import gravity_parameters
+    from idtool.fit.staged import fit_gravity as fit
+    from idtool.report import gravity_figure
+
+    recording, known = _read(logs, params, torque_constant, output)
+    result = fit(recording, optimizer=optimizer, seed=seed)
+    spec = result.fit.model.spec
+    parameters = replace(known, gravity_model=spec.gravity, gravity=gravity_parameters(result.fit))
+    points = [(p.payload, p) for p in result.points if p.payload is not None]
+    notes = []
+    if spec.gravity == "slide":
+        notes.append("payload steps determine m1 + 2 m2 and the payload slope, not m1 and m2 apart.")
+    picture = None
+    if points:
+        picture = gravity_figure(
+            [payload for payload, _ in points],
+            [p.torque for _, p in points],
+            base=parameters.gravity["base"].value,
+            per_payload=parameters.gravity["per_payload"].value,
+            kind=recording.axis.kind,
+            stderr=[p.stderr for _, p in points],
+        )
+    quality = {"average_error_percent": result.average_error}
+    _finish(parameters, params, "gravity", quality, notes, picture, figure, output)
+
+
+@click.command("fit-static")
+@friction_option
+@_shared
+def fit_static(
+    logs: Sequence[Path],
+    params: Path,
+    figure: Path | None,
+    torque_constant: float | None,
+    optimizer: str,
+    friction: str,
+    seed: int,
+    output: Output,
+) -> None:
+    """Recover the static (Stribeck) friction parameters from a velocity sweep.
+
+    The windows of constant speed are checked for being steady; where a soft bristle has not settled,
+    the rest of its transient is taken off. Gravity that the file has already is held.
+
+    \b
+    ffc-id fit-static sweep.csv -p params.toml
+    """
+    from dataclasses import replace
+
+    from idtool.fit.results import static_parameters
+    from idtool.fit.staged import fit_static as fit
+    from idtool.identification import findings
+    from idtool.report import stribeck_figure
+    from idtool.results import stribeck_curve
+
+    recording, known = _read(logs, params, torque_constant, output)
+    result = fit(recording, known, law=friction, optimizer=optimizer, seed=seed)
+    parameters = replace(known, static=static_parameters(result.fit))
+    curve = stribeck_curve(result.fit)
+    picture = stribeck_figure(
+        [w.velocity for w in result.windows],
+        [w.friction for w in result.windows],
+        kind=recording.axis.kind,
+        stderr=[w.stderr for w in result.windows],
+        steady=[w.steady for w in result.windows],
+        curve_velocity=curve["velocity"],
+        curve_torque=curve["torque"],
+        low=curve["low"],
+        high=curve["high"],
+    )
+    quality = {"adjusted_r2": result.adjusted_r2, "windows": len(result.windows), "curve_fit": result.curve}
+    _finish(
+        parameters, params, "static", quality, result.notes + findings(result.fit), picture, figure, output
+    )
+
+
+@click.command("fit-dynamic")
+@_shared
+def fit_dynamic(
+    logs: Sequence[Path],
+    params: Path,
+    figure: Path | None,
+    torque_constant: float | None,
+    optimizer: str,
+    seed: int,
+    output: Output,
+) -> None:
+    """Recover sigma0 and sigma1 of the LuGre model from sines, with NLopt's global search.
+
+    The static parameters and the gravity of the file are held. Inertia is estimated along and written
+    into the file as an effect.
+
+    \b
+    ffc-id fit-dynamic sine.csv -p params.toml
+    """
+    from dataclasses import replace
+
+    from idtool.effects import registry
+    from idtool.fit.results import dynamic_parameters, effect_entry
+    from idtool.fit.staged import fit_dynamic as fit
+    from idtool.report import dynamic_figure
+
+    recording, known = _read(logs, params, torque_constant, output)
+    result = fit(recording, known, optimizer=optimizer, seed=seed)
+    parameters = replace(known, dynamic=dynamic_parameters(result.fit))
+    if any(effect.name == "inertia" for effect in result.fit.model.spec.effects):
+        parameters = parameters.with_effect(effect_entry(result.fit, registry.get("inertia")))
+    rows = recording.row
+    model = result.fit.model
+    picture = dynamic_figure(
+        recording.filtered_trial,
+        recording.motion.velocity[rows],
+        model.measured,
+        model.measured - result.fit.residual,
+        kind=recording.axis.kind,
+        time=recording.motion.time[rows],
+    )
+    quality = {
+        "rmse_filtered": result.fit.rmse,
+        "relative_percent": 100.0 * result.fit.relative,
+        "model_evaluations": result.fit.evaluations,
+    }
+    _finish(parameters, params, "dynamic", quality, result.notes, picture, figure, output)
+
+
+def _read(
+    logs: Sequence[Path], params: Path, torque_constant: float | None, output: Output
+) -> tuple[Recording, Parameters]:
+    from idtool.errors import InputError
+    from idtool.log import Log
+    from idtool.parameters import Parameters
+    from idtool.signals import record
+
+    read = [Log.read(path, torque_constant=torque_constant) for path in logs]
+    for log in read:
+        if log.incomplete:
+            output.warn(f"{log.source} was cut short; it is used up to its last whole row.")
+    known = Parameters.read(params) if params.exists() else Parameters(axis=read[0].axis)
+    if known.axis.to_table() != read[0].axis.to_table() and params.exists():
+        mine, theirs = read[0].axis, known.axis
+        if (mine.kind, mine.torque_constant) != (theirs.kind, theirs.torque_constant):
+            raise InputError(
+                f"is of another axis than {read[0].source} (kind or torque constant differs)",
+                file=params,
+                place="[axis]",
+                remedy="name another parameter file",
+            )
+    return record(read), known
+
+
+def _finish(
+    parameters: Parameters,
+    params: Path,
+    part: str,
+    quality: dict[str, Any],
+    notes: list[str],
+    picture: Figure | None,
+    figure: Path | None,
+    output: Output,
+) -> None:
+    from idtool.report import save_figure
+
+    from .tables import document_of, print_parameters
+
+    parameters.write(params, force=True)
+    drawn = figure or params.with_name(f"{params.stem}-{part}.png")
+    if picture is not None:
+        save_figure(picture, drawn)
+    parts = ("dynamic", "effects") if part == "dynamic" else (part,)
+
+    def show(console: Console) -> None:
+        print_parameters(console, parameters, parts)
+        for name, value in quality.items():
+            if isinstance(value, float):
+                click.echo(f"{name.replace('_', ' ')}: {value:.5g}")
+        for note in notes:
+            click.echo(f"note: {note}")
+        click.echo(f"written: {params}" + (f", figure {drawn}" if picture is not None else ""))
+
+    document = {
+        "params": str(params),
+        "figure": str(drawn) if picture is not None else None,
+        "parameters": document_of(parameters, part),
+        "quality": quality,
+        "notes": notes,
+    }
+    output.result(document, show)

@@ -1,0 +1,270 @@
+"""The fits one by one: gravity, static friction, dynamic friction.
+
+Each works on the logs that it is given and holds what the parameter file already has. Each fits the
+whole model, because a bristle that has not settled bends a static curve and friction hides gravity; it
+hands back only its own part.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize
+
+from idtool.effects import registry
+from idtool.errors import InputError
+from idtool.fit.choose import choose_gravity, first_fit
+from idtool.fit.joint import JointFit, solve
+from idtool.fit.model import JointModel, Spec
+from idtool.fit.search import cost_over_stiffness, search
+from idtool.fit.windows import Window, steady_windows
+from idtool.model import gravity as gravity_model
+from idtool.model.motion import Array
+from idtool.model.stribeck import steady
+from idtool.parameters import GRAVITY_MODELS, Parameters
+from idtool.signals import Recording
+
+_LEAST_SPEEDS = 3
+
+
+@dataclass(frozen=True)
+class GravityPoint:
+    """Gravity torque at one payload (slide) or position (arm), friction removed."""
+
+    payload: float | None
+    position: float | None
+    torque: float
+    model: float
+    stderr: float
+
+
+@dataclass(frozen=True)
+class GravityFit:
+    """Outcome of `fit_gravity`. `average_error` is in per cent, as the paper states it."""
+
+    fit: JointFit
+    points: list[GravityPoint]
+    average_error: float
+
+
+@dataclass(frozen=True)
+class StaticFit:
+    """Outcome of `fit_static`: windows, the curve through them and its adjusted R2."""
+
+    fit: JointFit
+    windows: list[Window]
+    curve: dict[str, float]
+    adjusted_r2: float
+    notes: list[str]
+
+
+@dataclass(frozen=True)
+class DynamicFit:
+    """Outcome of `fit_dynamic`: the fit, and the cost over sigma0 that the search saw."""
+
+    fit: JointFit
+    stiffness: Array
+    cost: Array
+    notes: list[str]
+
+
+def fit_gravity(
+    recording: Recording, *, gravity: str = "auto", optimizer: str = "direct", seed: int = 0
+) -> GravityFit:
+    """Recover the gravity coefficients.
+
+    Raises:
+        InputError: gravity does not act in these logs, or not on different payloads.
+    """
+    model, columns = choose_gravity(recording, gravity)
+    if model is None:
+        raise InputError(
+            "gravity does not act in these data",
+            file=recording.sources[0],
+            remedy="give a log of payload steps standing upright (ffc-id run-gravity)",
+        )
+    if model == "slide" and "per_payload" not in columns:
+        raise InputError(
+            "the payload never changes, so the gravity per payload is not determined",
+            file=recording.sources[0],
+            remedy="give a log of payload steps (ffc-id run-gravity)",
+        )
+    fit = first_fit(recording, Spec("lugre", model, columns), optimizer=optimizer, seed=seed)
+    points = gravity_points(fit)
+    errors = [abs(p.torque - p.model) / abs(p.model) for p in points if p.model]
+    return GravityFit(fit, points, 100.0 * float(np.mean(errors)))
+
+
+def gravity_points(fit: JointFit) -> list[GravityPoint]:
+    """Measured gravity torque: what is left of the torque in steady motion after the rest of the model,
+    up and down weighing the same."""
+    spec, motion = fit.model.spec, fit.model.recording.motion
+    if spec.gravity is None:
+        return []
+    coefficients = np.array([fit.values.get(f"gravity.{n}", 0.0) for n in GRAVITY_MODELS[spec.gravity]])
+    torque = gravity_model.columns(spec.gravity, motion) @ coefficients
+    if spec.gravity == "slide":
+        if motion.payload is None:
+            return []
+        acting = (
+            motion.gravity_factor > 0.5 if motion.gravity_factor is not None else np.ones(len(motion), bool)
+        )
+        group = np.where(acting & fit.model.recording.usable, np.round(motion.payload, 4), np.nan)
+    else:
+        usable = fit.model.recording.usable
+        group = np.where(usable, np.round(motion.position / 0.2) * 0.2, np.nan)
+    points = []
+    up = motion.velocity > 0.5 * fit.model.scales.slowest
+    down = motion.velocity < -0.5 * fit.model.scales.slowest
+    for value in np.unique(group[np.isfinite(group)]):
+        ways = [rows for way in (up, down) if np.count_nonzero(rows := (group == value) & way) >= 5]
+        if len(ways) < 2:
+            continue
+        left = float(np.mean([fit.full_residual[rows].mean() for rows in ways]))
+        spread = math.sqrt(sum(_standard_error(fit.full_residual[rows]) ** 2 for rows in ways)) / 2.0
+        predicted = float(np.mean([torque[rows].mean() for rows in ways]))
+        slide = spec.gravity == "slide"
+        points.append(
+            GravityPoint(
+                float(value) if slide else None,
+                None if slide else float(value),
+                predicted + left,
+                predicted,
+                spread,
+            )
+        )
+    return points
+
+
+def fit_static(
+    recording: Recording, known: Parameters, *, law: str = "lugre", optimizer: str = "direct", seed: int = 0
+) -> StaticFit:
+    """Recover the static parameters.
+
+    A curve is fitted through the steady windows; the joint fit, which also uses the reversals between
+    them, gives the parameters. In windows where the bristle has not settled, the rest of its transient
+    is taken off.
+
+    Args:
+        recording: a velocity sweep, and more if there is.
+        known: gravity in it is held.
+        law: "lugre", "stribeck" or "coulomb".
+
+    Raises:
+        InputError: too few constant speeds: a log of another experiment.
+    """
+    model, columns = choose_gravity(recording)
+    spec = Spec(law, model, columns)  # type: ignore[arg-type]
+    fit = first_fit(recording, spec, optimizer=optimizer, seed=seed)
+    if known.gravity and known.gravity_model == model:
+        fit = _holding(fit, {f"gravity.{n}": p.value for n, p in known.gravity.items() if p.identified})
+    windows = steady_windows(fit)
+    speeds = {round(window.velocity / (0.05 * fit.model.scales.speed)) for window in windows}
+    if len(speeds) < _LEAST_SPEEDS:
+        raise InputError(
+            f"{len(windows)} steady windows at {len(speeds)} speeds do not show a friction curve",
+            file=recording.sources[0],
+            remedy="give a velocity sweep (ffc-id run-sweep)",
+        )
+    notes = []
+    loose = sum(not window.steady for window in windows)
+    if loose:
+        notes.append(
+            f"{loose} of {len(windows)} windows are not steady, because the bristle had not settled; the "
+            "rest of its transient was taken off. Longer runs in one direction would be steady."
+        )
+    curve, r2 = _curve(fit, windows)
+    return StaticFit(fit, windows, curve, r2, notes)
+
+
+def fit_dynamic(
+    recording: Recording,
+    known: Parameters,
+    *,
+    optimizer: str = "direct",
+    seed: int = 0,
+    evaluations: int = 60,
+    progress: Callable[[int, int], None] | None = None,
+) -> DynamicFit:
+    """Recover sigma0 and sigma1: global search over sigma0, the rest linear; then least squares.
+
+    Static parameters and gravity of `known` are held. Inertia is estimated along, since without it
+    sigma1 is biased.
+
+    Raises:
+        InputError: nothing reverses in these data, or `known` has no static parameters.
+    """
+    if not known.static:
+        raise InputError(
+            "the parameter file has no [friction.static] yet",
+            remedy="run ffc-id fit-static first, or ffc-id identify",
+        )
+    motion = recording.motion
+    reversals = np.count_nonzero(np.diff(np.sign(motion.velocity[np.abs(motion.velocity) > 0])))
+    if reversals < 2:
+        raise InputError(
+            "the axis never reverses in these data, so sigma0 and sigma1 do not show",
+            file=recording.sources[0],
+            remedy="give a log of sines (ffc-id run-sine)",
+        )
+    model, columns = choose_gravity(recording)
+    spec = Spec("lugre", model, columns)
+    for name in ("inertia", "torque_offset"):
+        effect = registry.get(name)
+        if effect.missing(motion) is None:
+            spec = spec.adding(effect)
+    joint = JointModel.build(recording, spec)
+    static = {name: parameter.value for name, parameter in known.static.items()}
+    curve = {name: static[name] for name in ("coulomb", "static", "stribeck_velocity")}
+    found = search(
+        joint, fixed=curve, optimizer=optimizer, evaluations=evaluations, seed=seed, keep=2, progress=progress
+    )
+    held = {**static}
+    if known.gravity and known.gravity_model == model:
+        held |= {f"gravity.{n}": p.value for n, p in known.gravity.items() if n in columns and p.identified}
+    fits = []
+    for point in found:
+        values = {**point.values, **held}
+        x = joint.coordinates({name: values.get(name, 0.0) for name in joint.names})
+        fits.append(solve(joint, x, held=frozenset(held)))
+    best = min(fits, key=lambda fit: fit.sse)
+    grid, cost = cost_over_stiffness(joint, curve)
+    notes = []
+    if best.at_bound["bristle_stiffness"]:
+        notes.append("sigma0 ran to a bound: the presliding travel is too short for the position reading.")
+    return DynamicFit(best, grid, cost, notes)
+
+
+def _holding(fit: JointFit, held: dict[str, float]) -> JointFit:
+    mine = {name: value for name, value in held.items() if name in fit.model.names}
+    if not mine:
+        return fit
+    return solve(fit.model, fit.model.coordinates({**fit.values, **mine}), held=frozenset(mine))
+
+
+def _curve(fit: JointFit, windows: Sequence[Window]) -> tuple[dict[str, float], float]:
+    """The paper's Eq. 9 through the windows, and its adjusted R2."""
+    friction = fit.model.friction(fit.x)
+    names = ("coulomb", "static", "stribeck_velocity", "viscous")
+    start = np.array([getattr(friction, name) for name in names])
+    w = np.array([window.velocity for window in windows])
+    torque = np.array([window.friction for window in windows])
+    low = np.array([0.0, 0.0, 0.2 * start[2], -np.inf])
+    high = np.array([np.inf, np.inf, 5.0 * start[2], np.inf])
+    try:
+        found, _ = optimize.curve_fit(steady, w, torque, np.maximum(start, low), bounds=(low, high))
+    except RuntimeError:  # no convergence: the joint fit's curve stands
+        found = start
+    left = torque - steady(w, *found)
+    spare = max(len(w) - len(names) - 1, 1)
+    r2 = 1.0 - float(left @ left) / max(float(np.sum((torque - torque.mean()) ** 2)), 1e-300)
+    adjusted = 1.0 - (1.0 - r2) * (len(w) - 1) / spare
+    return dict(zip(names, found.tolist(), strict=True)), adjusted
+
+
+def _standard_error(values: Array) -> float:
+    pieces = np.array_split(values, max(2, min(8, len(values) // 5)))
+    return float(np.std([piece.mean() for piece in pieces], ddof=1) / math.sqrt(len(pieces)))
