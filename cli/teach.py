@@ -83,9 +83,10 @@ def teach(
     """Run the force-free controller: a hand moves the axis.
 
     On a simulated rig a simulated hand pushes both ways and lets go while moving, then again with a
-    pause before it lets go. Force and speed are means over the pushes, at the moving part where the
-    gravity model says how it moves; the stop is timed from the instant the hand lets go. On a real rig
-    push by hand and end with Ctrl-C. The first 0.2 s must be without a hand.
+    pause before it lets go. Force and speed are means over the second half of each push, at the moving
+    part where the gravity model says how it moves; the stop is timed from the instant the hand lets go
+    until it stays within one encoder count. On a real rig push by hand and end with Ctrl-C. The first
+    0.2 s must be without a hand.
 
     The paper's axis with the paper's gains yields 19.20 mm/s to 5.56 N and stops within 48 ms.
     """
@@ -117,6 +118,7 @@ def teach(
 
 def _controller(parameters: Parameters, file: Path, axis: Rig) -> ForceFreeController:
     from idtool.control import ForceFreeController
+    from idtool.control.force_free import DEFAULT_PERIOD_S, gains
     from idtool.control.teach import limits_of
     from idtool.errors import InputError
 
@@ -127,8 +129,9 @@ def _controller(parameters: Parameters, file: Path, axis: Rig) -> ForceFreeContr
             place="axis.kind",
             remedy="take the parameter file of this axis",
         )
+    period = max(axis.period_s, gains(parameters, DEFAULT_PERIOD_S).period)
     try:
-        return ForceFreeController(parameters, axis.period_s, limits=limits_of(axis))
+        return ForceFreeController(parameters, period, limits=limits_of(axis))
     except InputError as error:
         raise InputError(str(error).removesuffix("."), file=file) from error
 

@@ -36,12 +36,14 @@ from idtool.parameters import Controller, Parameters
 #: the paper's hand felt: 19.20 mm/s at 5.56 N.
 COMMAND_GAIN = 2.05
 LOOP_GAIN = {"rotary": 1.68, "linear": 0.0192 / 5.56}
+#: Control period of a file that names none, s.
+DEFAULT_PERIOD_S = 0.01
 #: Smallest step of a position sensor: 4096 counts a turn; 10 micrometres on a linear axis.
 RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
 #: A torque that falls so fast that it is gone within this time is a hand that lets go, s.
 RELEASE_S = 0.04
 #: For how long after that nothing is taken for a hand, s.
-_BRAKE_S = 0.06
+_BRAKE_S = 0.05
 #: Slower than this an axis is stopping, not moving, in resolutions per second.
 _REST_COUNTS_PER_S = 33.0
 #: A fall per period below this share of the starting torque is noise.
@@ -103,7 +105,7 @@ class ForceFreeController:
         self.model = OnlineModel(parameters)
         self.model.drop("external_periodic", "its phase is not known once the clock starts anew")
         kind = parameters.axis.kind
-        chosen = gains(parameters, period_s or 0.01)
+        chosen = gains(parameters, period_s or DEFAULT_PERIOD_S)
         self.command_gain = chosen.command_gain
         self.loop_gain = chosen.loop_gain
         self.period = float(period_s or chosen.period)
@@ -230,7 +232,11 @@ class ForceFreeController:
         if self._state is State.RESTING:
             # more than once: a single sample is noise, or what braking left in the filter
             self._pushed = self._pushed + 1 if push > self.start_torque else 0
-            if self._pushed < _START_SAMPLES or sample.time < self._brake_until:
+            if sample.time < self._brake_until:
+                # the servo's own loops are still coming to rest: do not pull the axis back
+                self._anchor = self.limits.clip(sample.position)
+                return self._anchor
+            if self._pushed < _START_SAMPLES:
                 return self._anchor
             self._state = State.GUIDING
         elif self._state is State.GUIDING:

@@ -13,14 +13,16 @@ from idtool.control.hand import Hand
 from idtool.model.motion import Array
 
 #: A stop is over once the axis stays this close to where it comes to rest, in encoder counts.
-STOP_COUNTS = 1.5
+STOP_COUNTS = 1.0
+#: The share of a push that is left out of force and speed: its start.
+_START_SHARE = 0.5
 #: The last share of a rest, over which its place, drift and ripple are taken.
 _STILL_SHARE = 0.5
 
 
 @dataclass(frozen=True)
 class Record:
-    """One row per control period; shape (rows,) each, SI, rad or m by the kind of axis.
+    """One row per sample; shape (rows,) each, SI, rad or m by the kind of axis.
 
     Attributes:
         time, position, velocity, current, temperature: the measurement.
@@ -51,9 +53,9 @@ class PushFigures:
 
     Attributes:
         direction: +1 or -1.
-        torque, force_n: mean of the hand over the push.
+        torque, force_n: mean of the hand over the second half of the push, when the start is over.
         peak_torque: its greatest magnitude.
-        speed, speed_mm_s: mean speed over the push, positive along it.
+        speed, speed_mm_s: mean speed over the same time, positive along the push.
         stop_ms: from letting go until the axis stays within `STOP_COUNTS` encoder counts of where it
             comes to rest. A hand that holds still first lets go of an axis that stands already.
         travel_after_counts: how far it still went after letting go, encoder counts.
@@ -99,6 +101,10 @@ class TeachFigures:
     estimate_rmse: float
     resolution: float
     pushes: tuple[PushFigures, ...] = field(default=())
+
+    def peak_force(self) -> float:
+        """The greatest torque of the hand over all pushes, N m (N)."""
+        return max(push.peak_torque for push in self.pushes)
 
     def to_document(self) -> dict[str, Any]:
         """A JSON document."""
@@ -154,7 +160,8 @@ def _push(record: Record, hand: Hand, index: int, resolution: float, ratio: floa
     time, position = record.time, record.position
     release = start + push.push_s + push.hold_s
     half = 1e-6
-    during = (time >= start - half) & (time < start + push.push_s - half)
+    steady = start + _START_SHARE * push.push_s
+    during = (time >= steady - half) & (time < start + push.push_s - half)
     touching = (time >= start - half) & (time < release - half)
     after = (time >= release - half) & (time < release + push.rest_s - half)
     torque = push.direction * float(np.mean(record.hand[during]))
@@ -168,7 +175,7 @@ def _push(record: Record, hand: Hand, index: int, resolution: float, ratio: floa
     rest = position[after]
     still = rest[int(len(rest) * _STILL_SHARE) :]
     place = float(np.median(still))
-    away = np.flatnonzero(np.abs(rest - place) > STOP_COUNTS * resolution)
+    away = np.flatnonzero(np.abs(rest - place) > 1.01 * STOP_COUNTS * resolution)
     since = time[after] - release
     stop = float(since[min(away[-1] + 1, len(since) - 1)]) if len(away) else 0.0
     beyond = push.direction * (rest - place)

@@ -61,6 +61,9 @@ def teach(
 ) -> TeachResult:
     """Run the controller on a rig.
 
+    The controller acts once per its own period, which may be several of the rig's; a simulated hand and
+    the record follow the rig's.
+
     Args:
         parameters: the file that the controller was made from (axis and travel per radian).
         controller: it is reset first.
@@ -79,21 +82,30 @@ def teach(
     """
     if hand is not None and not rig.simulated:
         raise InputError("a simulated hand cannot push a real axis", remedy="push it yourself")
-    length = duration_s if duration_s is not None else (hand.duration if hand else float("inf"))
+    length = duration_s if duration_s is not None else (hand.duration if hand else math.inf)
+    held = max(1, round(controller.period / rig.period_s))
     recorder = _Recorder(parameters.axis, setup, log, force)
     controller.reset()
     interrupted = False
     fault: Fault | None = None
     try:
         rig.prepare(setup)
-        sample = rig.step(_place(rig) if setup.start_position is None else setup.start_position)
+        place = _place(rig) if setup.start_position is None else setup.start_position
+        sample = rig.step(place)
         begun = sample.time_s
+        current = sample.current
         while sample.time_s - begun < length:
-            fault = _period(controller, rig, setup, hand, sample, begun, recorder)
+            command = _command(controller, setup, sample, current)
+            fault = controller.status.fault
             if fault is not None:
-                break
-            sample = recorder.next_sample
-            if progress is not None and length < float("inf"):
+                break  # its sample is in the fault's history, not in the log
+            current = 0.0
+            for _ in range(held):
+                push = hand.torque(sample.time_s - begun, sample.position, sample.velocity) if hand else 0.0
+                recorder.add(sample, begun, command, push, controller)
+                sample = rig.step(command, push)
+                current += sample.current / held
+            if progress is not None and length < math.inf:
                 progress(min((sample.time_s - begun) / length, 1.0))
     except KeyboardInterrupt:
         interrupted = True
@@ -103,7 +115,10 @@ def teach(
         finally:
             recorder.close()
     if fault is not None:
-        raise RigFault(f"the controller held the axis after {len(recorder.rows)} periods: {fault.message}")
+        raise RigFault(
+            f"the controller stopped following after {len(recorder.rows)} samples: {fault.message}; "
+            "check sensors and bus, then start again."
+        )
     record = recorder.record()
     figures = None
     if hand is not None and len(record.time):
@@ -131,47 +146,17 @@ def _place(rig: Rig) -> float:
     return float(blocks[-1].position[-1])
 
 
-def _period(
-    controller: ForceFreeController,
-    rig: Rig,
-    setup: TrialSetup,
-    hand: Hand | None,
-    sample: Sample,
-    begun: float,
-    recorder: _Recorder,
-) -> Fault | None:
-    """One period: command from the sample, hand from the sample, next sample from both."""
-    command = controller.step(
+def _command(controller: ForceFreeController, setup: TrialSetup, sample: Sample, current: float) -> float:
+    return controller.step(
         sample.position,
         sample.velocity,
-        sample.current,
+        current,
         setup.payload_kg,
         setup.tilt_alpha_rad,
         setup.tilt_beta_rad,
         temperature_degc=sample.temperature,
         time_s=sample.time_s,
     )
-    status = controller.status
-    if status.fault is not None:
-        return status.fault  # its sample is in the fault's history, not in the log
-    push = hand.torque(sample.time_s - begun, sample.position, sample.velocity) if hand else 0.0
-    recorder.add(
-        (
-            sample.time_s - begun,
-            sample.position,
-            sample.velocity,
-            sample.current,
-            float("nan") if sample.temperature is None else sample.temperature,
-            command,
-            push,
-            status.external_torque,
-            controller.model.torque_constant * sample.current,
-            status.gravity + status.friction + status.effects,
-        ),
-        status.state,
-    )
-    recorder.next_sample = rig.step(command, push) if hand else rig.step(command)
-    return None
 
 
 def log_columns(axis: Axis, *, temperature: bool) -> list[str]:
@@ -187,8 +172,6 @@ def log_columns(axis: Axis, *, temperature: bool) -> list[str]:
 class _Recorder:
     """Keeps the rows and, if asked, appends them to a log as they come."""
 
-    next_sample: Sample
-
     def __init__(
         self, axis: Axis, setup: TrialSetup, log: str | os.PathLike[str] | None, force: bool
     ) -> None:
@@ -202,13 +185,29 @@ class _Recorder:
         if log is not None:
             refuse_existing(Path(log), force)  # before the axis moves
 
-    def add(self, row: tuple[float, ...], state: State) -> None:
+    def add(
+        self, sample: Sample, begun: float, command: float, push: float, controller: ForceFreeController
+    ) -> None:
         if self._log is not None and self._writer is None:
-            self._warm = not math.isnan(row[4])  # a rig without a thermometer gets no such column
+            self._warm = sample.temperature is not None  # a rig without a thermometer gets no such column
             columns = log_columns(self._axis, temperature=self._warm)
             self._writer = LogWriter(self._log, columns, self._axis, "teach", force=self._force)
-        self.rows.append(row)
-        self.states.append(state)
+        status = controller.status
+        self.rows.append(
+            (
+                sample.time_s - begun,
+                sample.position,
+                sample.velocity,
+                sample.current,
+                math.nan if sample.temperature is None else sample.temperature,
+                command,
+                push,
+                status.external_torque,
+                controller.model.torque_constant * sample.current,
+                status.gravity + status.friction + status.effects,
+            )
+        )
+        self.states.append(status.state)
         if self._writer is not None and len(self.rows) - self._written >= _LOG_EVERY:
             self._flush(self._writer)
 

@@ -1,0 +1,107 @@
+"""`ffc-id teach`, the real program."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from idtool.axis import Axis
+from idtool.log import Log
+from idtool.parameters import Controller, Parameter, Parameters
+
+TRAVEL = 2 * 0.0265 * 6 / 7  # m of the slide per rad of the shaft; the pulley's radius is inferred
+
+
+def numbers(**values: float) -> dict[str, Parameter]:
+    return {name: Parameter(value) for name, value in values.items()}
+
+
+@pytest.fixture
+def parameters() -> Parameters:
+    """The paper's tables."""
+    per_payload = TRAVEL * 9.80665
+    return Parameters(
+        axis=Axis("rotary", 2.67),
+        gravity_model="slide",
+        gravity=numbers(base=per_payload * (0.427 + 0.176 / 2), per_payload=per_payload),
+        static=numbers(coulomb=0.070, static=0.030, stribeck_velocity=0.090, viscous=0.155),
+        dynamic=numbers(bristle_stiffness=0.051, bristle_damping=0.297),
+        controller=Controller(2.05, 1.68, 0.01),
+    )
+
+
+def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", "from idtool.cli.main import main; main()", *arguments],
+        cwd=folder,
+        env={**os.environ, "COLUMNS": "100"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def test_guides_the_paper_s_axis(tmp_path: Path, parameters: Parameters) -> None:
+    parameters.write(tmp_path / "params.toml")
+    done = run(tmp_path, "teach", "-p", "params.toml", "-o", "run.csv", "--figure", "run.png")
+    assert done.returncode == 0, done.stderr
+    assert "ms of letting go" in done.stdout
+    assert "19.20" not in done.stdout or "N moves it at" in done.stdout
+    log = Log.read(tmp_path / "run.csv")
+    assert log.experiment == "teach"
+    assert {"hand_nm", "hand_estimated_nm", "position_command_rad"} <= set(log.frame.columns)
+    assert (tmp_path / "run.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+    again = run(tmp_path, "teach", "-p", "params.toml", "-o", "run.csv")
+    assert again.returncode == 3
+    assert "already exists" in again.stderr
+    assert run(tmp_path, "teach", "-p", "params.toml", "-o", "run.csv", "--force", "-q").returncode == 0
+
+
+def test_json_is_one_document_and_repeats(tmp_path: Path, parameters: Parameters) -> None:
+    parameters.write(tmp_path / "params.toml")
+    arguments = ("teach", "-p", "params.toml", "--hand-force", "5.56", "--json", "--seed", "3")
+    first, second = run(tmp_path, *arguments), run(tmp_path, *arguments)
+    assert first.returncode == 0, first.stderr
+    assert first.stdout == second.stdout
+    figures = json.loads(first.stdout)["figures"]
+    assert figures["force_n"] == pytest.approx(5.56, rel=0.03)
+    assert figures["energy_to_hand"] < 0
+    assert len(figures["pushes"]) == 4
+
+
+@pytest.mark.parametrize("part", ["gravity", "static", "axis"])
+def test_a_file_that_lacks_a_part_is_refused(tmp_path: Path, parameters: Parameters, part: str) -> None:
+    without: dict[str, object] = {
+        "gravity": {"gravity": {}, "gravity_model": None},
+        "static": {"static": {}},
+        "axis": {"axis": Axis()},
+    }[part]
+    replace(parameters, **without).write(tmp_path / "params.toml")
+    done = run(tmp_path, "teach", "-p", "params.toml")
+    assert done.returncode == 3
+    assert "params.toml" in done.stderr
+    assert {"gravity": "fit-gravity", "static": "fit-static", "axis": "torque constant"}[part] in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_bad_input_is_one_sentence(tmp_path: Path, parameters: Parameters) -> None:
+    parameters.write(tmp_path / "params.toml")
+    for arguments, code, words in (
+        (("-p", "nothing.toml"), 3, "no such file"),
+        (("-p", "params.toml", "--rig", "sim:papr"), 3, "paper"),
+        (("-p", "params.toml", "--payload", "-1"), 2, "payload"),
+        ((), 2, "--params"),
+    ):
+        done = run(tmp_path, "teach", *arguments)
+        assert done.returncode == code, (arguments, done.stderr)
+        assert words in done.stderr
+        assert "Traceback" not in done.stderr
