@@ -283,7 +283,8 @@ def _summary(figures: TeachFigures, torque: str, speed: str) -> str:
     )
     return (
         f"{at_part}; it stops within {figures.stop_ms:.0f} ms of letting go, overshoots by"
-        f" {figures.overshoot_counts:.1f} encoder counts and then stands within {figures.ripple_counts:.1f}."
+        f" {figures.overshoot_counts:.1f} encoder counts and then stands still to"
+        f" {figures.ripple_counts:.1f} counts."
     )
 
 

@@ -188,6 +188,8 @@ class ForceFreeController:
         if wrong is not None:
             return self._fail(Fault(*wrong, tuple(self._history)))
         if self._previous is None:
+            if sample.temperature is None and self.model.needs_temperature:
+                self.model.drop("thermal_drift", "no temperature was given")
             self._begun_at = sample.time
             self._anchor = self.limits.clip(sample.position)
             if not self._known:

@@ -109,6 +109,11 @@ class OnlineModel:
         """Whether the file holds that effect and it is compensated."""
         return any(known.name == effect for known, _ in self._effects)
 
+    @property
+    def needs_temperature(self) -> bool:
+        """Whether an effect follows a measured temperature."""
+        return any(known.name == "thermal_drift" and "rate" in values for known, values in self._effects)
+
     def drop(self, effect: str, why: str) -> None:
         """Leave an effect out of the compensation and remember why."""
         if self.uses(effect):

@@ -53,7 +53,7 @@ def test_guides_the_paper_s_axis(tmp_path: Path, parameters: Parameters) -> None
     done = run(tmp_path, "teach", "-p", "params.toml", "-o", "run.csv", "--figure", "run.png")
     assert done.returncode == 0, done.stderr
     assert "ms of letting go" in done.stdout
-    assert "19.20" not in done.stdout or "N moves it at" in done.stdout
+    assert "N moves it at" in done.stdout
     log = Log.read(tmp_path / "run.csv")
     assert log.experiment == "teach"
     assert {"hand_nm", "hand_estimated_nm", "position_command_rad"} <= set(log.frame.columns)

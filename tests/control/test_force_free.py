@@ -141,6 +141,18 @@ def test_says_what_it_cannot_compensate() -> None:
     assert "external_periodic is not compensated" in note
 
 
+def test_a_missing_temperature_is_said_once() -> None:
+    file = parameters(thermal_drift={"rate": 0.01, "reference": 25.0})
+    controller = ForceFreeController(file, 0.01)
+    for k in range(5):
+        controller.step(0.0, 0.0, 0.1, temperature_degc=30.0 if k < 2 else None)
+    assert controller.status.notes == ()
+    controller.reset()
+    for _ in range(3):
+        controller.step(0.0, 0.0, 0.1)
+    assert controller.status.notes == ("thermal_drift is not compensated: no temperature was given",)
+
+
 def test_a_step_costs_little() -> None:
     """A generous bound, so that a busy machine does not fail it; the benchmark measures."""
     import time
