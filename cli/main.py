@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from typing import Any
 
@@ -73,7 +74,9 @@ def _version(ctx: click.Context, _: click.Parameter, value: bool) -> None:
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit codes: 0 done, 2 usage, 3 bad input, 4 rig or device fault, 130 interrupted.",
 )
-@click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version, help="Show the version.")
+@click.option(
+    "--version", is_flag=True, expose_value=False, is_eager=True, callback=_version, help="Show the version."
+)
 def ffc_id() -> None:
     """Identify gravity, friction and whatever else one servo axis feels; then let a hand move it.
 
@@ -87,6 +90,8 @@ def ffc_id() -> None:
 
 def main(argv: list[str] | None = None) -> Any:
     """Run the command line; every error of the user's ends as one sentence and an exit code."""
+    # The matrices here are tall and thin: more threads of linear algebra only wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         code = ffc_id.main(args=argv, prog_name="ffc-id", standalone_mode=False)
     except click.exceptions.Abort:

@@ -48,7 +48,7 @@ class UsageError(FfcIdError):
     exit_code = 2
 
 
-class RigFault(FfcIdError):
+class RigFault(FfcIdError):  # noqa: N818 (a fault is what the rig has; the contract names it so)
     """A rig that cannot be reached, left its limits or stopped answering (exit code 4)."""
 
     exit_code = 4

@@ -98,8 +98,8 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str]]:
         counts = bend / fit.model.scales.resolution if fit.model.scales.resolution > 0 else np.inf
         if fit.at_bound["bristle_stiffness"] or counts < 3.0:
             notes.append(
-                f"the presliding travel is below {max(counts, 0.1):.1g} steps of the position reading, so the "
-                "data give sigma0 a lower bound only: the static friction curve is used instead of LuGre; "
+                f"the presliding travel is below {max(counts, 0.1):.1g} steps of the position reading, so "
+                "the data give sigma0 a lower bound only: the static curve is used instead of LuGre; "
                 "a slower sine or a finer encoder would show more."
             )
             fit = _with_law(fit, "stribeck")

@@ -9,6 +9,8 @@ from idtool.fit.joint import JointFit, solve
 _RATIOS = (0.6, 1.5)
 _SCREEN = 6
 _BETTER = 0.995
+#: A residual this close to the sensor noise leaves no better minimum to look for.
+_AT_NOISE = 1.15
 
 
 def restart(fit: JointFit) -> JointFit:
@@ -19,7 +21,7 @@ def restart(fit: JointFit) -> JointFit:
     that screen them are cheap, and only one that gets close is finished.
     """
     model = fit.model
-    if "static" not in model.names:
+    if "static" not in model.names or fit.rmse < _AT_NOISE * model.filtered_noise:
         return fit
     best = fit
     speeds = (1.5 * model.scales.slowest, math.sqrt(model.scales.slowest * model.scales.speed))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy import ndimage
@@ -44,11 +45,11 @@ class Window:
 
 def _change_of_speed(motion: Motion) -> Array:
     """By how much the mean speed changes around each row, noise averaged out, (rows,)."""
-    rows = max(int(round(_SETTLING_S / float(np.median(motion.step[~motion.first])))), 4)
+    rows = max(round(_SETTLING_S / float(np.median(motion.step[~motion.first]))), 4)
     mean = ndimage.uniform_filter1d(motion.velocity, rows // 2, mode="nearest")
     before = np.concatenate([np.full(rows // 2, mean[0]), mean[: -(rows // 2)]])
     after = np.concatenate([mean[rows // 2 :], np.full(rows // 2, mean[-1])])
-    return np.abs(after - before)
+    return np.asarray(np.abs(after - before))
 
 
 def steady_windows(fit: JointFit) -> list[Window]:
@@ -66,7 +67,7 @@ def steady_windows(fit: JointFit) -> list[Window]:
     bounds = np.concatenate([[0], edges + 1, [len(motion)]])
     windows = []
     residual = fit.full_residual
-    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
+    for begin, end in pairwise(bounds.tolist()):
         if (
             not flags[begin]
             or end - begin < _LEAST_ROWS

@@ -105,6 +105,7 @@ class Rig(ABC):
         limits: what it must not exceed.
         period_s: sampling and control period.
         simulated: whether `step` takes the torque of a hand.
+        measures_temperature: whether its blocks hold a temperature.
         description: one line for a person; it goes into logs and holds no secret of a simulation.
     """
 
@@ -112,6 +113,7 @@ class Rig(ABC):
     limits: Limits
     period_s: float
     simulated: bool = False
+    measures_temperature: bool = False
     description: str
 
     @abstractmethod

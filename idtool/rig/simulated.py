@@ -44,6 +44,7 @@ class SimulatedRig(Rig):
         self.axis = file.axis
         self.period_s = file.period_s
         self.description = f"simulated: {file.description}"
+        self.measures_temperature = file.temperature_sensor
         edges = file.limits
         self.limits = Limits(
             (edges["lowest_rad"], edges["highest_rad"]), edges["speed_rad_s"], edges["current_a"]

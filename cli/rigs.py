@@ -1,0 +1,75 @@
+"""`ffc-id rigs` and `ffc-id recipes`: what there is to run, and on what."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import Output, output_options
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@click.command()
+@output_options
+def rigs(output: Output) -> None:
+    """List the rigs: simulated ones by name, a plant file of yours, a servo on a bus.
+
+    \b
+    ffc-id rigs
+    """
+    from idtool.rig import named_rigs
+
+    found = named_rigs()
+    forms = {
+        "sim:FILE.toml": "a simulated axis of your own, with any effect (see docs/rigs.md)",
+        "dynamixel:DEVICE[,id=N]": "a servo on a bus (not in this version)",
+    }
+
+    def show(console: Console) -> None:
+        _list(console, {**found, **forms})
+
+    output.result({"rigs": found, "forms": forms}, show)
+
+
+@click.group(invoke_without_command=True)
+@click.pass_context
+def recipes(ctx: click.Context) -> None:
+    """List the experiment recipes; `recipes show NAME` prints one to edit.
+
+    \b
+    ffc-id recipes show sweep > my-sweep.toml
+    """
+    if ctx.invoked_subcommand is None:
+        ctx.invoke(list_recipes)
+
+
+@recipes.command("list")
+@output_options
+def list_recipes(output: Output) -> None:
+    """List the bundled recipes."""
+    from idtool.experiment.recipe import recipe_names
+
+    found = recipe_names()
+    output.result({"recipes": found}, lambda console: _list(console, found))
+
+
+@recipes.command("show")
+@click.argument("name")
+def show_recipe(name: str) -> None:
+    """Print a bundled recipe."""
+    from idtool.experiment.recipe import recipe_text
+
+    click.echo(recipe_text(name), nl=False)
+
+
+def _list(console: Console, found: dict[str, str]) -> None:
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 2))
+    for name, text in found.items():
+        table.add_row(escape(name), escape(text))
+    console.print(table)
