@@ -1,0 +1,171 @@
+"""`ffc-id demo`: the whole loop on the simulated rig."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import Output, force_option, output_options, seed_option
+
+if TYPE_CHECKING:
+    pass
+
+#: The undeclared effect of the demo: the plant file's name among the package's data.
+_PLANT = "demo_rig.toml"
+_RECIPES = ("gravity", "sweep", "sine")
+#: Published values (paper, tables 2 to 4; the gravity torques follow from table 2 and r = 26.5 mm).
+_PUBLISHED = {
+    "gravity": {"base": 0.2295, "per_payload": 0.4457},
+    "static": {"coulomb": 0.070, "static": 0.030, "stribeck_velocity": 0.090, "viscous": 0.155},
+    "dynamic": {"bristle_stiffness": 0.051, "bristle_damping": 0.297},
+}
+
+
+@click.command()
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    default="demo",
+    show_default=True,
+    type=click.Path(path_type=Path),
+    help="Where logs and results go.",
+)
+@seed_option
+@force_option
+@output_options
+def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
+    """The whole loop on the simulated rig, with an undeclared effect.
+
+    Runs the three experiments on the paper's axis, to which something was added that no parameter
+    declares; fits, diagnoses, writes the report, and lets a simulated hand guide the axis.
+
+    \b
+    ffc-id demo -o demo
+    """
+    from importlib import resources
+
+    from idtool.identification import identify
+    from idtool.report import write_report
+    from idtool.results import prepare_folder, write_results
+
+    began = time.perf_counter()
+    prepare_folder(folder, force)
+    with resources.as_file(resources.files("idtool.data") / _PLANT) as plant:
+        logs = _record(f"sim:{plant}", folder, seed, output)
+        output.say("identifying ...")
+        result = identify(logs, seed=seed, tell=lambda what: output.say(f"  {what} ..."))
+        write_results(result, folder, command="ffc-id demo", seed=seed)
+        output.say("drawing the report ...")
+        page = write_report(folder)
+        output.say("guiding by hand ...")
+        guided = _guide(f"sim:{plant}", result, seed)
+    seconds = time.perf_counter() - began
+    document = {
+        "recovered": _recovered(result.parameters),
+        "diagnosis": result.diagnosis,
+        "teach": guided,
+        "report": str(page),
+        "seconds": seconds,
+    }
+    output.result(document, lambda console: _show(console, document))
+
+
+def _record(rig: str, folder: Path, seed: int, output: Output) -> list[Any]:
+    from idtool.experiment.recipe import read_recipe
+    from idtool.experiment.runner import run
+    from idtool.log import Log
+    from idtool.rig import open_rig
+
+    logs = []
+    with open_rig(rig, seed=seed) as axis:
+        for name in _RECIPES:
+            output.say(f"running {name} ...")
+            summary = run(read_recipe(name), axis, folder / f"{name}.csv", force=True)
+            if summary.interrupted:
+                raise KeyboardInterrupt
+            logs.append(Log.read(summary.file))
+    return logs
+
+
+def _guide(rig: str, result: Identification, seed: int) -> dict[str, dict[str, Any]]:
+    """Hand guiding with the model without the effect and with it, on the same axis."""
+    from dataclasses import replace
+
+    from idtool.control import ForceFreeController, ImpedanceHand
+    from idtool.control.teach import limits_of, teach
+    from idtool.identification import parameters_of
+    from idtool.rig import open_rig
+    from idtool.rig.base import TrialSetup
+
+    extended = result.parameters
+    base = replace(parameters_of(result.evidence.base), effects=())
+    guided = {}
+    for name, parameters in (("base model", base), ("extended model", extended)):
+        with open_rig(rig, seed=seed) as axis:
+            controller = ForceFreeController(parameters, 0.01, limits=limits_of(axis))
+            hand = ImpedanceHand.at_slide(parameters, speed_mm_s=19.2)
+            setup = TrialSetup(payload_kg=0.4, start_position=0.0)
+            run = teach(parameters, controller, axis, setup, hand=hand)
+        assert run.figures is not None
+        guided[name] = run.figures.to_document()
+    return guided
+
+
+def _recovered(parameters: Parameters) -> list[dict[str, Any]]:
+    from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
+
+    parts = {
+        "gravity": (parameters.gravity, GRAVITY_MODELS["slide"]),
+        "static": (parameters.static, STATIC),
+        "dynamic": (parameters.dynamic, DYNAMIC),
+    }
+    rows = []
+    for part, (values, dimensions) in parts.items():
+        for name, published in _PUBLISHED[part].items():
+            found = values[name]
+            rows.append(
+                {
+                    "parameter": name,
+                    "dimension": dimensions[name],
+                    "published": published,
+                    "recovered": found.value,
+                    "stderr": found.stderr,
+                    "off_percent": 100.0 * (found.value / published - 1.0),
+                }
+            )
+    return rows
+
+
+def _show(console: Console, document: dict[str, Any]) -> None:
+    from rich.table import Table
+
+    from idtool.units import unit_text
+
+    from .diagnose import print_verdict
+
+    table = Table(title="recovered against published", title_justify="left", box=None, header_style="bold")
+    for heading in ("parameter", "published", "recovered", "std error", "off", "unit"):
+        table.add_column(heading, justify="left" if heading in ("parameter", "unit") else "right")
+    for row in document["recovered"]:
+        error = row["stderr"]
+        table.add_row(
+            row["parameter"].replace("_", " "),
+            f"{row['published']:.4g}",
+            f"{row['recovered']:.4g}",
+            "" if error is None else f"{error:.1g}",
+            f"{row['off_percent']:+.1f} %",
+            unit_text(row["dimension"], "rotary"),
+        )
+    console.print(table)
+    print_verdict(console, document["diagnosis"])
+    console.print("\n[bold]hand guiding[/bold] (published: 5.56 N, 19.20 mm/s, stop within 48 ms)")
+    for name, figures in document["teach"].items():
+        click.echo(
+            f"  {name}: {figures['force_n']:.2f} N at {figures['speed_mm_s']:.2f} mm/s, "
+            f"stop {figures['stop_ms']:.0f} ms, overshoot {figures['overshoot_counts']:.1f} counts"
+        )
+    click.echo(f"\nreport: {document['report']}   ({document['seconds']:.0f} s)")
