@@ -11,7 +11,10 @@ import click
 from .common import Output, force_option, output_options, seed_option
 
 if TYPE_CHECKING:
-    pass
+    from rich.console import Console
+
+    from idtool.identification import Identification
+    from idtool.parameters import Parameters
 
 #: The undeclared effect of the demo: the plant file's name among the package's data.
 _PLANT = "demo_rig.toml"

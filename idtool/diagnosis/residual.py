@@ -54,10 +54,12 @@ def test_residual(fit: JointFit) -> list[ResidualTest]:
     }
     for name, values in variables.items():
         if values is not None and np.ptp(values[rows]) > 1e-9 * (1.0 + np.max(np.abs(values))):
-            tests.append(_smooth_test(background, name, values[rows]))
+            smooth = _smooth_test(background, name, values[rows])
+            # over the position a residual can also ripple, which no smooth function shows
+            ripple = _ripple_test(background, values[rows]) if name == "position" else smooth
+            tests.append(max(smooth, ripple, key=lambda test: test.share))
     tests.append(_dummies_test(background, "direction", np.sign(motion.velocity[rows])))
     tests.append(_dummies_test(background, "order", recording.filtered_trial.astype(float)))
-    tests.append(_angle_test(background, motion.position[rows]))
     return sorted(tests, key=lambda test: -test.share)
 
 
@@ -80,11 +82,11 @@ def _dummies_test(background: Background, name: str, values: Array) -> ResidualT
     return _test(background, name, np.column_stack([(values == level).astype(float) for level in levels]))
 
 
-def _angle_test(background: Background, position: Array) -> ResidualTest:
+def _ripple_test(background: Background, position: Array) -> ResidualTest:
     """The strongest line of the spectrum over the angle, below what the rows resolve."""
     stroke = float(np.ptp(position))
     if stroke <= 0:
-        return ResidualTest("angle", 0.0, 1.0)
+        return ResidualTest("position", 0.0, 1.0)
     count = int(min(400, max(len(position) // 20, 8)))
     residual = background.residual[: len(position)]
     total = float(residual @ residual)
@@ -94,7 +96,7 @@ def _angle_test(background: Background, position: Array) -> ResidualTest:
         best = max(best, 2.0 * float(np.abs(wave @ residual)) ** 2 / len(position) / max(total, 1e-300))
     share = min(best, 1.0)
     single = _chance(background, share, 2)
-    return ResidualTest("angle", share, float(min(1.0, single * count)))
+    return ResidualTest("position", share, float(min(1.0, single * count)))
 
 
 def _test(background: Background, name: str, columns: Array) -> ResidualTest:
