@@ -28,7 +28,7 @@ TOO_FAST = 25.0
 _OUTLIER = 8.0
 #: The filter lets pass up to this multiple of the highest frequency at which torque stands out of noise.
 _BANDWIDTH_MARGIN = 1.5
-_LEAST_BANDWIDTH_HZ = 5.0
+_LEAST_BANDWIDTH_HZ = 10.0
 #: Of a filtered row's weights at least this share must fall on usable rows.
 _LEAST_WEIGHT = 0.6
 

@@ -59,8 +59,9 @@ class Diagnosis:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """The accepted effects, in order."""
-        return self.final.model.spec.effects
+        """The accepted effects in the order in which they were found; inertia, which every axis has, last."""
+        accepted = self.final.model.spec.effects
+        return tuple(sorted(accepted, key=lambda effect: effect.name == "inertia"))
 
     @property
     def unexplained(self) -> dict[str, Any] | None:

@@ -96,7 +96,13 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str]]:
         friction = fit.model.friction(fit.x)
         bend = max(friction.coulomb, friction.static) / friction.bristle_stiffness
         counts = bend / fit.model.scales.resolution if fit.model.scales.resolution > 0 else np.inf
-        if fit.at_bound["bristle_stiffness"] or counts < 3.0:
+        if fit.at_bound["bristle_stiffness"] and bend > fit.model.scales.travel:
+            notes.append(
+                "the fit bends the bristle over more than the whole travel, which is no presliding: "
+                "the static curve is used instead of LuGre; sines with more reversals would show it."
+            )
+            fit = _with_law(fit, "stribeck")
+        elif fit.at_bound["bristle_stiffness"] or counts < 3.0:
             notes.append(
                 f"the presliding travel is below {max(counts, 0.1):.1g} steps of the position reading, so "
                 "the data give sigma0 a lower bound only: the static curve is used instead of LuGre; "
