@@ -99,7 +99,8 @@ def select(
             break
         tell(f"accepted {winner.effect.name}")
     _drop_unneeded(selection, tell)
-    _confirm_alternatives(selection, library)
+    _simplify(selection, library, tell)
+    _find_alternatives(selection, library, tell)
     return selection
 
 
@@ -304,21 +305,63 @@ def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
                 break
 
 
-def _confirm_alternatives(selection: Selection, library: Sequence[Effect]) -> None:
-    """Keep as alternatives only those that still tie, with as many parameters, in the final model."""
+def _simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> None:
+    """Put a special case in the place of an accepted effect wherever it does as well."""
+    by_name = {effect.name: effect for effect in library}
+    for effect in selection.fit.model.spec.effects:
+        for name in effect.absorbs:
+            if name not in by_name or by_name[name].missing(selection.fit.model.recording.motion):
+                continue
+            tell(f"trying {name} in place of {effect.name}")
+            fit = selection.fit
+            swapped = _swap(fit, effect, by_name[name])
+            before, after = left_out_errors(fit), swapped.left_out
+            if root_mean(after, swapped.fit) > (1.0 + LEAST_GAIN) * root_mean(before, fit):
+                continue
+            selection.fit = swapped.fit
+            loser, winner = selection.candidates[effect.name], selection.candidates[name]
+            loser.accepted, loser.why = False, f"its special case {name} does as well"
+            winner.accepted, winner.why = True, "lowers the error on left-out trials"
+            winner.held_out = root_mean(after, swapped.fit)
+            selection.p_values[name] = selection.p_values.pop(effect.name, swapped.p_value)
+            selection.alternatives.pop(effect.name, None)
+            break
+
+
+def _find_alternatives(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> None:
+    """For each accepted effect, the equally simple ones that explain the data as well in its place.
+
+    Candidates are those that tied when it was accepted, and its known look-alikes. Inertia, which every
+    axis has, is not put in question.
+    """
     by_name = {effect.name: effect for effect in library}
     fit = selection.fit
-    for accepted, names in list(selection.alternatives.items()):
-        kept = []
+    motion = fit.model.recording.motion
+    left_out = left_out_errors(fit)
+    found: dict[str, list[str]] = {}
+    for effect in fit.model.spec.effects:
+        if effect.name == "inertia":
+            continue
+        size = len(effect.active(motion))
+        names = dict.fromkeys([*selection.alternatives.get(effect.name, []), *effect.look_alikes])
         for name in names:
-            if selection.candidates[name].accepted:
+            other = by_name.get(name)
+            if other is None or selection.candidates[name].accepted or other.missing(motion):
                 continue
-            spec = fit.model.spec.without(accepted)
-            without = refit(fit, JointModel.build(fit.model.recording, spec, fit.model.constants))
-            background = Background.of(without)
-            best, start, _ = best_score(background, by_name[name])
-            swapped = _try(without, by_name[name], best, start, 0.0)
-            same_size = len(swapped.fit.x) == len(fit.x)
-            if same_size and ties(swapped.left_out, left_out_errors(fit)):
-                kept.append(name)
-        selection.alternatives[accepted] = kept
+            if len(other.active(motion)) != size:
+                continue
+            tell(f"trying {name} in place of {effect.name}")
+            swapped = _swap(fit, effect, other)
+            if len(swapped.fit.x) == len(fit.x) and ties(swapped.left_out, left_out):
+                found.setdefault(effect.name, []).append(name)
+                selection.candidates[name].why = f"explains the data as well as {effect.name}, which is taken"
+    selection.alternatives = found
+
+
+def _swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
+    """The fit with `other` in the place of `effect`."""
+    without = refit(
+        fit, JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
+    )
+    best, start, tried = best_score(Background.of(without), other)
+    return _try(without, other, best, start, min(1.0, best.p_value * tried))
