@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -11,7 +13,7 @@ import click
 from .common import Output, console, force_option, output_options, rig_option, seed_option
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from idtool.experiment.runner import Progress, RunSummary
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -50,7 +52,7 @@ def run_gravity(recipe: str, rig: str, log: Path, seed: int, force: bool, output
     \b
     ffc-id run-gravity -o gravity.csv
     """
-    return _run(recipe, rig, log, seed, force, output)
+    return _run(recipe, rig, log, seed, force, output, "gravity")
 
 
 @click.command("run-sweep")
@@ -62,7 +64,7 @@ def run_sweep(recipe: str, rig: str, log: Path, seed: int, force: bool, output: 
     \b
     ffc-id run-sweep --rig sim:bench -o sweep.csv
     """
-    return _run(recipe, rig, log, seed, force, output)
+    return _run(recipe, rig, log, seed, force, output, "sweep")
 
 
 @click.command("run-sine")
@@ -74,7 +76,7 @@ def run_sine(recipe: str, rig: str, log: Path, seed: int, force: bool, output: O
     \b
     ffc-id run-sine -o sine.csv
     """
-    return _run(recipe, rig, log, seed, force, output)
+    return _run(recipe, rig, log, seed, force, output, "sine")
 
 
 @click.command("run")
@@ -86,25 +88,32 @@ def run_any(recipe: str, rig: str, log: Path, seed: int, force: bool, output: Ou
     \b
     ffc-id run --recipe validation -o validation.csv
     """
-    return _run(recipe, rig, log, seed, force, output)
+    return _run(recipe, rig, log, seed, force, output, None)
 
 
-def _run(name: str, spec: str, log: Path, seed: int, force: bool, output: Output) -> int:
+def _run(
+    name: str, spec: str, log: Path, seed: int, force: bool, output: Output, experiment: str | None
+) -> int:
     from idtool.atomic import refuse_existing
     from idtool.experiment.recipe import read_recipe
-    from idtool.experiment.runner import RunSummary, run
+    from idtool.experiment.runner import run
     from idtool.rig import open_rig
 
     recipe = read_recipe(name)
+    if experiment is not None and recipe.experiment != experiment:
+        output.warn(
+            f'recipe {recipe.name} is marked as experiment "{recipe.experiment}", and so will be the log'
+        )
     refuse_existing(log, force)
-    with open_rig(spec, seed=seed) as rig:
+    _refuse_itself(name, log)
+    with _stop_signals(), open_rig(spec, seed=seed) as rig:
 
-        def go(progress: Callable[[float, float], None] | None) -> RunSummary:
+        def go(progress: Callable[[Progress], None] | None) -> RunSummary:
             return run(recipe, rig, log, force=force, progress=progress)
 
         summary = _with_bar(recipe.name, go, output)
     document = {
-        "file": summary.file,
+        "file": summary.file if summary.rows else None,
         "experiment": recipe.experiment,
         "recipe": recipe.name,
         "rig": spec,
@@ -113,30 +122,68 @@ def _run(name: str, spec: str, log: Path, seed: int, force: bool, output: Output
         "duration_s": summary.duration_s,
         "interrupted": summary.interrupted,
     }
-
-    def show(_: Console) -> None:
+    if output.json:
+        output.result(document, lambda _: None)
+    elif not output.quiet and not summary.interrupted:
         click.echo(
-            f"{summary.file}: {summary.rows} rows, {summary.trials} of {len(recipe.trials)} trials, "
+            f"{summary.file}: {summary.rows} rows, {summary.trials} trials, "
             f"{summary.duration_s:.0f} s of rig time"
         )
-
-    output.result(document, show)
     if summary.interrupted:
-        output.warn(f"interrupted: the axis was stopped and {summary.rows} rows were kept in {summary.file}.")
+        kept = f"{summary.rows} rows are kept in {summary.file}" if summary.rows else "no row was measured"
+        output.warn(
+            f"interrupted: the axis was stopped; {kept} "
+            f"({summary.trials} of {len(recipe.trials)} trials finished)."
+        )
         return 130
     return 0
 
 
-def _with_bar(title: str, go: Callable[[Callable[[float, float], None] | None], Any], output: Output) -> Any:
+def _refuse_itself(recipe: str, log: Path) -> None:
+    """Do not overwrite the recipe with its own log."""
+    from idtool.errors import UsageError
+
+    file = Path(recipe)
+    if log.exists() and file.exists() and file.samefile(log):
+        raise UsageError(f"{log} is the recipe itself; name another file for the log.")
+
+
+@contextmanager
+def _stop_signals() -> Iterator[None]:
+    """Let a closed terminal or a polite kill end a run as Ctrl-C does: the axis is stopped."""
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.signal(number, interrupt) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
+
+
+def _with_bar(
+    title: str, go: Callable[[Callable[[Progress], None] | None], RunSummary], output: Output
+) -> RunSummary:
     """Run with a progress bar on standard error, if that is a terminal and nobody asked for quiet."""
     screen = console(stderr=True)
-    if output.quiet or output.json or not screen.is_terminal:
+    if output.quiet or not screen.is_terminal:
         return go(None)
-    from rich.progress import BarColumn, Progress, TextColumn
+    from rich.markup import escape
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[left]}"))
-    with Progress(*columns, console=screen, transient=True) as bar:
-        task = bar.add_task(title, total=1.0, left="")
-        return go(
-            lambda share, left: bar.update(task, completed=share, left=f"{left:.0f} s of rig time left")
-        )
+    with Bar(*columns, console=screen, transient=True) as bar:
+        task = bar.add_task(escape(title), total=1.0, left="")
+
+        def show(now: Progress) -> None:
+            left = (
+                f"trial {now.trial} of {now.trials}, {now.rig_s_left:.0f} s of rig time left "
+                f"(about {now.wall_s_left:.0f} s to wait)"
+            )
+            bar.update(task, completed=now.share, left=left)
+
+        return go(show)

@@ -1,43 +1,66 @@
 """Recipes: experiments as TOML data.
 
 A recipe names an experiment and lists trials; a list given for a number makes one trial of each value.
-See the bundled ones in `recipes/`, which are meant to be copied and edited.
+See the bundled ones (`ffc-id recipes show NAME`), which are meant to be copied and edited. Every key
+carries its unit; on a linear axis (`axis = "linear"`) read m for rad.
+
+    schema, name, experiment    needed; the experiment is what the log is marked as
+    description, period_s       one line; time between rows of the log (0.005)
+    [setup]                     for every trial: payload_kg, tilt_alpha_rad, tilt_beta_rad,
+                                temperature_degc, rest_s
+    [[trials]]                  kind, the keys of that kind, and any key of [setup]
+      back_and_forth            speed_rad_s, travel_rad, repeats (1), acceleration_rad_s2 (2), dwell_s (0)
+      sine                      frequency_hz, amplitude_rad_s, duration_s
+      multisine                 frequencies_hz (a list), amplitude_rad_s, duration_s
 """
 
 from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
+from idtool.axis import is_finite, short
 from idtool.errors import InputError, nearest
-from idtool.experiment.trajectory import back_and_forth, excursion, multisine
-from idtool.model.motion import Array
+from idtool.experiment.trajectory import BackAndForth, Motion, Sines
 from idtool.rig.base import TrialSetup
+from idtool.units import Kind, file_key
 
 SCHEMA = "ffc-id/recipe/1"
 _MAX_BYTES = 1 << 20
 _MAX_TRIALS = 1000
 _MAX_SECONDS = 4 * 3600.0
+_MAX_SINES = 50
+#: A sine of more than this share of the sampling frequency has fewer than ten rows per period.
+SINE_SHARE = 0.1
 #: Acceleration of ramps where a recipe does not say: slow against any servo, fast against any run.
 _ACCELERATION = 2.0
 
-_TOP = ("schema", "name", "experiment", "description", "period_s", "setup", "trials")
+_TOP = ("schema", "name", "experiment", "description", "axis", "period_s", "setup", "trials")
 _SETUP = ("payload_kg", "tilt_alpha_rad", "tilt_beta_rad", "temperature_degc", "rest_s")
-#: kind of motion -> its keys on a rotary axis; True: needed
-_KINDS: dict[str, dict[str, bool]] = {
-    "back_and_forth": {
-        "speed_rad_s": True,
-        "travel_rad": True,
-        "repeats": False,
-        "acceleration_rad_s2": False,
-    },
-    "sine": {"frequency_hz": True, "amplitude_rad_s": True, "duration_s": True},
-    "multisine": {"frequencies_hz": True, "amplitude_rad_s": True, "duration_s": True},
+#: kind of motion -> its keys: (name, dimension, needed)
+_KINDS: dict[str, tuple[tuple[str, str, bool], ...]] = {
+    "back_and_forth": (
+        ("speed", "velocity", True),
+        ("travel", "position", True),
+        ("repeats", "number", False),
+        ("acceleration", "acceleration", False),
+        ("dwell", "time", False),
+    ),
+    "sine": (
+        ("frequency", "frequency", True),
+        ("amplitude", "velocity", True),
+        ("duration", "time", True),
+    ),
+    "multisine": (
+        ("frequencies", "frequency", True),
+        ("amplitude", "velocity", True),
+        ("duration", "time", True),
+    ),
 }
 
 
@@ -47,17 +70,15 @@ class RecipeTrial:
 
     Attributes:
         setup: how the axis stands.
-        command: velocity commands, rad/s (m/s), shape (samples,).
+        motion: what it does.
         place: where it stands in the file, for messages.
+        keys: names in the file of what sets the speed and the distance, for messages.
     """
 
     setup: TrialSetup
-    command: Array
+    motion: Motion
     place: str
-
-    def excursion(self, period: float) -> tuple[float, float]:
-        """Lowest and highest position relative to the start."""
-        return excursion(self.command, period)
+    keys: tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -68,7 +89,8 @@ class Recipe:
         name: of the recipe.
         experiment: what its log is marked as: "gravity", "sweep", "sine" or any word.
         description: one line.
-        period_s: sampling and command period.
+        kind: of the axis it is for.
+        period_s: time between rows of the log; commands come at the rig's own period.
         trials: in order.
         source: file, for messages.
     """
@@ -76,6 +98,7 @@ class Recipe:
     name: str
     experiment: str
     description: str
+    kind: Kind
     period_s: float
     trials: tuple[RecipeTrial, ...]
     source: str
@@ -83,16 +106,12 @@ class Recipe:
     @property
     def duration_s(self) -> float:
         """Time in motion."""
-        return self.period_s * sum(len(trial.command) for trial in self.trials)
+        return sum(trial.motion.duration_s for trial in self.trials)
 
 
 def recipe_names() -> dict[str, str]:
     """Bundled recipes: name -> description."""
-    folder = resources.files("idtool.recipes")
-    names = sorted(
-        entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")
-    )
-    return {name: str(tomllib.loads(recipe_text(name)).get("description", "")) for name in names}
+    return {name: parse_recipe(recipe_text(name), name).description for name in _bundled()}
 
 
 def recipe_text(name: str) -> str:
@@ -101,46 +120,62 @@ def recipe_text(name: str) -> str:
     Raises:
         InputError: there is none of that name.
     """
-    folder = resources.files("idtool.recipes")
-    known = [entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")]
-    if name not in known:
-        raise InputError(f"unknown recipe {name!r}", remedy=nearest(name, known))
-    return (folder / f"{name}.toml").read_text(encoding="utf-8")
+    if name not in _bundled():
+        raise InputError(f'unknown recipe "{name}"', remedy=nearest(name, _bundled()))
+    return (resources.files("idtool.recipes") / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def _bundled() -> list[str]:
+    entries = resources.files("idtool.recipes").iterdir()
+    return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
 
 
 def read_recipe(name_or_path: str) -> Recipe:
-    """A bundled recipe by name, or a file.
+    """A bundled recipe by name, or a file; a file named as a bundled recipe is read as `./NAME`.
 
     Raises:
         InputError: naming the file, the key and the remedy.
     """
-    path = Path(name_or_path)
-    if path.suffix != ".toml" and not path.exists():
+    if name_or_path in _bundled():
         return parse_recipe(recipe_text(name_or_path), f"recipe {name_or_path}")
-    if path.is_dir():
-        raise InputError("is a folder where a recipe should be", file=path, remedy="name the file in it")
+    path = Path(name_or_path)
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise InputError("is over 1 MiB, no recipe", file=path)
-        text = path.read_bytes().decode("utf-8")
+        if path.is_dir():
+            raise InputError("is a folder where a recipe should be", file=path, remedy="name the file in it")
+        with open(path, "rb") as stream:
+            content = stream.read(_MAX_BYTES + 1)  # never more, whatever the path leads to
     except FileNotFoundError as error:
+        if path.suffix != ".toml" and path.name == name_or_path:
+            recipe_text(name_or_path)  # a word that is no file is a misspelt name
+        raise InputError("no such file", file=path, remedy="ffc-id recipes lists the bundled ones") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
         raise InputError(
-            "no such file", file=path, remedy="`ffc-id recipes` lists the bundled ones"
+            f"cannot be read ({reason})", file=short(path.name), remedy="check the path"
         ) from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read ({error})", file=path, remedy="check the file") from error
+    if len(content) > _MAX_BYTES:
+        raise InputError("is over 1 MiB, no recipe", file=path, remedy="name a recipe file")
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError("is not UTF-8 text, no recipe", file=path, remedy="name a recipe file") from error
     return parse_recipe(text, str(path))
 
 
 def parse_recipe(text: str, source: str) -> Recipe:
-    """Check and expand the TOML of a recipe."""
+    """Check and expand the TOML of a recipe.
+
+    Raises:
+        InputError: naming `source`, the key and the remedy.
+    """
     try:
         document = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"is not TOML ({error})", file=source, remedy="mend that place") from error
+    except (ValueError, RecursionError) as error:  # a whole number too long to read is a ValueError
+        reason = str(error).splitlines()[0].rstrip(".")
+        raise InputError(f"is not TOML ({reason})", file=source, remedy="mend that place") from error
     if document.get("schema") != SCHEMA:
         raise InputError(
-            f"schema is {document.get('schema')!r}",
+            f"schema is {short(document['schema'])}" if "schema" in document else "schema is missing",
             file=source,
             place="schema",
             remedy=f'expected "{SCHEMA}"',
@@ -148,114 +183,160 @@ def parse_recipe(text: str, source: str) -> Recipe:
     _known(document, _TOP, "", source)
     name = _word(document, "name", source)
     experiment = _word(document, "experiment", source)
+    description = _word(document, "description", source, needed=False)
+    kind = document.get("axis", "rotary")
+    if kind not in ("rotary", "linear"):
+        remedy = nearest(str(kind)[:60], ["rotary", "linear"])
+        raise InputError(f"unknown kind of axis {short(kind)}", file=source, place="axis", remedy=remedy)
     period = _number(document.get("period_s", 0.005), "period_s", source, low=1e-3, high=0.1)
     setup = document.get("setup", {})
     if not isinstance(setup, dict):
         raise InputError("expected a table", file=source, place="setup", remedy="write it as [setup]")
     _known(setup, _SETUP, "setup.", source)
-    entries = document.get("trials")
-    if not isinstance(entries, list) or not entries:
-        raise InputError("has no trials", file=source, place="trials", remedy="add a [[trials]] table")
-    trials: list[RecipeTrial] = []
-    for index, entry in enumerate(entries):
-        for values in _expand(entry, f"trials[{index}]", source):
-            trials.append(_trial({**setup, **values}, f"trials[{index}]", period, source))
-            if len(trials) > _MAX_TRIALS:
-                raise InputError(f"makes over {_MAX_TRIALS} trials", file=source, remedy="split it")
-    recipe = Recipe(name, experiment, str(document.get("description", "")), period, tuple(trials), source)
-    if recipe.duration_s > _MAX_SECONDS:
-        raise InputError("takes over four hours", file=source, remedy="split it")
-    return recipe
+    reader = _Reader(source, cast(Kind, kind), period)
+    trials = reader.trials(setup, document.get("trials"))
+    return Recipe(name, experiment, description, cast(Kind, kind), period, trials, source)
 
 
-def _expand(entry: Any, place: str, source: str) -> list[dict[str, Any]]:
-    """One table per value of a list (all lists of a table must be of one length)."""
-    if not isinstance(entry, dict):
-        raise InputError("expected a table", file=source, place=place, remedy="write it as [[trials]]")
-    lists = {k: v for k, v in entry.items() if isinstance(v, list) and k != "frequencies_hz"}
-    lengths = {len(values) for values in lists.values()}
-    if len(lengths) > 1:
-        raise InputError(
-            "lists of different lengths", file=source, place=place, remedy="give one value per trial"
-        )
-    count = lengths.pop() if lengths else 1
-    if count == 0:
-        raise InputError("an empty list makes no trial", file=source, place=place, remedy="give a value")
-    if count > _MAX_TRIALS:
-        raise InputError(f"makes over {_MAX_TRIALS} trials", file=source, place=place, remedy="split it")
-    return [{k: (v[i] if k in lists else v) for k, v in entry.items()} for i in range(count)]
+@dataclass(frozen=True)
+class _Reader:
+    """Reads the trials of one file."""
 
+    source: str
+    kind: Kind
+    period: float
 
-def _trial(values: Mapping[str, Any], place: str, period: float, source: str) -> RecipeTrial:
-    kind = values.get("kind")
-    if kind not in _KINDS:
-        raise InputError(
-            f"unknown kind of motion {kind!r}",
-            file=source,
-            place=f"{place}.kind",
-            remedy=nearest(str(kind), _KINDS),
-        )
-    keys = _KINDS[kind]
-    _known(values, ("kind", *keys, *_SETUP), f"{place}.", source)
-    for key, needed in keys.items():
-        if needed and key not in values:
-            raise InputError("is missing", file=source, place=f"{place}.{key}", remedy=f"add {key} = ...")
+    def trials(self, setup: Mapping[str, Any], entries: Any) -> tuple[RecipeTrial, ...]:
+        if not isinstance(entries, list) or not entries:
+            raise self.error("has no trials", "trials", "add a [[trials]] table")
+        trials: list[RecipeTrial] = []
+        seconds = 0.0
+        for index, entry in enumerate(entries):
+            place = f"trials[{index}]"
+            for values in self._expand(entry, place):
+                trial = self._trial({**setup, **values}, place)
+                trials.append(trial)
+                seconds += trial.motion.duration_s + trial.setup.rest_s
+                if len(trials) > _MAX_TRIALS:
+                    raise self.error(f"makes over {_MAX_TRIALS} trials", place, "split the recipe")
+                if seconds > _MAX_SECONDS:
+                    remedy = "move faster or less far, or split the recipe"
+                    raise self.error("takes the recipe over four hours", place, remedy)
+        return tuple(trials)
 
-    def positive(key: str, default: float | None = None, high: float = 1e4) -> float:
-        return _number(values.get(key, default), f"{place}.{key}", source, low=1e-6, high=high)
-
-    if kind == "back_and_forth":
-        travel, speed = positive("travel_rad"), positive("speed_rad_s")
-        repeats = round(positive("repeats", 1, 1000))
-        if 2 * travel / speed * repeats > _MAX_SECONDS:
-            raise InputError(
-                "takes over four hours", file=source, place=place, remedy="move faster or less far"
+    def _expand(self, entry: Any, place: str) -> list[dict[str, Any]]:
+        """One table per value of a list (all lists of a table must be of one length)."""
+        if not isinstance(entry, dict):
+            raise self.error("expected a table", place, "write it as [[trials]]")
+        lists = {k: v for k, v in entry.items() if isinstance(v, list) and k != "frequencies_hz"}
+        lengths = {len(values) for values in lists.values()}
+        if len(lengths) > 1:
+            listed = ", ".join(f"{key} {len(values)}" for key, values in lists.items())
+            raise self.error(
+                f"lists of different lengths ({listed})", place, "give one value of each per trial"
             )
-        acceleration = positive("acceleration_rad_s2", _ACCELERATION)
-        command = back_and_forth(speed, travel, repeats, acceleration, period)
-    else:
-        frequencies = values["frequency_hz"] if kind == "sine" else values["frequencies_hz"]
-        listed = frequencies if isinstance(frequencies, list) else [frequencies]
-        checked = [_number(f, f"{place}.frequencies", source, low=1e-3, high=0.1 / period) for f in listed]
-        if not checked or len(checked) > 50:
-            raise InputError("expected 1 to 50 frequencies", file=source, place=place)
-        command = multisine(
-            checked, positive("amplitude_rad_s"), positive("duration_s", high=_MAX_SECONDS), period
+        count = lengths.pop() if lengths else 1
+        if count == 0:
+            raise self.error("an empty list makes no trial", place, "give a value")
+        if count > _MAX_TRIALS:
+            raise self.error(f"makes over {_MAX_TRIALS} trials", place, "split the recipe")
+        return [{k: (v[i] if k in lists else v) for k, v in entry.items()} for i in range(count)]
+
+    def _trial(self, values: Mapping[str, Any], place: str) -> RecipeTrial:
+        motion = values.get("kind")
+        if not isinstance(motion, str) or motion not in _KINDS:
+            remedy = nearest(motion[:60] if isinstance(motion, str) else "", _KINDS)
+            problem = f"unknown kind of motion {short(motion)}" if "kind" in values else "is missing"
+            raise self.error(problem, f"{place}.kind", remedy)
+        keys = {name: file_key(name, dimension, self.kind) for name, dimension, _ in _KINDS[motion]}
+        _known(values, ("kind", *keys.values(), *_SETUP), f"{place}.", self.source)
+        for name, _, needed in _KINDS[motion]:
+            if needed and keys[name] not in values:
+                raise self.error("is missing", f"{place}.{keys[name]}", f"add {keys[name]} = ...")
+
+        def number(name: str, default: float | None = None, low: float = 1e-6, high: float = 1e4) -> float:
+            key = keys[name]
+            return _number(values.get(key, default), f"{place}.{key}", self.source, low=low, high=high)
+
+        setup = self._setup(values, place)
+        if motion == "back_and_forth":
+            repeats = number("repeats", 1, 1, _MAX_TRIALS)
+            if repeats != round(repeats):
+                raise self.error(
+                    f"expected a whole number, found {repeats:g}", f"{place}.repeats", "round it"
+                )
+            acceleration = number("acceleration", _ACCELERATION)
+            dwell = number("dwell", 0.0, 0.0, 3600.0)
+            ways = BackAndForth(number("speed"), number("travel"), acceleration, round(repeats), dwell)
+            if ways.ramp_travel > ways.travel:
+                raise self.error(
+                    f"the ramps up to {ways.speed:g} and down again take {ways.ramp_travel:.3g}, "
+                    f"more than the travel of {ways.travel:g}",
+                    f"{place}.{keys['travel']}",
+                    f"lower {keys['speed']} or raise {keys['acceleration']}",
+                )
+            return RecipeTrial(setup, ways, place, (keys["speed"], keys["travel"]))
+        duration = number("duration", high=_MAX_SECONDS)
+        frequencies = self._frequencies(values, f"{place}.{keys.get('frequencies', 'frequency_hz')}")
+        if duration < 1.0 / min(frequencies):
+            remedy = f"make it at least {1.0 / min(frequencies):.3g} s"
+            raise self.error("is less than one period", f"{place}.duration_s", remedy)
+        sines = Sines(frequencies, number("amplitude"), duration)
+        return RecipeTrial(setup, sines, place, (keys["amplitude"], keys["amplitude"]))
+
+    def _frequencies(self, values: Mapping[str, Any], place: str) -> tuple[float, ...]:
+        listed = values["frequencies_hz"] if "frequencies_hz" in values else [values["frequency_hz"]]
+        if not isinstance(listed, list) or not 0 < len(listed) <= _MAX_SINES:
+            raise self.error(
+                f"expected a list of 1 to {_MAX_SINES} frequencies", place, "write it as [0.1, 0.3]"
+            )
+        high = SINE_SHARE / self.period
+        return tuple(_number(value, place, self.source, low=1e-3, high=high) for value in listed)
+
+    def _setup(self, values: Mapping[str, Any], place: str) -> TrialSetup:
+        def number(key: str, default: float, low: float, high: float) -> float:
+            return _number(values.get(key, default), f"{place}.{key}", self.source, low=low, high=high)
+
+        return TrialSetup(
+            payload_kg=number("payload_kg", 0.0, 0.0, 1e4),
+            tilt_alpha_rad=number("tilt_alpha_rad", 0.0, -math.pi, math.pi),
+            tilt_beta_rad=number("tilt_beta_rad", 0.0, -math.pi, math.pi),
+            temperature_degc=number("temperature_degc", 25.0, -50.0, 150.0)
+            if "temperature_degc" in values
+            else None,
+            rest_s=number("rest_s", 0.5, 0.0, 3600.0),
         )
-    return RecipeTrial(_setup(values, place, source), command, place)
+
+    def error(self, problem: str, place: str, remedy: str) -> InputError:
+        return InputError(problem, file=self.source, place=place, remedy=remedy)
 
 
-def _setup(values: Mapping[str, Any], place: str, source: str) -> TrialSetup:
-    def number(key: str, default: float, low: float, high: float) -> float:
-        return _number(values.get(key, default), f"{place}.{key}", source, low=low, high=high)
-
-    temperature = values.get("temperature_degc")
-    return TrialSetup(
-        payload_kg=number("payload_kg", 0.0, 0.0, 1e4),
-        tilt_alpha_rad=number("tilt_alpha_rad", 0.0, -math.pi, math.pi),
-        tilt_beta_rad=number("tilt_beta_rad", 0.0, -math.pi, math.pi),
-        temperature_degc=None if temperature is None else number("temperature_degc", 25.0, -50.0, 150.0),
-        rest_s=number("rest_s", 0.5, 0.0, 3600.0),
-    )
-
-
-def _known(table: Mapping[str, Any], known: tuple[str, ...], prefix: str, source: str) -> None:
+def _known(table: Iterable[str], known: tuple[str, ...], prefix: str, source: str) -> None:
     for key in table:
         if key not in known:
-            raise InputError("unknown key", file=source, place=f"{prefix}{key}", remedy=nearest(key, known))
+            place = f"{prefix}{key if len(key) <= 60 and key.isprintable() else short(key)}"
+            raise InputError("unknown key", file=source, place=place, remedy=nearest(key[:60], known))
 
 
-def _word(document: Mapping[str, Any], key: str, source: str) -> str:
-    value = document.get(key)
-    if not isinstance(value, str) or not value or len(value) > 100 or not value.isprintable():
-        raise InputError("expected a short text in quotes", file=source, place=key)
-    return value
+def _word(document: Mapping[str, Any], key: str, source: str, *, needed: bool = True) -> str:
+    value = document.get(key, None if needed else "")
+    good = isinstance(value, str) and (value or not needed) and len(value) <= 200 and value.isprintable()
+    if not good:
+        raise InputError(
+            f"expected a short text, found {short(value)}" if key in document else "is missing",
+            file=source,
+            place=key,
+            remedy=f'write it as {key} = "..."',
+        )
+    return str(value)
 
 
 def _number(value: Any, place: str, source: str, *, low: float, high: float) -> float:
-    good = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if not good or not low <= value <= high:
+    if not is_finite(value) or not low <= value <= high:
         raise InputError(
-            f"expected a number from {low:g} to {high:g}, found {value!r}", file=source, place=place
+            f"expected a number from {low:g} to {high:g}, found {short(value)}",
+            file=source,
+            place=place,
+            remedy="mend it",
         )
     return float(value)
