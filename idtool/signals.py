@@ -20,10 +20,8 @@ from idtool.axis import Axis
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
 from idtool.model.motion import Array, Motion
-from idtool.smoother import reading_variance, smooth
+from idtool.smoother import TOO_FAST, reading_variance, smooth
 
-#: Squared normalised innovation above which the motion was faster than its sampling.
-TOO_FAST = 25.0
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
 #: The filter lets pass up to this multiple of the highest frequency at which torque stands out of noise.

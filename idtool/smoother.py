@@ -32,6 +32,13 @@ _ROUGHEST = 100.0
 #: Smooth less than is likeliest by this much: the low-pass of the fit comes after, and what the smoother
 #: takes away no filter brings back (it looks like inertia and bristle damping).
 _EAGER = 10.0
+#: Squared normalised innovation above which the motion was faster than its sampling.
+TOO_FAST = 25.0
+#: If more rows than this are, it is not the motion: a reading is worse than its steps suggest (a drive's
+#: own filter delays its velocity, say). Its variance is raised by this factor, so many times at most.
+_DOUBTFUL = 0.03
+_DOUBT = 6.0
+_MOST_DOUBTS = 8
 
 
 @dataclass(frozen=True)
@@ -61,7 +68,7 @@ def _filter(  # type: ignore[no-untyped-def]
     covs = np.empty((rows, 3, 3))
     predicted_means = np.empty((rows, 3))
     predicted_covs = np.empty((rows, 3, 3))
-    surprise = np.zeros(n)
+    surprise = np.zeros((2, n))
     cost = 0.0
     m = np.zeros(3)
     P = np.zeros((3, 3))
@@ -112,7 +119,7 @@ def _filter(  # type: ignore[no-untyped-def]
             e = measured - m[reading]
             nis = e * e / s
             if not first[k]:
-                surprise[k] = max(surprise[k], nis)
+                surprise[reading, k] = nis
                 cost += math.log(s) + min(nis, robust)
             g0 = P[0, reading] / s
             g1 = P[1, reading] / s
@@ -202,8 +209,17 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         cost, bounds=(centre - 5.0, centre + 9.0), method="bounded", options={"xatol": 0.1}
     )
     jerk = _EAGER * 10.0 ** float(result.x)
-    surprise = _filter(time, q, w, first, jerk, even, q_variance, w_variance, _ROBUST, False)[1]
-    rough = _roughness(surprise)
+    for _ in range(_MOST_DOUBTS):
+        surprise = _filter(time, q, w, first, jerk, even, q_variance, w_variance, _ROBUST, False)[1]
+        rough = _roughness(surprise.max(axis=0))
+        surprise = _filter(time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, False)[1]
+        wild = np.mean(surprise > TOO_FAST, axis=1)
+        if wild.max() < _DOUBTFUL:
+            break
+        if wild[0] > wild[1]:
+            q_variance *= _DOUBT
+        else:
+            w_variance *= _DOUBT
     passed = _filter(time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, True)
     _, surprise, means, covs, predicted_means, predicted_covs = passed
     states = _smooth(time, first, means, covs, predicted_means, predicted_covs)
@@ -212,7 +228,7 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         np.ascontiguousarray(estimated),
         np.ascontiguousarray(states[:, 1]),
         np.ascontiguousarray(states[:, 2]),
-        surprise,
+        surprise.max(axis=0),
     )
 
 

@@ -167,7 +167,7 @@ class JointModel:
             "coulomb": (math.log(1e-4 * s.torque), math.log(50.0 * s.torque)),
             "static": (math.log(1e-4 * s.torque), math.log(50.0 * s.torque)),
             "stribeck_velocity": (math.log(0.2 * s.slowest), math.log(3.0 * s.speed)),
-            "viscous": (-20.0 * s.torque / s.speed, 100.0 * s.torque / s.speed),
+            "viscous": (0.0, 100.0 * s.torque / s.speed),
             "bristle_stiffness": (
                 math.log(0.02 * s.torque / s.travel),
                 math.log(5.0 * s.torque / s.shortest_bend),
