@@ -28,7 +28,7 @@ def test_named_rigs_open_and_keep_their_secret() -> None:
             assert rig.simulated
             assert not any(character.isdigit() for character in rig.description)
             public = {key for key in vars(rig) if not key.startswith("_")}
-            assert public == {"axis", "limits", "period_s", "description"}
+            assert public == {"axis", "limits", "period_s", "description", "measures_temperature"}
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,113 @@
+"""Sessions on simulated rigs, each with one effect that nothing declares: which one is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from idtool import Log, identify
+from idtool.experiment.recipe import read_recipe
+from idtool.experiment.runner import run
+from idtool.rig import open_rig
+
+PLANT = """
+description = "bench"
+period_s = 0.005
+sensors = "{sensors}"
+[axis]
+kind = "rotary"
+torque_constant_nm_per_a = 2.67
+[plant]
+inertia_kg_m2 = 0.008
+[gravity]
+kind = "slide"
+base_nm = 0.20
+per_payload_nm_per_kg = 0.42
+[friction]
+coulomb_nm = 0.080
+static_nm = 0.115
+stribeck_velocity_rad_s = 0.08
+viscous_nm_s_per_rad = 0.12
+bristle_stiffness_nm_per_rad = 8.0
+bristle_damping_nm_s_per_rad = 0.2
+[limits]
+lowest_rad = -2.5
+highest_rad = 2.5
+speed_rad_s = 2.0
+current_a = 1.5
+[temperature]
+ambient_degc = 25.0
+rise_k = 12.0
+time_constant_s = 200.0
+sensor = true
+"""
+
+#: effect, its parameters in the plant, the parameter to compare and its tolerance (relative)
+CASES = [
+    ("inertia", {"inertia_kg_m2": 0.004}, None, 0.0),
+    ("torque_offset", {"offset_nm": 0.02}, "offset_nm", 0.03),
+    ("direction_asymmetry", {"asymmetry_nm_s_per_rad": 0.05}, "asymmetry_nm_s_per_rad", 0.03),
+    ("load_dependent_friction", {"mu": 0.08}, "mu", 0.03),
+    (
+        "position_ripple",
+        {
+            "cycles_per_rad": 31.0,
+            "amplitude_1_nm": 0.015,
+            "phase_1_rad": 0.3,
+            "amplitude_2_nm": 0.0,
+            "phase_2_rad": 0.0,
+        },
+        "amplitude_1_nm",
+        0.03,
+    ),
+    ("position_stiffness", {"stiffness_nm_per_rad": 0.03, "neutral_rad": 0.4}, "stiffness_nm_per_rad", 0.03),
+    ("thermal_drift", {"rate_per_k": 0.03, "reference_degc": 25.0}, "rate_per_k", 0.05),
+    ("nonlinear_viscous", {"quadratic_nm_s2_per_rad2": 0.1}, "quadratic_nm_s2_per_rad2", 0.1),
+    ("transport_delay", {"delay_s": 0.01}, "delay_s", 0.1),
+]
+
+
+def session(folder: Path, plant: str, seed: int) -> list[Log]:
+    """Gravity, sweep and sine of a plant, run and read back."""
+    file = folder / "plant.toml"
+    file.write_text(plant)
+    logs = []
+    with open_rig(f"sim:{file}", seed=seed) as rig:
+        for name in ("gravity", "sweep", "sine"):
+            log = folder / f"{name}.csv"
+            run(read_recipe(name), rig, log)
+            logs.append(Log.read(log))
+    return logs
+
+
+@pytest.mark.parametrize(("name", "truth", "compared", "tolerance"), CASES, ids=[case[0] for case in CASES])
+def test_names_the_one_effect_that_nobody_declared(
+    tmp_path: Path, name: str, truth: dict[str, float], compared: str | None, tolerance: float
+) -> None:
+    lines = "\n".join(f"{key} = {value}" for key, value in truth.items())
+    plant = PLANT.format(sensors="lab") + f'[[effects]]\nname = "{name}"\n{lines}\n'
+    diagnosis = identify(session(tmp_path, plant, seed=5)).diagnosis
+    named = {effect["name"]: effect for effect in diagnosis["effects"]}
+    assert set(named) - {"inertia"} == {name} - {"inertia"}
+    held_out = diagnosis["error"]["held_out"]
+    assert held_out["after"] < held_out["before"]
+    assert held_out["after"] < 1.1 * diagnosis["error"]["noise_floor"]
+    if compared is None:
+        assert diagnosis["verdict"] == "adequate"
+        assert named["inertia"]["parameters"]["inertia_kg_m2"]["value"] == pytest.approx(0.012, rel=0.03)
+        return
+    assert diagnosis["verdict"] in ("effect_found", "ambiguous")
+    found = named[name]
+    assert found["parameters"][compared]["value"] == pytest.approx(truth[compared], rel=tolerance)
+    # lying on its side without payload, an offset and a tilt error are the same thing: say so
+    expected = ["tilt_misalignment"] if name == "torque_offset" else []
+    assert found["alternatives"] == expected
+
+
+@pytest.mark.parametrize("sensors", ["lab", "dynamixel"])
+def test_keeps_quiet_on_an_axis_without_an_effect(tmp_path: Path, sensors: str) -> None:
+    diagnosis = identify(session(tmp_path, PLANT.format(sensors=sensors), seed=7)).diagnosis
+    assert diagnosis["verdict"] == "adequate"
+    assert [effect["name"] for effect in diagnosis["effects"]] == ["inertia"]
+    assert diagnosis["unexplained"] is None
