@@ -35,21 +35,26 @@ def rigs(output: Output) -> None:
 
 
 @click.group(invoke_without_command=True)
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 @click.pass_context
-def recipes(ctx: click.Context) -> None:
+def recipes(ctx: click.Context, as_json: bool) -> None:
     """List the experiment recipes; `recipes show NAME` prints one to edit.
 
     \b
     ffc-id recipes show sweep > my-sweep.toml
     """
     if ctx.invoked_subcommand is None:
-        ctx.invoke(list_recipes)
+        _list_recipes(Output(json=as_json, quiet=False))
 
 
 @recipes.command("list")
 @output_options
 def list_recipes(output: Output) -> None:
     """List the bundled recipes."""
+    _list_recipes(output)
+
+
+def _list_recipes(output: Output) -> None:
     from idtool.experiment.recipe import recipe_names
 
     found = recipe_names()

@@ -33,13 +33,13 @@ def _shared(command: F) -> F:
 
 
 def _recipe_option(default: str | None) -> Callable[[F], F]:
+    # click takes a default of None for a value, so where there is none it must not be given
+    given: dict[str, Any] = {"default": default, "show_default": True} if default else {"required": True}
     return click.option(
         "--recipe",
-        default=default,
-        required=default is None,
-        show_default=default is not None,
         metavar="NAME|FILE",
         help="A bundled recipe or a TOML file of yours; `ffc-id recipes show NAME` prints one to edit.",
+        **given,
     )
 
 
@@ -102,7 +102,8 @@ def _run(
     recipe = read_recipe(name)
     if experiment is not None and recipe.experiment != experiment:
         output.warn(
-            f'recipe {recipe.name} is marked as experiment "{recipe.experiment}", and so will be the log'
+            f'recipe {recipe.name} is marked as experiment "{recipe.experiment}", and so will be the log; '
+            f'run-{experiment} expects "{experiment}".'
         )
     refuse_existing(log, force)
     _refuse_itself(name, log)

@@ -192,10 +192,10 @@ class _Session:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back until the end of the block.
+    """Hold Ctrl-C, and other signals that end a run, back until the end of the block.
 
     A row must be written and counted, and the axis stopped, also when the key is hit twice. Elsewhere
-    than in the main thread Python delivers no Ctrl-C, and there is nothing to hold.
+    than in the main thread Python delivers no signal, and there is nothing to hold.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -205,13 +205,18 @@ def _uninterrupted() -> Iterator[None]:
     def hold(number: int, _: Any) -> None:
         held.append(number)
 
-    before = signal.signal(signal.SIGINT, hold)
+    names = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in (getattr(signal, name) for name in names)}
+    before = {number: handler for number, handler in before.items() if callable(handler)}
+    for number in before:
+        signal.signal(number, hold)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before if before is not None else signal.default_int_handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
         if held:
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(held[0])
 
 
 def _every(recipe: Recipe, rig: Rig) -> int:
