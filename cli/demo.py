@@ -53,10 +53,11 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
 
     from idtool.identification import identify
     from idtool.report import write_report
-    from idtool.results import prepare_folder, write_results
+    from idtool.results import make_folder, refuse_folder, write_results
 
     began = time.perf_counter()
-    prepare_folder(folder, force)
+    refuse_folder(folder, force)
+    make_folder(folder)
     with resources.as_file(resources.files("idtool.data") / _PLANT) as plant:
         logs = _record(f"sim:{plant}", folder, seed, output)
         output.say("identifying ...")

@@ -59,11 +59,12 @@ def identify(
     ffc-id identify gravity.csv sweep.csv sine.csv -o result
     """
     from idtool.identification import identify as run
-    from idtool.results import prepare_folder
+    from idtool.results import refuse_folder
 
-    prepare_folder(folder, force)
+    read = read_logs(logs, torque_constant, output)
+    refuse_folder(folder, force)
     result = run(
-        read_logs(logs, torque_constant, output),
+        read,
         seed=seed,
         friction=friction,
         gravity=gravity,
@@ -106,12 +107,13 @@ def diagnose(
     """
     from idtool.identification import diagnose_from
     from idtool.parameters import Parameters
-    from idtool.results import prepare_folder
+    from idtool.results import refuse_folder
 
     known = Parameters.read(params)
-    prepare_folder(folder, force)
+    read = read_logs(logs, torque_constant or known.axis.torque_constant, output)
+    refuse_folder(folder, force)
     result = diagnose_from(
-        read_logs(logs, torque_constant or known.axis.torque_constant, output),
+        read,
         known,
         friction=friction,
         seed=seed,

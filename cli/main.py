@@ -53,7 +53,7 @@ class LazyGroup(click.Group):
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
             from idtool.errors import nearest
 
-            ctx.fail(f'no command "{args[0]}"; {nearest(args[0], COMMANDS)}.')
+            ctx.fail(f'no command "{args[0]}"; {nearest(args[0], COMMANDS)}')
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -39,7 +39,8 @@ class InputError(FfcIdError):
     ) -> None:
         where = ", ".join(str(part) for part in (file, place) if part)
         text = f"{where}: {problem}" if where else problem
-        super().__init__(f"{text}; {remedy}." if remedy else f"{text}.")
+        end = "?" if remedy and remedy.startswith("did you mean") else "."
+        super().__init__(f"{text}; {remedy}{end}" if remedy else f"{text}.")
 
 
 class UsageError(FfcIdError):

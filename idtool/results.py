@@ -29,17 +29,25 @@ from idtool.parameters import Parameters
 FILES = ("params.toml", "diagnosis.json", "evidence.json", "evidence.csv.gz", "report.html")
 
 
-def prepare_folder(folder: Path, force: bool) -> None:
-    """Make the folder; refuse to overwrite an earlier result without `force`.
+def refuse_folder(folder: Path, force: bool) -> None:
+    """Refuse a folder that cannot take a result, before anything is computed. Makes nothing.
 
     Raises:
-        InputError: it is a file, cannot be made, or holds a result already.
+        InputError: it is a file, or holds a result already and `force` is not given.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError("is a file where a folder should be", file=folder, remedy="name a folder")
     there = [name for name in FILES if (folder / name).exists()]
     if there and not force:
         raise InputError(f"already holds {there[0]}", file=folder, remedy="pass --force to overwrite it")
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder, with its parents.
+
+    Raises:
+        InputError: it cannot be made.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -57,6 +65,7 @@ def write_results(
     seed: int = 0,
 ) -> None:
     """Write params.toml, diagnosis.json, evidence.json and evidence.csv.gz."""
+    make_folder(folder)
     (parameters or result.parameters).write(folder / "params.toml", force=True)
     write_json(folder / "diagnosis.json", result.diagnosis)
     write_json(folder / "evidence.json", evidence_document(result, command, seed))

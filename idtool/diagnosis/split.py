@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.errors import InputError
 from idtool.signals import Recording
 
 #: Every so many trials of an experiment one is held out.
@@ -67,8 +68,15 @@ def cut_into_blocks(recording: Recording) -> Recording:
     """The same rows with every trial cut into blocks of equal length, each with its own start."""
     motion = recording.motion
     lengths = np.diff(np.append(motion.starts, len(motion)))
-    per_block = max(len(motion) // _BLOCKS, 8 * recording.filter.taps)
+    # a block must be long against the filter, and there must be enough of them to hold one out
+    per_block = max(len(motion) // _BLOCKS, 4 * recording.filter.taps)
     counts = np.maximum(lengths // per_block, 1)
+    if counts.sum() < _LEAST_TRIALS:
+        raise InputError(
+            f"{len(motion)} rows are too few to hold any out for a diagnosis",
+            file=recording.sources[0],
+            remedy=f"record {_LEAST_TRIALS * per_block} rows at least",
+        )
     label: NDArray[np.intp] = np.empty(len(motion), dtype=np.intp)
     experiment: list[str] = []
     source: list[int] = []
