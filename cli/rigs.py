@@ -42,6 +42,16 @@ def recipes(ctx: click.Context, as_json: bool) -> None:
 
     \b
     ffc-id recipes show sweep > my-sweep.toml
+    ffc-id run --recipe my-sweep.toml -o sweep.csv
+
+    \b
+    A [[trials]] table has a kind and its keys (m for rad where axis = "linear"):
+      back_and_forth  speed_rad_s, travel_rad, and if need be repeats,
+                      acceleration_rad_s2, dwell_s (rest before each way)
+      sine            frequency_hz, amplitude_rad_s, duration_s
+      multisine       frequencies_hz (a list), amplitude_rad_s, duration_s
+    and, there or in [setup], payload_kg, tilt_alpha_rad, tilt_beta_rad,
+    temperature_degc, rest_s. A list makes one trial of each of its values.
     """
     if ctx.invoked_subcommand is None:
         _list_recipes(Output(json=as_json, quiet=False))

@@ -50,8 +50,8 @@ class RigDouble(Rig):
         # a length that no decimation divides
         for begin in range(0, len(trajectory.command), 47):
             command = trajectory.command[begin : begin + 47]
-            time = self.time + self.period_s * np.arange(1, len(command) + 1)
-            position = self.position + self.period_s * np.cumsum(command)
+            time = self.time + self.period_s * np.arange(1.0, len(command) + 1.0)
+            position = np.asarray(self.position + self.period_s * np.cumsum(command), dtype=float)
             self.time, self.position = float(time[-1]), float(position[-1])
             warm = np.full(len(command), 30.0) if self.measures_temperature else None
             block = Block(time, position, command.copy(), np.full(len(command), 0.1), command, warm)
