@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from idtool.diagnosis.evidence import Background, Score, gain_in_evidence, left_out_errors, score
+from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
 from idtool.effects.base import Effect, derivative
-from idtool.fit.joint import JointFit, refit
+from idtool.fit.joint import JointFit, gain_in_evidence, refit
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart
 from idtool.model.motion import Array

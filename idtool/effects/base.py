@@ -19,6 +19,15 @@ from idtool.model.motion import Array, Motion
 
 Values = Mapping[str, float]
 
+#: What a person would call an attribute of `Motion`.
+_NEEDS = {
+    "load": "a load (payload or tilt columns, or an arm that swings)",
+    "load_upright": "a load (payload or tilt columns)",
+    "torque_constant": "the current and its torque constant",
+    "tilt_alpha": "a tilt column",
+    "temperature": "a temperature column",
+}
+
 
 @dataclass(frozen=True)
 class EffectParameter:
@@ -123,7 +132,7 @@ class Effect(ABC):
         """A needed quantity that was not logged, as a sentence; None if all are there."""
         for need in self.needs:
             if getattr(motion, need) is None:
-                return f"needs {need.replace('_', ' ')}, which was not logged"
+                return f"needs {_NEEDS.get(need, need.replace('_', ' '))}, which these logs do not have"
         return self.untestable(motion)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from idtool.effects import registry
-from idtool.fit.joint import JointFit, refit, solve
+from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
 from idtool.fit.model import FrictionKind, JointModel, Spec
 from idtool.fit.results import stribeck_seen
 from idtool.fit.search import search
@@ -20,6 +20,8 @@ GRAVITY_CHOICES = ("auto", "slide", "arm", "none")
 #: An arm's sine and cosine must take away this share of the torque's square to be taken for gravity.
 _ARM_GAIN = 0.05
 _LEAST_SPAN = 1e-3
+#: Bayesian evidence for a richer friction law (Kass & Raftery 1995 call 6 "strong").
+_CLEAR_EVIDENCE = 6.0
 
 
 def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | None, tuple[str, ...]]:
@@ -103,12 +105,17 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str]]:
             )
             fit = _with_law(fit, "stribeck")
         elif fit.at_bound["bristle_stiffness"] or counts < 3.0:
-            notes.append(
-                f"the presliding travel is below {max(counts, 0.1):.1g} steps of the position reading, so "
-                "the data give sigma0 a lower bound only: the static curve is used instead of LuGre; "
-                "a slower sine or a finer encoder would show more."
+            simpler = _with_law(fit, "stribeck")
+            short = (
+                f"the presliding travel is {max(counts, 0.1):.1g} steps of the position reading, so the data "
+                "give sigma0 a lower bound only"
             )
-            fit = _with_law(fit, "stribeck")
+            advice = "a slower sine or a finer encoder would show more."
+            if fit.at_bound["bristle_stiffness"] or gain_in_evidence(simpler, fit) < _CLEAR_EVIDENCE:
+                notes.append(f"{short}: the static curve is used instead of LuGre; {advice}")
+                fit = simpler
+            else:
+                notes.append(f"{short}, though LuGre predicts better than the static curve; {advice}")
     if fit.model.spec.friction == "stribeck" and not stribeck_seen(fit):
         notes.append(
             "the data do not show a static level apart from the Coulomb level: Coulomb and viscous friction "

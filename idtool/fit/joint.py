@@ -233,6 +233,22 @@ def correlation_rows(residual: Array, trial: NDArray[np.intp]) -> float:
     return total
 
 
+def effective_rows(fit: JointFit) -> float:
+    """How many independent rows the residual is worth."""
+    return len(fit.residual) / correlation_rows(fit.residual, fit.model.recording.filtered_trial)
+
+
+def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:
+    """By how much the larger of two nested models lowers the Bayesian information criterion.
+
+    Autocorrelated rows count as the fewer that they are worth, in the larger model's residual for
+    both, so that the two are compared on the same number of rows.
+    """
+    effective = effective_rows(larger)
+    likelihood = effective * float(np.log(smaller.sse / larger.sse))
+    return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective))
+
+
 def _sandwich(fit: JointFit) -> tuple[Array, int]:
     free = fit.free
     n = len(fit.residual)

@@ -1,0 +1,52 @@
+"""`ffc-id check`: quality of logs before any fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import Output, output_options
+from .fit import constant_option
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@click.command()
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
+@constant_option
+@output_options
+def check(logs: Sequence[Path], torque_constant: float | None, output: Output) -> None:
+    """Quality of logs before any fit: gaps, jitter, saturation, steady windows, and what they determine.
+
+    Findings are no errors: the exit code is 0 as long as the logs can be read.
+
+    \b
+    ffc-id check gravity.csv sweep.csv sine.csv
+    """
+    from idtool.checking import check as run
+    from idtool.log import Log
+
+    result = run([Log.read(path, torque_constant=torque_constant) for path in logs])
+
+    def show(console: Console) -> None:
+        for log in result.logs:
+            facts = log.facts
+            click.echo(
+                f"{log.file}: {facts['rows']} rows, {facts['trials']} trials, {facts['seconds']:.0f} s at "
+                f"{facts['rate_hz']:.0f} Hz, {facts['steady_windows']} steady windows"
+            )
+            for finding in log.findings:
+                click.echo(f"  ! {finding}")
+        click.echo("\nthese logs can determine")
+        for verdict in result.can:
+            click.echo(f"  {verdict.what}" + ("" if verdict.why == "testable" else f" ({verdict.why})"))
+        if result.cannot:
+            click.echo("they cannot determine")
+        for verdict in result.cannot:
+            click.echo(f"  {verdict.what}: {verdict.why}; try {verdict.run}")
+
+    output.result(result.to_document(), show)

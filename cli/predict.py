@@ -1,0 +1,66 @@
+"""`ffc-id predict`: predict the torque of logs with a parameter file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import Output, force_option, output_options
+from .diagnose import read_logs
+from .fit import constant_option
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@click.command()
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
+@click.option("-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file.")
+@click.option("-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="CSV to write.")
+@constant_option
+@force_option
+@output_options
+def predict(
+    logs: Sequence[Path],
+    params: Path,
+    out: Path,
+    torque_constant: float | None,
+    force: bool,
+    output: Output,
+) -> None:
+    """Predict the torque of logs: per row trial, time, measured and predicted torque.
+
+    Prints the error per experiment over all rows. One number per trial, the start deflection of the
+    bristle, is taken from the measured torque. With several logs the rows follow one another and the
+    trial numbers run on.
+
+    \b
+    ffc-id predict validation.csv -p result/params.toml -o predicted.csv
+    """
+    from idtool.atomic import atomic_write, refuse_existing
+    from idtool.parameters import Parameters
+    from idtool.prediction import predict as run
+    from idtool.units import unit_text
+
+    parameters = Parameters.read(params)
+    read = read_logs(logs, torque_constant or parameters.axis.torque_constant, output)
+    refuse_existing(out, force)
+    result = run(read, parameters)
+    with atomic_write(out) as stream:
+        result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
+    unit = unit_text("torque", parameters.axis.kind)
+
+    def show(console: Console) -> None:
+        for name, error in result.errors.items():
+            click.echo(
+                f"{name}: {error['rmse']:.4g} {unit} rms, {error['relative_percent']:.3g} % of the torque, "
+                f"{error['rows']} rows"
+            )
+        for note in result.notes:
+            click.echo(f"note: {note}")
+        click.echo(f"written: {out}")
+
+    output.result({"file": str(out), "errors": result.errors, "unit": unit, "notes": result.notes}, show)
