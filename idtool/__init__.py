@@ -1,6 +1,6 @@
 """ffc-id: system identification for one current-controlled servo axis.
 
-    from idtool import Log, Parameters, identify, ForceFreeController
+from idtool import Log, Parameters, identify, ForceFreeController
 """
 
 from __future__ import annotations

@@ -219,7 +219,8 @@ def _refuse_odd_clock(column: pd.Series[Any], name: str, file: Path) -> None:
     """A clock of unknown unit that steps by a second or more is likely one of milli- or microseconds."""
     if not pd.api.types.is_numeric_dtype(column):
         return
-    steps = np.diff(column.to_numpy(dtype=float, na_value=np.nan))
+    times = column.to_numpy(dtype=float, na_value=np.nan)
+    steps = np.diff(times[np.isfinite(times)])
     rising = steps[steps > 0]  # not where another trial begins, nor where a value is missing
     step = float(np.median(rising)) if len(rising) > 1 else 0.0
     if step >= 1:
