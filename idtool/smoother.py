@@ -37,8 +37,9 @@ TOO_FAST = 25.0
 #: If more rows than this are, it is not the motion: a reading is worse than its steps suggest (a drive's
 #: own filter delays its velocity, say). Its variance is raised by this factor, so many times at most.
 _DOUBTFUL = 0.03
-_DOUBT = 6.0
-_MOST_DOUBTS = 8
+_DOUBT = 10.0
+_VELOCITY_DOUBTS = 7
+_MOST_DOUBTS = 10
 
 
 @dataclass(frozen=True)
@@ -209,17 +210,17 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         cost, bounds=(centre - 5.0, centre + 9.0), method="bounded", options={"xatol": 0.1}
     )
     jerk = _EAGER * 10.0 ** float(result.x)
-    for _ in range(_MOST_DOUBTS):
+    for doubts in range(_MOST_DOUBTS):
         surprise = _filter(time, q, w, first, jerk, even, q_variance, w_variance, _ROBUST, False)[1]
         rough = _roughness(surprise.max(axis=0))
         surprise = _filter(time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, False)[1]
-        wild = np.mean(surprise > TOO_FAST, axis=1)
-        if wild.max() < _DOUBTFUL:
+        if np.mean(surprise.max(axis=0) > TOO_FAST) < _DOUBTFUL:
             break
-        if wild[0] > wild[1]:
-            q_variance *= _DOUBT
-        else:
+        # a position is counted, a velocity was computed by somebody: the velocity is doubted first
+        if velocity is not None and (position is None or doubts < _VELOCITY_DOUBTS):
             w_variance *= _DOUBT
+        else:
+            q_variance *= _DOUBT
     passed = _filter(time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, True)
     _, surprise, means, covs, predicted_means, predicted_covs = passed
     states = _smooth(time, first, means, covs, predicted_means, predicted_covs)

@@ -98,6 +98,8 @@ def select(
         if winner is None:
             break
         tell(f"accepted {winner.effect.name}")
+    tell("looking for a better friction curve")
+    selection.fit = restart(selection.fit, thorough=True)
     _drop_unneeded(selection, tell)
     _simplify(selection, library, tell)
     _find_alternatives(selection, library, tell)

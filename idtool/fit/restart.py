@@ -8,20 +8,21 @@ from idtool.fit.joint import JointFit, solve
 
 _RATIOS = (0.6, 1.5)
 _SCREEN = 6
-_BETTER = 0.995
-#: A residual this close to the sensor noise leaves no better minimum to look for.
+_BETTER = 0.998
+#: A residual this close to the sensor noise is hardly worth a look for a better minimum.
 _AT_NOISE = 1.15
 
 
-def restart(fit: JointFit) -> JointFit:
+def restart(fit: JointFit, *, thorough: bool = False) -> JointFit:
     """The best of `fit` and of fits started from a falling and a rising, a narrow and a wide curve.
 
     A model that lacked an effect can have bent its friction curve to make up for it, and stays bent
     when the effect is added. The starts share everything but the curve with `fit`; the few evaluations
-    that screen them are cheap, and only one that gets close is finished.
+    that screen them are cheap, and only one that gets close is finished. Unless `thorough`, a fit whose
+    residual is close to the sensor noise is left as it is.
     """
     model = fit.model
-    if "static" not in model.names or fit.rmse < _AT_NOISE * model.filtered_noise:
+    if "static" not in model.names or (not thorough and fit.rmse < _AT_NOISE * model.filtered_noise):
         return fit
     best = fit
     speeds = (1.5 * model.scales.slowest, math.sqrt(model.scales.slowest * model.scales.speed))
