@@ -1,0 +1,187 @@
+"""check, the fits, identify, diagnose, predict and demo as a user runs them."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from idtool import Log, Parameters
+
+_SPEC = importlib.util.spec_from_file_location("cli_support", Path(__file__).with_name("support.py"))
+assert _SPEC is not None
+assert _SPEC.loader is not None
+_SUPPORT = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(_SUPPORT)
+ffc_id = _SUPPORT.ffc_id
+
+Change = Callable[[list[str]], list[str]]
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Logs of the bench, quick to fit."""
+    folder = tmp_path_factory.mktemp("bench")
+    for name in ("gravity", "sweep", "sine"):
+        done = ffc_id(f"run-{name}", "--rig", "sim:bench", "-o", folder / f"{name}.csv", "-q")
+        assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(logs: Path) -> Path:
+    done = ffc_id(
+        "identify", "gravity.csv", "sweep.csv", "sine.csv", "-o", "result", "-q", cwd=logs, timeout=180
+    )
+    assert done.returncode == 0, done.stderr
+    assert "verdict: adequate" in done.stdout
+    assert done.stderr == ""
+    return logs / "result"
+
+
+def one_sentence(done: subprocess.CompletedProcess[str], code: int, part: str) -> None:
+    assert done.returncode == code, done.stderr
+    assert part in done.stderr
+    assert "Traceback" not in done.stderr
+    if code == 3:
+        assert done.stderr.startswith("ffc-id: ")
+        assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_check_says_what_the_logs_determine(logs: Path) -> None:
+    done = ffc_id("check", "gravity.csv", "sweep.csv", "sine.csv", "--json", cwd=logs)
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["schema"] == "ffc-id/check/1"
+    can = {verdict["what"] for verdict in document["session"]["can"]}
+    assert {"gravity: per payload", "friction: sigma0 and sigma1", "effect: load_dependent_friction"} <= can
+    alone = json.loads(ffc_id("check", "sine.csv", "--json", cwd=logs).stdout)
+    cannot = {verdict["what"]: verdict for verdict in alone["session"]["cannot"]}
+    assert cannot["gravity: per payload"]["run"] == "ffc-id run-gravity"
+    assert "payload" in cannot["effect: load_dependent_friction"]["why"]
+
+
+def test_identify_leaves_a_whole_folder(result: Path) -> None:
+    diagnosis = json.loads((result / "diagnosis.json").read_text())
+    assert diagnosis["schema"] == "ffc-id/diagnosis/1"
+    assert diagnosis["verdict"] == "adequate"
+    assert [effect["name"] for effect in diagnosis["effects"]] == ["inertia"]
+    assert diagnosis["error"]["metric"] == "rmse_nm"
+    assert set(diagnosis["error"]["by_experiment"]) == {"gravity", "sweep", "sine"}
+    assert all(candidate["why"] for candidate in diagnosis["candidates"])
+    assert Parameters.read(result / "params.toml").static["coulomb"].value == pytest.approx(0.08, rel=0.02)
+    assert "<html" in (result / "report.html").read_text()
+    assert len(list((result / "figures").glob("*.png"))) >= 10
+
+
+def test_predict_writes_the_four_columns(logs: Path, result: Path) -> None:
+    done = ffc_id(
+        "run", "--recipe", "validation", "--rig", "sim:bench", "-o", "validation.csv", "-q", cwd=logs
+    )
+    assert done.returncode == 0, done.stderr
+    done = ffc_id(
+        "predict", "validation.csv", "-p", "result/params.toml", "-o", "out.csv", "--json", cwd=logs
+    )
+    assert done.returncode == 0, done.stderr
+    error = json.loads(done.stdout)["errors"]["validation"]
+    frame = pd.read_csv(logs / "out.csv")
+    assert list(frame.columns) == ["trial", "time_s", "torque_nm", "torque_predicted_nm"]
+    left = frame["torque_nm"] - frame["torque_predicted_nm"]
+    assert float((left**2).mean() ** 0.5) == pytest.approx(error["rmse"], rel=1e-6)
+    noise = json.loads((result / "diagnosis.json").read_text())["error"]["noise_floor"]
+    assert error["rmse"] < 1.2 * noise
+
+
+def test_diagnose_starts_from_a_parameter_file(logs: Path, result: Path) -> None:
+    done = ffc_id(
+        "diagnose", "sweep.csv", "sine.csv", "-p", "result/params.toml", "-o", "diagnosis", "--json",
+        cwd=logs, timeout=180,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["verdict"] == "adequate"
+    assert (logs / "diagnosis" / "params.toml").exists()
+
+
+def replaced(old: str, new: str, rows: slice = slice(None)) -> Change:
+    def change(lines: list[str]) -> list[str]:
+        return [
+            line.replace(old, new) if k in range(len(lines))[rows] else line for k, line in enumerate(lines)
+        ]
+
+    return change
+
+
+def header_rows(lines: list[str]) -> int:
+    return next(k for k, line in enumerate(lines) if not line.startswith("#")) + 1
+
+
+def constant_current(lines: list[str]) -> list[str]:
+    n = header_rows(lines)
+    return lines[:n] + [",".join([*(c := line.split(","))[:4], "0.1", *c[5:]]) for line in lines[n:]]
+
+
+BAD: dict[str, tuple[Change, str]] = {
+    "no unit": (replaced("current_a", "current"), 'column "current" has no unit'),
+    "misspelt": (replaced("current_a", "curent_a"), 'needs a column "current_a"'),
+    "zero constant": (replaced("2.67", "0"), "above zero"),
+    "constant current": (constant_current, "is the same on every row"),
+    "empty": (lambda lines: [], "the file is empty"),
+    "no rows": (lambda lines: lines[: header_rows(lines)], "has no data rows"),
+    "few rows": (lambda lines: lines[: header_rows(lines) + 20], "only 20 rows"),
+    "short": (lambda lines: lines[: header_rows(lines) + 300], "too few to hold any out"),
+    "time goes back": (lambda lines: [*lines, lines[-50]], "time goes backwards"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_logs_are_one_sentence_and_leave_nothing(logs: Path, tmp_path: Path, name: str) -> None:
+    change, part = BAD[name]
+    lines = (logs / "sine.csv").read_text().splitlines(keepends=True)
+    (tmp_path / "bad.csv").write_text("".join(change(lines)))
+    done = ffc_id("identify", "bad.csv", "-o", "out", "-q", cwd=tmp_path)
+    one_sentence(done, 3, part)
+    assert not (tmp_path / "out").exists()
+
+
+def test_half_a_last_row_is_used_up_to_the_last_whole_one(logs: Path, tmp_path: Path) -> None:
+    text = (logs / "sine.csv").read_text()
+    (tmp_path / "cut.csv").write_text(text[: int(0.8 * len(text))])
+    done = ffc_id("check", "cut.csv", "--json", cwd=tmp_path)
+    assert done.returncode == 0
+    assert (
+        "was cut short; it is used up to its last whole row" in json.loads(done.stdout)["logs"][0]["findings"]
+    )
+    assert Log.read(tmp_path / "cut.csv").incomplete
+
+
+def test_wrong_uses_name_the_remedy(logs: Path, result: Path) -> None:
+    one_sentence(ffc_id("fit-gravity", "sweep.csv", "-p", "p.toml", cwd=logs), 3, "run-gravity")
+    one_sentence(ffc_id("fit-dynamic", "sine.csv", "-p", "p.toml", cwd=logs), 3, "fit-static first")
+    one_sentence(ffc_id("identify", "nosuch.csv", "-o", "x", cwd=logs), 3, "no such file")
+    one_sentence(ffc_id("identify", ".", "-o", "x", cwd=logs), 3, "is a folder")
+    one_sentence(ffc_id("identify", "sine.csv", "-o", "result", cwd=logs), 3, "pass --force")
+    one_sentence(ffc_id("identify", "sine.csv", "-o", "sine.csv", cwd=logs), 3, "is a file where a folder")
+    one_sentence(ffc_id("predict", "sine.csv", "-p", "no.toml", "-o", "y.csv", cwd=logs), 3, "no such file")
+    one_sentence(ffc_id("identify", "sine.csv", "-o", "x", "--friction", "lugr", cwd=logs), 2, "'lugre'")
+    one_sentence(ffc_id("identfy"), 2, 'did you mean "identify"')
+    assert not (logs / "p.toml").exists()
+    assert not (logs / "x").exists()
+
+
+def test_demo_shows_the_whole_loop(tmp_path: Path) -> None:
+    done = ffc_id("demo", "-o", "demo", "--json", cwd=tmp_path, timeout=300)
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert max(abs(row["off_percent"]) for row in document["recovered"]) < 5.0
+    assert [effect["name"] for effect in document["diagnosis"]["effects"]] == ["position_ripple", "inertia"]
+    held_out = document["diagnosis"]["error"]["held_out"]
+    assert held_out["after"] < 0.6 * held_out["before"]
+    for figures in document["teach"].values():
+        assert 15.0 < figures["speed_mm_s"] < 23.0
+        assert figures["stop_ms"] <= 48.0
+    assert (tmp_path / "demo" / "report.html").exists()
