@@ -50,6 +50,7 @@ class Errors:
     training: Pair = Pair()
     by_experiment: dict[str, Pair] = field(default_factory=dict)
     noise_floor: Number = None
+    blocks_stand_in_for_trials: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

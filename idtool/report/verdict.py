@@ -164,7 +164,8 @@ def _held_out_check(evidence: Evidence) -> Check:
     if not spans or error.after is None:
         return Check("bad", "Nothing was held out: the errors are those of the fit itself.")
     whole = {(segment.rows.start, segment.rows.stop) for segment in rows.segments}
-    in_trials = all((span.rows.start, span.rows.stop) in whole for span in spans)
+    blocks = evidence.diagnosis.error.blocks_stand_in_for_trials
+    in_trials = not blocks and all((span.rows.start, span.rows.stop) in whole for span in spans)
     if in_trials:
         what = text.counted(len(spans), "whole trial")
     else:
