@@ -22,9 +22,8 @@ import numba
 import numpy as np
 
 from idtool.model.motion import Array
+from idtool.rig.plant_file import STEP_S
 
-#: Integration step, s.
-STEP_S = 1e-4
 #: Steps of history that a delayed reading may reach back (0.2 s).
 HISTORY = 2048
 

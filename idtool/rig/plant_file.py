@@ -24,7 +24,12 @@ from typing import Any
 
 from idtool.axis import Axis, is_finite, short
 from idtool.errors import InputError, nearest
+from idtool.reading import read_bytes
 from idtool.rig.sensors import SENSORS
+
+#: Integration step of the plant, s. It stands here because reading a file must not load the compiler.
+STEP_S = 1e-4
+_MAX_BYTES = 1 << 20
 
 #: Keys of each effect; None is required, a number is the default.
 EFFECT_KEYS: dict[str, dict[str, float | None]] = {
@@ -59,8 +64,9 @@ EFFECT_KEYS: dict[str, dict[str, float | None]] = {
     "tilt_misalignment": {"alpha_rad": 0.0, "beta_rad": 0.0},
     "breakaway_dwell": {"gain": None, "time_constant_s": None},
 }
-#: Numbers of effects that must be above zero.
+#: Numbers of effects that must be above zero, and those that must not be below it.
 _POSITIVE = {"half_stroke_rad", "exponent", "time_constant_s", "load_inertia_kg_m2", "yield_nm", "gap_rad"}
+_NOT_NEGATIVE = {"inertia_kg_m2", "damping_nm_s_per_rad"}
 #: Longest delay of a reading, s; the plant keeps 0.2 s of history.
 _LONGEST_DELAY = 0.1
 
@@ -142,14 +148,12 @@ def read_plant_file(path: str | Path) -> PlantFile:
         InputError: it names the file and the key.
     """
     file = Path(path)
+    content, _ = read_bytes(file, what="a plant file", limit=_MAX_BYTES)
     try:
-        table = tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"the plant file cannot be read ({error.strerror})", file=file, remedy="check the path"
-        ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"not TOML ({error})", file=file, remedy="correct that line") from None
+        table = tomllib.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:  # a whole number too long to read is a ValueError
+        reason = str(error).splitlines()[0].rstrip(".")
+        raise InputError(f"not TOML ({reason})", file=file, remedy="correct that line") from None
     return parse_plant(table, file)
 
 
@@ -178,6 +182,8 @@ def parse_plant(table: dict[str, Any], file: Path) -> PlantFile:
     friction = _numbers(_table(table, "friction", file), dict.fromkeys(_FRICTION), file, "friction.")
     for key in _FRICTION[:3]:
         _above_zero(friction[key], file, f"friction.{key}")
+    for key in _FRICTION[3:]:
+        _not_below_zero(friction[key], file, f"friction.{key}")
     limits = _numbers(
         _table(table, "limits", file),
         dict.fromkeys(("lowest_rad", "highest_rad", "speed_rad_s", "current_a")),
@@ -193,6 +199,8 @@ def parse_plant(table: dict[str, Any], file: Path) -> PlantFile:
     plant = _numbers(_table(table, "plant", file), {"inertia_kg_m2": None}, file, "plant.")
     _above_zero(plant["inertia_kg_m2"], file, "plant.inertia_kg_m2")
     temperature, sensor = _temperature(table, file)
+    effects = _effects(table.get("effects", []), file)
+    _check_speed_of_effects(effects, plant["inertia_kg_m2"], file)
     return PlantFile(
         description=_description(table, file),
         axis=axis,
@@ -204,7 +212,7 @@ def parse_plant(table: dict[str, Any], file: Path) -> PlantFile:
         drive=_drive(table, file),
         temperature=temperature,
         temperature_sensor=sensor,
-        effects=_effects(table.get("effects", []), file),
+        effects=effects,
         period_s=_period(table.get("period_s", 0.005), file),
         sensors=check_sensors(table.get("sensors", "lab"), file),
     )
@@ -231,7 +239,7 @@ def _description(table: dict[str, Any], file: Path) -> str:
 
 
 def _period(value: Any, file: Path) -> float:
-    steps = value * 1e4 if is_finite(value) else 0.0
+    steps = value / STEP_S if is_finite(value) else 0.0
     if not 10.0 <= steps <= 1000.0 or abs(steps - round(steps)) > 1e-6:
         raise InputError(
             f"{short(value)} is no sampling period",
@@ -280,6 +288,8 @@ def _effects(entries: Any, file: Path) -> dict[str, dict[str, float]]:
         checked = _numbers(values, EFFECT_KEYS[name], file, f"{name}.")
         for key in _POSITIVE & checked.keys():
             _above_zero(checked[key], file, f"{name}.{key}")
+        for key in _NOT_NEGATIVE & checked.keys():
+            _not_below_zero(checked[key], file, f"{name}.{key}")
         if not 0.0 <= checked.get("delay_s", 0.0) <= _LONGEST_DELAY:
             raise InputError(
                 f"{checked['delay_s']} s is no delay",
@@ -289,6 +299,35 @@ def _effects(entries: Any, file: Path) -> dict[str, dict[str, float]]:
             )
         effects[name] = checked
     return effects
+
+
+def _check_speed_of_effects(effects: dict[str, dict[str, float]], inertia: float, file: Path) -> None:
+    """Refuse what is too fast for the plant's step, which would blow up instead of moving.
+
+    A spring k and damper d between two inertias of reduced inertia m, advanced speed first and then
+    position, is stable while k h^2 / m + 2 d h / m < 4 (half of that is allowed here).
+    """
+    if "compliance" in effects:
+        c = effects["compliance"]
+        _above_zero(c["stiffness_nm_per_rad"], file, "compliance.stiffness_nm_per_rad")
+        motor = inertia + effects.get("inertia", {}).get("inertia_kg_m2", 0.0)
+        reduced = 1.0 / (1.0 / motor + 1.0 / c["load_inertia_kg_m2"])
+        pace = STEP_S * (c["stiffness_nm_per_rad"] * STEP_S + 2.0 * c["damping_nm_s_per_rad"]) / reduced
+        if pace > 2.0:
+            raise InputError(
+                "the spring and damper are too stiff for their inertia to be simulated",
+                file=file,
+                place="compliance",
+                remedy="lower stiffness_nm_per_rad or damping_nm_s_per_rad, or raise load_inertia_kg_m2",
+            )
+    dwell = effects.get("breakaway_dwell", {}).get("time_constant_s", 1.0)
+    if dwell < 10.0 * STEP_S:
+        raise InputError(
+            f"{dwell:g} s is too short to be simulated",
+            file=file,
+            place="breakaway_dwell.time_constant_s",
+            remedy=f"give {10.0 * STEP_S:g} s or more",
+        )
 
 
 def _known(table: dict[str, Any], known: tuple[str, ...], file: Path, prefix: str) -> None:
@@ -330,3 +369,8 @@ def _numbers(
 def _above_zero(value: float, file: Path, place: str) -> None:
     if value <= 0.0:
         raise InputError(f"{value:g} is not above zero", file=file, place=place, remedy="correct it")
+
+
+def _not_below_zero(value: float, file: Path, place: str) -> None:
+    if value < 0.0:
+        raise InputError(f"{value:g} is below zero", file=file, place=place, remedy="correct it")

@@ -16,7 +16,7 @@ from idtool.model.motion import Array
 from idtool.rig import plant
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.numbers import plant_numbers
-from idtool.rig.plant_file import PlantFile
+from idtool.rig.plant_file import STEP_S, PlantFile
 from idtool.rig.sensors import SENSORS, Sensors
 
 #: Samples computed in one compiled call; a quarter of a second at 5 ms.
@@ -52,7 +52,7 @@ class SimulatedRig(Rig):
         self._file = file
         self._sensors: Sensors = SENSORS[sensors or file.sensors]
         self._rng = np.random.default_rng(seed)
-        self._steps = round(file.period_s / plant.STEP_S)
+        self._steps = round(file.period_s / STEP_S)
         self._state, self._history = plant.blank_state()
         self._numbers = plant_numbers(file, TrialSetup())
         self._closed = False
@@ -172,6 +172,12 @@ class SimulatedRig(Rig):
     def _run(self, commands: Array, mode: int, hand: float) -> Array:
         out = np.empty((5, len(commands)))
         plant.run(self._numbers, self._state, self._history, commands, mode, hand, self._steps, out)
+        if not (np.isfinite(out).all() and np.isfinite(self._state).all()):
+            now = float(out[0, -1])
+            self._state[:] = 0.0
+            self._state[plant.TIME] = now
+            self._prepared = False
+            raise RigFault("the simulated axis ran away: an effect in its plant file is too strong to move")
         return out
 
     def _within(self, position: Array) -> int:

@@ -16,7 +16,14 @@ from idtool.errors import InputError, RigFault
 from idtool.rig import named_rigs, open_rig
 from idtool.rig.base import Rig, Trajectory, TrialSetup
 
-from .support import play, rig_of, table
+from .support import play, record, rig_of, table
+
+STIFF = {
+    "name": "compliance",
+    "stiffness_nm_per_rad": 60.0,
+    "damping_nm_s_per_rad": 0.0,
+    "load_inertia_kg_m2": 0.01,
+}
 
 
 def test_named_rigs_open_and_keep_their_secret() -> None:
@@ -41,7 +48,7 @@ def test_named_rigs_open_and_keep_their_secret() -> None:
         ("sim:paper,sensor=lab", 'did you mean "sensors"'),
         ("sim:paper,sensors=labb", 'did you mean "lab"'),
         ("sim:paper,sensors", "not one key=value"),
-        ("sim:nowhere.toml", "cannot be read"),
+        ("sim:nowhere.toml", "no such file"),
     ],
 )
 def test_wrong_words_get_a_remedy(spec: str, words: str) -> None:
@@ -150,6 +157,18 @@ def test_what_cannot_be_done_is_a_fault() -> None:
         ({"effects": [{"name": "transport_delay", "delay_s": 2.0}]}, "transport_delay.delay_s"),
         ({"effects": [{"name": "inertia", "inertia_kg_m2": 1, "x": 2}]}, "inertia.x: unknown key"),
         ({"effects": 3}, "effects: not a list"),
+        (
+            {"friction": {"bristle_stiffness_nm_per_rad": -1}},
+            "bristle_stiffness_nm_per_rad: -1 is below zero",
+        ),
+        ({"effects": [{"name": "inertia", "inertia_kg_m2": -0.1}]}, "inertia.inertia_kg_m2: -0.1 is below"),
+        ({"effects": [STIFF | {"damping_nm_s_per_rad": 100.0}]}, "compliance: the spring and damper are too"),
+        ({"effects": [STIFF | {"stiffness_nm_per_rad": 1e9}]}, "compliance: the spring and damper are too"),
+        ({"effects": [STIFF | {"stiffness_nm_per_rad": 0.0}]}, "compliance.stiffness_nm_per_rad: 0 is not"),
+        (
+            {"effects": [{"name": "breakaway_dwell", "gain": 1.0, "time_constant_s": 1e-9}]},
+            "breakaway_dwell.time_constant_s: 1e-09 s is too short",
+        ),
     ],
 )
 def test_plant_files_are_read_strictly(changes: dict[str, Any], words: str, tmp_path: Path) -> None:
@@ -161,11 +180,33 @@ def test_plant_files_are_read_strictly(changes: dict[str, Any], words: str, tmp_
     assert words in str(caught.value)
 
 
-def test_not_toml(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "text", ["friction = [", "a = " + "[" * 20_000, "a = " + "9" * 5000, "\udcff", "a = 1 # \0"]
+)
+def test_not_toml(text: str, tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text("friction = [")
+    file.write_bytes(text.encode("utf-8", "surrogateescape"))
     with pytest.raises(InputError, match="not TOML"):
         open_rig(f"sim:{file}")
+
+
+def test_a_huge_file_is_no_plant_file(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_bytes(b"#" * (2 << 20))
+    with pytest.raises(InputError, match="too much for a plant file"):
+        open_rig(f"sim:{file}")
+
+
+def test_an_axis_that_runs_away_is_a_fault_and_not_a_number() -> None:
+    rig = rig_of({"name": "nonlinear_viscous", "quadratic_nm_s2_per_rad2": 1e6})
+    rig.prepare(TrialSetup(start_position=0.0))
+    with pytest.raises(RigFault, match="ran away"):
+        record(rig, np.full(400, 0.4))
+    rig.stop()
+    with pytest.raises(RigFault, match="not prepared"):
+        rig.step(0.0)
+    rig.prepare(TrialSetup(start_position=0.0))
+    assert np.isfinite(rig.step(0.0).position)
 
 
 def test_estimation_never_imports_the_rigs() -> None:
