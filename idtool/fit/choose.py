@@ -20,6 +20,8 @@ GRAVITY_CHOICES = ("auto", "slide", "arm", "none")
 #: An arm's sine and cosine must take away this share of the torque's square to be taken for gravity.
 _ARM_GAIN = 0.05
 _LEAST_SPAN = 1e-3
+#: A point of the search whose cost is within this factor of the best may end in the better minimum.
+_RIVAL = 1.02
 #: Bayesian evidence for a richer friction law (Kass & Raftery 1995 call 6 "strong").
 _CLEAR_EVIDENCE = 6.0
 
@@ -70,7 +72,7 @@ def _swings(recording: Recording) -> bool:
 
 
 def first_fit(
-    recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 200
+    recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 120
 ) -> JointFit:
     """A joint fit from nothing: global search, then least squares from its best points.
 
@@ -85,6 +87,7 @@ def first_fit(
             helped = helped.adding(effect)
     model = JointModel.build(recording, helped)
     points = search(model, optimizer=optimizer, seed=seed, evaluations=evaluations)
+    points = [point for point in points if point.cost < _RIVAL * points[0].cost]
     fits = [solve(model, model.coordinates(point.values), most=25) for point in points]
     best = min(fits, key=lambda fit: fit.sse)
     return solve(model, best.x)

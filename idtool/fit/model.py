@@ -300,10 +300,11 @@ class JointModel:
         """Columns freed from what the start deflections explain, and how far each moves them."""
         trial = self.recording.filtered_trial
         count = self.recording.trials
-        norm = np.bincount(trial, start_column**2, count) + self._weight(bend) ** 2
-        products = np.empty((count, columns.shape[1]))
-        for j in range(columns.shape[1]):
-            products[:, j] = np.bincount(trial, start_column * columns[:, j], count)
+        first = np.flatnonzero(np.diff(trial, prepend=-1))
+        norm = np.full(count, self._weight(bend) ** 2)
+        norm[trial[first]] += np.add.reduceat(start_column**2, first)
+        products = np.zeros((count, columns.shape[1]))
+        products[trial[first]] = np.add.reduceat(start_column[:, None] * columns, first, axis=0)
         share = products / norm[:, None]
         return columns - start_column[:, None] * share[trial], share
 
