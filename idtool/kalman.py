@@ -57,7 +57,7 @@ class Passed:
 def forward(
     time: Array,
     readings: Array,
-    variances: tuple[float, float],
+    variances: Array,
     first: NDArray[np.bool_],
     jerk: Array,
     passed: Passed,
@@ -67,17 +67,17 @@ def forward(
     Args:
         time: s, rising inside a trial, shape (rows,).
         readings: position and velocity, shape (rows, 2).
-        variances: of the two readings; 0 is a reading that is not used.
+        variances: of the readings, shape (rows, 2); 0 is a reading that is not used.
         first: True at the first row of each trial, shape (rows,).
         jerk: intensity of the jerk over the step that ends at each row, shape (rows,).
         passed: is overwritten.
     """
     p = passed
-    _forward(time, readings, *variances, first, jerk, p.mean, p.covariance, p.innovation, p.variance, p.gain)
+    _forward(time, readings, variances, first, jerk, p.mean, p.covariance, p.innovation, p.variance, p.gain)
 
 
 def backward(
-    time: Array, variances: tuple[float, float], first: NDArray[np.bool_], passed: Passed
+    time: Array, variances: Array, first: NDArray[np.bool_], passed: Passed
 ) -> tuple[Array, Array, Array]:
     """Smooth.
 
@@ -90,7 +90,7 @@ def backward(
     state, power, share = np.empty((rows, 3)), np.empty(rows), np.empty(rows)
     _backward(
         time,
-        *variances,
+        variances,
         first,
         p.mean,
         p.covariance,
@@ -106,12 +106,13 @@ def backward(
 
 @numba.njit(cache=True)
 def _forward(  # type: ignore[no-untyped-def]
-    time, readings, q_variance, w_variance, first, jerk, mean, covariance, innovation, variance, gain
+    time, readings, variances, first, jerk, mean, covariance, innovation, variance, gain
 ):
     m = np.zeros(3)
     P = np.zeros((3, 3))
     for k in range(time.shape[0]):
         if first[k]:
+            q_variance, w_variance = variances[k]
             m[0] = readings[k, 0] if q_variance > 0 else 0.0
             m[1] = readings[k, 1] if w_variance > 0 else 0.0
             m[2] = 0.0
@@ -149,7 +150,7 @@ def _forward(  # type: ignore[no-untyped-def]
         covariance[k, 4] = P[1, 2]
         covariance[k, 5] = P[2, 2]
         for j in range(2):
-            noise = q_variance if j == 0 else w_variance
+            noise = variances[k, j]
             if noise <= 0:
                 continue
             s = P[j, j] + noise
@@ -181,14 +182,14 @@ def _forward(  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True)
 def _backward(  # type: ignore[no-untyped-def]
-    time, q_variance, w_variance, first, mean, covariance, innovation, variance, gain, state, power, share
+    time, variances, first, mean, covariance, innovation, variance, gain, state, power, share
 ):
     r = np.zeros(3)
     N = np.zeros((3, 3))
     Ng = np.zeros(3)
     for k in range(time.shape[0] - 1, -1, -1):
         for j in range(1, -1, -1):
-            if (q_variance if j == 0 else w_variance) <= 0:
+            if variances[k, j] <= 0:
                 continue
             # through reading j: r <- H'e/s + (I - gH)'r, N <- H'H/s + (I - gH)'N(I - gH)
             g = gain[k, j]

@@ -20,7 +20,7 @@ from idtool.axis import Axis
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
 from idtool.model.motion import Array, Motion
-from idtool.smoother import TOO_FAST, reading_variance, smooth
+from idtool.smoother import TOO_FAST, reading_variance, resolution, smooth
 
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
@@ -180,7 +180,7 @@ def record(logs: Sequence[Log]) -> Recording:
         source,
         noise,
         _design(bandwidth, rate),
-        _resolution(joined["position"]),
+        0.0 if joined["position"] is None else resolution(joined["position"]),
         lost,
         tuple(log.source for log in logs),
     )
@@ -274,14 +274,6 @@ def _gravity_factor(alpha: Array | None, beta: Array | None) -> Array | None:
             factor = factor * np.cos(tilt)
     # logs write pi/2 with a few digits: what is left of gravity then is rounding, not physics
     return np.where(np.abs(factor) < 1e-3, 0.0, factor)
-
-
-def _resolution(position: Array | None) -> float:
-    if position is None:
-        return 0.0
-    steps = np.abs(np.diff(position))
-    steps = steps[steps > 1e-12 * (1.0 + float(np.max(np.abs(position))))]
-    return float(np.quantile(steps, 0.01)) if len(steps) else 0.0
 
 
 def _usable_rows(

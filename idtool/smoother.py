@@ -3,9 +3,10 @@
 State (q, w, a) driven by white jerk; measured: position, velocity or both. The estimates at the sample
 instants lag nothing and work at uneven sample times. How loud the jerk is, is found from the data: first
 one intensity for all rows, the likeliest; then for every row its own, so that a steady stretch is averaged
-long and a reversal is followed. Where the model of the readings holds, regressors computed from such
-estimates bias a regression hardly at all, unlike those from any one filter. Innovations beyond a few
-standard deviations mark rows where the axis moved faster than the sampling shows.
+long and a reversal is followed. A counter that turns slowly is read at its edges. Where the model of the
+readings holds, regressors computed from such estimates bias a regression hardly at all, unlike those from
+any one filter. Innovations beyond a few standard deviations mark rows where the axis moved faster than
+the sampling shows.
 
 Source: Rauch, Tung & Striebel, AIAA J. 3(8), 1965; Durbin & Koopman, Time Series Analysis by State
 Space Methods, 2nd ed. 2012; the local intensities are MacKay's fixed point (Neural Comput. 4, 1992).
@@ -43,11 +44,13 @@ _VELOCITY_DOUBTS = 7
 _MOST_DOUBTS = 10
 #: Local intensities: rounds of the fixed point, half width of the window in smoothing times, what counts
 #: as one more piece of evidence for leaving the intensity as it is, and the range about the global one.
-_ROUNDS = 7
-_WINDOW = 8.0
+_ROUNDS = 4
+_WINDOW = 24.0
 _INERTIA = 1.0
 _QUIETEST = 1e-4
 _LOUDEST = 1e6
+#: How far the edges of a counter may lie from where they should, in counts.
+_EDGE = 0.05
 
 
 @dataclass(frozen=True)
@@ -70,15 +73,19 @@ def reading_variance(values: Array, first: NDArray[np.bool_]) -> float:
         values: a reading, shape (rows,).
         first: True at the first row of each trial.
     """
-    steps = np.abs(np.diff(values))
-    steps = steps[steps > 1e-12 * (1.0 + np.max(np.abs(values)))]
-    resolution = float(np.quantile(steps, 0.01)) if len(steps) else 0.0
     third = np.diff(values, 3)
     inside = ~(first[1:-2] | first[2:-1] | first[3:])
     spread = third[inside]
     # binomial weights 1, 3, 3, 1: white noise of variance v gives third differences of variance 20 v
     rough = (1.4826 * float(np.median(np.abs(spread)))) ** 2 / 20.0 if len(spread) else 0.0
-    return max(resolution**2 / 12.0, rough, 1e-18)
+    return max(resolution(values) ** 2 / 12.0, rough, 1e-18)
+
+
+def resolution(values: Array) -> float:
+    """Smallest step of a reading, 0 if it never changes; shape (rows,)."""
+    steps = np.abs(np.diff(values))
+    steps = steps[steps > 1e-12 * (1.0 + float(np.max(np.abs(values))))]
+    return float(np.quantile(steps, 0.01)) if len(steps) else 0.0
 
 
 def smooth(time: Array, position: Array | None, velocity: Array | None, first: NDArray[np.bool_]) -> Smoothed:
@@ -98,9 +105,11 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     period = float(np.median(np.diff(time)[inside]))
     passed = kalman.Passed.blank(rows)
 
+    variances = np.tile([q_variance, w_variance], (rows, 1))
+
     def cost(log_jerk: float) -> float:
         jerk = np.full(rows, 10.0**log_jerk)
-        kalman.forward(time, readings, (q_variance, w_variance), first, jerk, passed)
+        kalman.forward(time, readings, variances, first, jerk, passed)
         likely = np.minimum(passed.surprise, _ROBUST) + np.log(passed.variance)
         return float(likely[~first].sum())
 
@@ -111,7 +120,8 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     )
     likeliest = 10.0 ** float(result.x)
     for doubts in range(_MOST_DOUBTS):
-        surprise = _surprise_when_eager(time, readings, (q_variance, w_variance), first, likeliest, passed)
+        series = _Series(time, readings, np.tile([q_variance, w_variance], (rows, 1)), first)
+        surprise = _surprise_when_eager(series, likeliest, passed)
         if np.mean(surprise > TOO_FAST) < _DOUBTFUL:
             break
         # a position is counted, a velocity was computed by somebody: the velocity is doubted first
@@ -119,7 +129,12 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
             w_variance *= _DOUBT
         else:
             q_variance *= _DOUBT
-    states = _adapt(time, readings, (q_variance, w_variance), first, likeliest, passed)
+    window = _reach(period, (q_variance, w_variance), likeliest)
+    states, jerk = _adapt(series, np.full(rows, likeliest), likeliest, window, passed)
+    # rounding alone gives third differences of 1.3 times that variance: more is noise, not a counter
+    if position is not None and q_variance < 2.0 * resolution(position) ** 2 / 12.0:
+        series, jerk, row = _with_edges(series, jerk, states[:, 1], resolution(position))
+        states = _adapt(series, jerk, likeliest, window, kalman.Passed.blank(len(series.time)))[0][row]
     estimated = states[:, 0] if position is not None else _relative_position(time, states[:, 1], first)
     return Smoothed(
         np.ascontiguousarray(estimated),
@@ -129,50 +144,90 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     )
 
 
-def _surprise_when_eager(
-    time: Array,
-    readings: Array,
-    variances: tuple[float, float],
-    first: NDArray[np.bool_],
-    likeliest: float,
-    passed: kalman.Passed,
-) -> Array:
+@dataclass(frozen=True)
+class _Series:
+    """Readings over time as the filter takes them, see `kalman.forward`."""
+
+    time: Array
+    readings: Array
+    variances: Array
+    first: NDArray[np.bool_]
+
+
+def _with_edges(
+    series: _Series, jerk: Array, velocity: Array, count: float
+) -> tuple[_Series, Array, NDArray[np.intp]]:
+    """The series with what a slow counter tells best: the instant at which it counts.
+
+    A counter that stands still over several rows repeats one reading, whose error is the same in all of
+    them; together they count as one. Where it then moves on by one count, the axis was at the edge
+    between the two, to within the way it goes in one row.
+
+    Returns:
+        The series with a row for every edge, the intensity of the jerk on it, and the place of each row
+        of the series as it was.
+    """
+    time, reading, first = series.time, series.readings[:, 0], series.first
+    new = first.copy()
+    new[1:] |= reading[1:] != reading[:-1]
+    starts = np.flatnonzero(new)
+    lengths = np.diff(np.append(starts, len(time)))
+    repeats = np.repeat(lengths, lengths)
+    variances = series.variances.copy()
+    variances[:, 0] *= repeats
+    jump = np.abs(np.diff(reading, prepend=reading[0]))
+    slow = repeats > 1
+    slow[1:] |= repeats[:-1] > 1
+    edge = np.flatnonzero(new & ~first & slow & (np.abs(jump - count) < 0.5 * count))
+    way = 0.5 * (velocity[edge] + velocity[edge - 1]) * (time[edge] - time[edge - 1])
+    between = np.column_stack([0.5 * (reading[edge] + reading[edge - 1]), np.zeros(len(edge))])
+    spread = np.column_stack([way**2 / 12.0 + (_EDGE * count) ** 2, np.zeros(len(edge))])
+    longer = _Series(
+        np.insert(time, edge, 0.5 * (time[edge] + time[edge - 1])),
+        np.insert(series.readings, edge, between, axis=0),
+        np.insert(variances, edge, spread, axis=0),
+        np.insert(first, edge, False),
+    )
+    row = np.arange(len(time)) + np.cumsum(np.bincount(edge, minlength=len(time)))
+    return longer, np.insert(jerk, edge, jerk[edge]), row
+
+
+def _surprise_when_eager(series: _Series, likeliest: float, passed: kalman.Passed) -> Array:
     """Squared normalised innovation of the worse reading under a jerk that follows almost anything."""
-    jerk = np.full(len(time), _EAGER * likeliest)
+    jerk = np.full(len(series.time), _EAGER * likeliest)
     for _ in range(2):
-        kalman.forward(time, readings, variances, first, jerk, passed)
-        surprise = np.where(first, 0.0, passed.surprise.max(axis=1))
+        kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
+        surprise = np.where(series.first, 0.0, passed.surprise.max(axis=1))
         jerk = _EAGER * likeliest * _roughness(surprise)
     return surprise
 
 
-def _adapt(
-    time: Array,
-    readings: Array,
-    variances: tuple[float, float],
-    first: NDArray[np.bool_],
-    likeliest: float,
-    passed: kalman.Passed,
-) -> Array:
-    """Smoothed states, shape (rows, 3), with an intensity of the jerk of its own at every row."""
-    rows = len(time)
-    period = float(np.median(np.diff(time)[~first[1:]]))
-    # the time over which a reading is averaged: its noise density against the jerk's
+def _reach(period: float, variances: tuple[float, float], likeliest: float) -> int:
+    """Half width in rows of the window over which an intensity is found.
+
+    It follows the time over which a reading is averaged: its noise density against the jerk's.
+    """
     times = [
         (variance * period / likeliest) ** (1.0 / order)
         for variance, order in zip(variances, (6.0, 4.0), strict=True)
         if variance > 0
     ]
-    reach = max(math.ceil(_WINDOW * min(times) / period), 3)
-    around = _Window(first, reach)
-    jerk = np.full(rows, likeliest)
+    reach: float = np.ceil(_WINDOW * min(times) / period)
+    return max(int(reach), 3)
+
+
+def _adapt(
+    series: _Series, jerk: Array, likeliest: float, reach: int, passed: kalman.Passed
+) -> tuple[Array, Array]:
+    """Smoothed states, shape (rows, 3), and an intensity of the jerk for every row, from a first guess."""
+    around = _Window(series.first, reach)
     for _ in range(_ROUNDS):
-        kalman.forward(time, readings, variances, first, jerk, passed)
-        _, power, share = kalman.backward(time, variances, first, passed)
+        kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
+        _, power, share = kalman.backward(series.time, series.variances, series.first, passed)
         wanted = (around.sum(jerk * power) + _INERTIA) / (around.sum(jerk * share) + _INERTIA)
         jerk = np.clip(jerk * wanted, _QUIETEST * likeliest, _LOUDEST * likeliest)
-    kalman.forward(time, readings, variances, first, jerk, passed)
-    return kalman.backward(time, variances, first, passed)[0]
+    kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
+    return kalman.backward(series.time, series.variances, series.first, passed)[0], jerk
 
 
 class _Window:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import os
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -47,7 +47,7 @@ class Outcome:
 
     Attributes:
         truth, estimate, stderr, bound: shape (9,).
-        quantile: half width of a 95 % interval in standard errors.
+        quantile: half widths of the 95 % intervals in standard errors, shape (9,).
         identified: whether the fit says that the data determine the parameter.
     """
 
@@ -57,7 +57,7 @@ class Outcome:
     estimate: np.ndarray
     stderr: np.ndarray
     bound: np.ndarray
-    quantile: float
+    quantile: np.ndarray
     identified: np.ndarray
     ratio: float
     missed: float
@@ -136,7 +136,7 @@ def summary(outcomes: list[Outcome]) -> str:
         err = np.array([o.estimate[j] - o.truth[j] for o in outcomes])[ok]
         sd = np.array([o.stderr[j] for o in outcomes])[ok]
         crb = np.array([o.bound[j] for o in outcomes])[ok]
-        q = np.array([o.quantile for o in outcomes])[ok]
+        q = np.array([o.quantile[j] for o in outcomes])[ok]
         lines.append(
             f"{name:20s} n {ok.sum():4d} rms/crb {np.sqrt(np.mean((err / crb) ** 2)):7.2f} "
             f"median|e|/crb {np.median(np.abs(err / crb)) / 0.6745:6.2f} bias/crb {np.mean(err / crb):6.2f} "

@@ -80,11 +80,12 @@ def effect_entry(fit: JointFit, effect: Effect) -> EffectEntry:
             gradient[name][place] = change / increment
     covariance = fit.covariance[np.ix_(mine, mine)]
     at_bound = any(fit.at_bound[fit.model.names[i]] for i in mine)
+    quantile = float(max((fit.quantile[i] for i in mine), default=0.0))
     entries: dict[str, Parameter] = {}
     for name, value in centre.items():
         sd = float(np.sqrt(max(float(gradient[name] @ covariance @ gradient[name]), 0.0)))
         constant = not gradient[name].any()
-        half = fit.quantile * sd
+        half = quantile * sd
         entries[name] = (
             Parameter(value)
             if constant and not at_bound
@@ -113,7 +114,7 @@ def _one(fit: JointFit, name: str, logarithmic: bool, *, vague: bool = True) -> 
         ends = (math.exp(low), math.exp(high)) if logarithmic else (low, high)
         interval = ends if all(map(math.isfinite, ends)) else None
         return Parameter(value, None, interval, at_bound=True, identified=False)
-    half = fit.quantile * sd
+    half = float(fit.quantile[i]) * sd
     if logarithmic:
         reach = math.exp(min(half, 50.0))
         stderr, interval = value * sd, (value / reach, value * reach)

@@ -9,6 +9,7 @@ best bend hardly depends on the curve, and after the global search a grid over c
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -194,10 +195,8 @@ class _Search:
             optimiser.set_initial_step(step)
             optimiser.set_xtol_abs(1e-3)
             optimiser.set_ftol_rel(1e-4)
-        try:
+        with contextlib.suppress(nlopt.RoundoffLimited):  # the best point is in `seen` all the same
             optimiser.optimize(np.clip(start, self.low, self.high))
-        except nlopt.RoundoffLimited:  # as good as it gets: the best point is in `seen`
-            pass
         return min(self.seen[first:], key=lambda item: item[0])[1]
 
     def polish(self, start: Array) -> Array:
