@@ -1,11 +1,12 @@
 # Two commands do everything on a fresh machine (Python 3.11+ with venv, make):
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
+# make study-accuracy measures the estimator over many simulated sessions (half an hour).
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests clean
+.PHONY: demo test lint types tests study-accuracy clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -23,6 +24,11 @@ types: $(VENV)/.ready-dev
 tests: export OPENBLAS_NUM_THREADS = 1
 tests: $(VENV)/.ready-dev
 	$(BIN)/pytest -n 2 --dist loadfile
+
+# Longer than tests; each writes a page of docs/.
+study-accuracy: export OPENBLAS_NUM_THREADS = 1
+study-accuracy: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.accuracy
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit("ffc-id needs Python 3.11 or newer: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else 0'

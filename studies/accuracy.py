@@ -5,7 +5,7 @@ model's form and nothing else. Compared with the truth and with the Cramer-Rao b
 from the NOISE-FREE motion and the current's noise alone, so that nothing that knows the motion only
 through sensors can reach it altogether.
 
-python -m studies.accuracy [--sessions N] [--out docs/accuracy.md]
+python -m studies.accuracy [--sessions N] [--out docs/accuracy.md]      (make study-accuracy)
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ from __future__ import annotations
 import math
 import os
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
+import click
 import numpy as np
 
 from idtool.effects import registry
@@ -42,44 +44,58 @@ NAMES = (
 
 
 @dataclass(frozen=True)
+class Grade:
+    """Sensors of the rig, whether the fit sees the position, and the share of the sessions to run."""
+
+    sensors: str
+    position: bool = True
+    share: float = 1.0
+
+
+GRADES = {
+    "Laboratory sensors": Grade("lab"),
+    "DYNAMIXEL sensors": Grade("dynamixel"),
+    "DYNAMIXEL sensors, position not used": Grade("dynamixel", position=False, share=0.25),
+}
+
+
+@dataclass(frozen=True)
 class Outcome:
-    """One session: per parameter of `NAMES`, in the fit's coordinates.
+    """One session, in the fit's coordinates.
 
     Attributes:
-        truth, estimate, stderr, bound: shape (9,).
+        truth, estimate, stderr, bound: per parameter of `NAMES`, shape (9,).
         quantile: half widths of the 95 % intervals in standard errors, shape (9,).
-        identified: whether the fit says that the data determine the parameter.
+        identified: whether the fit says that the data determine the parameter, shape (9,).
+        missed: cost over that of a fit started from the truth, less 1.
     """
 
-    seed: int
-    plant: Plant
     truth: np.ndarray
     estimate: np.ndarray
     stderr: np.ndarray
     bound: np.ndarray
     quantile: np.ndarray
     identified: np.ndarray
-    ratio: float
     missed: float
 
 
-def one_session(seed: int, sensors: str) -> Outcome:
+def one_session(seed: int, grade: Grade) -> Outcome:
     """Draw, record, fit, compare."""
     plant = random_plant(np.random.default_rng(seed))
-    recording = record(record_session(plant, sensors, seed))
+    logs = record_session(plant, grade.sensors, seed)
+    if not grade.position:
+        logs = [replace(log, frame=log.frame.drop(columns="position_rad")) for log in logs]
+    recording = record(logs)
     fit = refit(first_fit(recording, SPEC), JointModel.build(recording, SPEC))
     informed = solve(fit.model, truth_of(fit.model, plant))
     quiet = record(record_session(plant, "ideal", seed))
     return Outcome(
-        seed,
-        plant,
         truth_of(fit.model, plant),
         fit.x,
         np.sqrt(np.diag(fit.covariance)),
-        cramer_rao(quiet, plant, sensors),
+        cramer_rao(quiet, plant, grade.sensors),
         fit.quantile,
         _identified(fit),
-        fit.rmse / fit.model.filtered_noise,
         fit.sse / informed.sse - 1.0,
     )
 
@@ -118,42 +134,85 @@ def _identified(fit: JointFit) -> np.ndarray:
     return np.array([table[name].identified if name in table else True for name in NAMES])
 
 
-def _one(arguments: tuple[int, str]) -> Outcome:
-    return one_session(*arguments)
-
-
-def study(sessions: int, sensors: str, first: int = 0) -> list[Outcome]:
-    """All sessions on the cores there are."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
+def study(sessions: int, grade: Grade) -> list[Outcome]:
+    """All sessions, on the cores there are."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(_one, [(first + s, sensors) for s in range(sessions)]))
+        return list(pool.map(one_session, range(sessions), [grade] * sessions))
 
 
-def summary(outcomes: list[Outcome]) -> str:
-    lines = []
+def table(outcomes: list[Outcome]) -> list[str]:
+    """One row a parameter, over the sessions whose fit says that it is determined."""
+    lines = [
+        "| parameter | determined in | error / bound | error / standard error | bias / standard error "
+        "| in 95 % interval |",
+        "|---|---|---|---|---|---|",
+    ]
     for j, name in enumerate(NAMES):
-        ok = np.array([o.identified[j] for o in outcomes])
-        err = np.array([o.estimate[j] - o.truth[j] for o in outcomes])[ok]
-        sd = np.array([o.stderr[j] for o in outcomes])[ok]
-        crb = np.array([o.bound[j] for o in outcomes])[ok]
-        q = np.array([o.quantile[j] for o in outcomes])[ok]
+        kept = [o for o in outcomes if o.identified[j]]
+        error = np.array([o.estimate[j] - o.truth[j] for o in kept])
+        bound = np.array([o.bound[j] for o in kept])
+        spread = np.array([o.stderr[j] for o in kept])
+        reach = np.array([o.quantile[j] for o in kept]) * spread
+        cells = [
+            name.rpartition(".")[2].replace("_", " "),
+            f"{len(kept)} of {len(outcomes)}",
+            f"{_root_mean(error / bound):.2f}",
+            f"{_root_mean(error / spread):.2f}",
+            f"{np.mean(error / spread):+.2f}",
+            f"{100 * np.mean(np.abs(error) <= reach):.1f} %",
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def _root_mean(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def page(results: dict[str, list[Outcome]]) -> str:
+    """docs/accuracy.md."""
+    lines = [
+        "# How accurate the estimates are, and whether the intervals are honest",
+        "",
+        "Made by `make study-accuracy`. Every session is a random axis (`studies/plants.py`: bristles that",
+        "bend over 0.01 to 1 rad, rising and falling Stribeck curves), the packaged gravity, sweep and sine",
+        "runs on the simulated rig, and one joint fit that knows the form of the model and nothing else.",
+        "",
+        "*Bound* is the Cramer-Rao bound of the current's noise with the motion known EXACTLY and the start",
+        "deflection of every trial unknown; an estimator that sees the motion through sensors cannot be",
+        "expected to reach it. *Error / bound* is the root mean square over the sessions.",
+    ]
+    for title, outcomes in results.items():
+        missed = sum(o.missed > 1e-6 for o in outcomes)
+        lines += ["", f"## {title}: {len(outcomes)} sessions", "", *table(outcomes), ""]
         lines.append(
-            f"{name:20s} n {ok.sum():4d} rms/crb {np.sqrt(np.mean((err / crb) ** 2)):7.2f} "
-            f"median|e|/crb {np.median(np.abs(err / crb)) / 0.6745:6.2f} bias/crb {np.mean(err / crb):6.2f} "
-            f"bias/se {np.mean(err / sd):6.2f} se/crb {np.median(sd / crb):6.2f} "
-            f"cover {np.mean(np.abs(err) <= q * sd) * 100:5.1f} %"
+            f"The global search ended in another minimum than a fit started from the truth in {missed} of "
+            f"{len(outcomes)} sessions."
         )
-    return "\n".join(lines)
+    return "\n".join([*lines, "", *_REMARKS, ""])
+
+
+_REMARKS = (
+    "## What to know",
+    "",
+    "The rig is commanded at 1 kHz here and logged at 200 Hz. With commands held for 5 ms the drive",
+    "accelerates in bursts inside every sample, which samples at the same rate cannot show: the inertia",
+    "then comes out 0.3 % low, half a standard error. The plant's own integration (steps of 0.1 ms) leaves",
+    "0.1 to 0.2 %.",
+)
+
+
+@click.command()
+@click.option("--sessions", default=200, show_default=True)
+@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/accuracy.md"), show_default=True)
+def main(sessions: int, out: Path) -> None:
+    """Run the study and write its page."""
+    results = {}
+    for title, grade in GRADES.items():
+        results[title] = study(max(1, round(grade.share * sessions)), grade)
+        click.echo("\n".join([title, *table(results[title])]))
+        out.write_text(page(results), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    import sys
-
-    sensors = sys.argv[1]
-    outcomes = study(int(sys.argv[2]), sensors)
-    print(summary(outcomes))
-    print("rms/noise", np.median([o.ratio for o in outcomes]), max(o.ratio for o in outcomes))
-    print("missed", [(o.seed, round(o.missed, 4)) for o in outcomes if abs(o.missed) > 1e-5])
-    import pickle
-
-    pickle.dump(outcomes, open(f"/tmp/acc_{sensors}.pkl", "wb"))
+    main()

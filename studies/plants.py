@@ -59,6 +59,7 @@ class Plant:
             temperature_sensor=temperature,
             effects=self.effects,
             sensors=sensors,
+            period_s=0.001,
         )
 
 
