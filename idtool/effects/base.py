@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from idtool.model.contribution import FIELDS, Contribution
 from idtool.model.motion import Array, Motion
@@ -67,6 +68,26 @@ class Coordinate:
     increment: float = 1.0
 
 
+@dataclass(frozen=True)
+class Past:
+    """What an effect with memory starts a row from.
+
+    Attributes:
+        first: where the memory starts anew, shape (rows,).
+        step: time since the row before, s, shape (rows,).
+        memory: the effect's numbers after the last row, changed in place, shape (`Effect.memory`,).
+    """
+
+    first: NDArray[np.bool_]
+    step: Array
+    memory: Array
+
+    @classmethod
+    def none(cls, motion: Motion, size: int) -> Past:
+        """Every trial starts anew."""
+        return cls(motion.first, motion.step, np.zeros(size))
+
+
 class Effect(ABC):
     """One physical cause. Sub-classes are final and hold no state.
 
@@ -79,6 +100,7 @@ class Effect(ABC):
         needs: attributes of `Motion` without which it cannot be tested.
         parameters: as in the parameter file.
         coordinates: as the fit varies them.
+        memory: how many numbers it must remember from row to row; 0 for a function of the row alone.
     """
 
     name: ClassVar[str]
@@ -91,10 +113,15 @@ class Effect(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     parameters: ClassVar[tuple[EffectParameter, ...]]
     coordinates: ClassVar[tuple[Coordinate, ...]]
+    memory: ClassVar[int] = 0
 
     @abstractmethod
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         """What the effect adds at `values` (fit coordinates and constants by name)."""
+
+    def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
+        """As `contribute`, for rows that follow on those before; updates `past`."""
+        return self.contribute(motion, values)
 
     def constants(self, motion: Motion) -> dict[str, float]:
         """Numbers that the data set once (a reference temperature) and no fit varies."""

@@ -1,0 +1,138 @@
+"""Effects with memory: what they remember, that trials start anew, and that they run sample by sample."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from idtool.effects import registry
+from idtool.effects.base import Effect, Past
+from idtool.model.contribution import FIELDS, Contribution
+from idtool.model.motion import Array, Motion
+
+REMEMBERING = [effect for effect in registry.library() if effect.memory]
+VALUES = {
+    "backlash": {"share_behind_gap": 0.5, "log_gap": math.log(0.04)},
+    "hysteresis": {"yield": 0.05, "log_reach": math.log(0.1)},
+    "compliance": {"load_inertia": 0.02, "log_omega": math.log(20.0), "damping_ratio": 0.1},
+    "breakaway_dwell": {"gain": 1.0, "log_time_constant": 0.0, "rest_speed": 0.01, "wear": 0.02},
+}
+EFFECTS = pytest.mark.parametrize("effect", REMEMBERING, ids=[effect.name for effect in REMEMBERING])
+
+
+def moved(velocity: Array, step: float = 0.005, trials: int = 1) -> Motion:
+    """One motion, repeated as so many trials."""
+    n = len(velocity)
+    position = np.cumsum(velocity) * step
+    return Motion(
+        time=np.arange(n * trials, dtype=float) * step,
+        trial=np.repeat(np.arange(trials), n).astype(np.intp),
+        position=np.tile(position, trials),
+        velocity=np.tile(velocity, trials),
+        acceleration=np.tile(np.gradient(velocity, step), trials),
+    )
+
+
+def there_and_back() -> Array:
+    way = np.concatenate([np.zeros(200), np.full(400, 0.3), np.zeros(100)])
+    smooth = np.convolve(np.concatenate([way, -way]), np.hanning(41) / np.hanning(41).sum(), "same")
+    return np.asarray(smooth)
+
+
+def acting(part: Contribution, rows: int) -> dict[str, Array]:
+    return {name: np.broadcast_to(getattr(part, name), rows) for name in FIELDS}
+
+
+@EFFECTS
+def test_every_trial_starts_anew(effect: Effect) -> None:
+    motion = moved(there_and_back(), trials=2)
+    n = len(motion) // 2
+    for values in acting(effect.contribute(motion, VALUES[effect.name]), len(motion)).values():
+        np.testing.assert_allclose(values[:n], values[n:], atol=1e-12)
+
+
+@EFFECTS
+def test_sample_by_sample_is_the_same(effect: Effect) -> None:
+    motion = moved(there_and_back())
+    whole = acting(effect.contribute(motion, VALUES[effect.name]), len(motion))
+    past = Past(np.ones(1, dtype=bool), np.zeros(1), np.zeros(effect.memory))
+    for k in range(len(motion)):
+        row = Motion(
+            **{
+                name: getattr(motion, name)[k : k + 1]
+                for name in ("time", "trial", "position", "velocity", "acceleration")
+            }
+        )
+        past.step[0] = motion.step[k]
+        one = acting(effect.resume(row, VALUES[effect.name], past), 1)
+        past.first[0] = False
+        for name in FIELDS:
+            assert one[name][0] == pytest.approx(whole[name][k], abs=1e-12)
+
+
+@EFFECTS
+def test_parameters_and_values_are_inverse(effect: Effect) -> None:
+    values = VALUES[effect.name]
+    again = effect.to_values(effect.to_parameters(values))
+    assert again == pytest.approx(values)
+
+
+def test_hysteresis_yields_and_remembers() -> None:
+    motion = moved(there_and_back())
+    torque = np.asarray(
+        registry.get("hysteresis").contribute(motion, VALUES["hysteresis"]).torque, dtype=float
+    )
+    assert torque.max() == pytest.approx(0.05)
+    assert torque.min() == pytest.approx(-0.05)
+    assert torque[650] == pytest.approx(0.05)  # at rest after the way there it keeps its stretch
+    back = 700 + int(np.argmax(motion.position[700:] < motion.position.max() - 0.05))
+    assert torque[back] == pytest.approx(0.025, abs=0.002)  # half a reach back: unloaded by half
+
+
+def test_compliance_is_inertia_when_slow_and_resonates() -> None:
+    effect, values = registry.get("compliance"), VALUES["compliance"]
+    time = 0.002 * np.arange(20000)
+
+    def gain(omega: float) -> float:
+        motion = replace(moved(np.sin(omega * time), 0.002), acceleration=omega * np.cos(omega * time))
+        torque = np.asarray(effect.contribute(motion, values).torque)[-5000:]
+        return float(np.std(torque) / np.std(0.02 * motion.acceleration[-5000:]))
+
+    def theory(omega: float) -> float:
+        spring = 20.0**2 + 2j * 0.1 * 20.0 * omega
+        return abs(spring / (spring - omega**2) - 1.0)
+
+    for omega in (1.0, 10.0, 20.0, 40.0):
+        assert gain(omega) == pytest.approx(theory(omega), rel=0.02)
+
+
+def test_dwell_rises_with_rest_and_wears_off() -> None:
+    motion = moved(there_and_back())
+    change = np.asarray(
+        registry.get("breakaway_dwell").contribute(motion, VALUES["breakaway_dwell"]).static_change
+    )
+    assert change[150] == pytest.approx(1.0 - math.exp(-0.75), abs=0.02)
+    assert abs(change[500]) < 1e-3
+    assert change[740] > 0.3
+
+
+def test_dwell_says_when_rests_do_not_differ() -> None:
+    steady = moved(np.full(1000, 0.3))
+    assert "pauses" in (registry.get("breakaway_dwell").untestable(steady) or "")
+
+
+def test_backlash_acts_while_the_gap_is_crossed_and_a_load_can_close_it() -> None:
+    effect = registry.get("backlash")
+    motion = moved(there_and_back())
+    change = np.asarray(effect.contribute(motion, VALUES["backlash"]).level_change)
+    travelled = motion.position.max() - motion.position[700:]
+    inside = (travelled > 0.001) & (travelled < 0.037)
+    np.testing.assert_allclose(change[700:][inside], -0.5)
+    across = (travelled > 0.0401) & (motion.velocity[700:] < -1e-3)
+    np.testing.assert_allclose(change[700:][across], 0.0, atol=1e-12)
+    loaded = replace(motion, load=np.full(len(motion), 1.0))
+    values = VALUES["backlash"] | {"share_under_load": 0.0, "load_scale": 0.05}
+    assert np.max(np.abs(np.asarray(effect.contribute(loaded, values).level_change))) < 1e-6
