@@ -207,11 +207,10 @@ class OnlineModel:
         self._last_changes = changes
         load.level = self._level(velocity, changes)
         pull = self.bristle_stiffness / load.level * abs(velocity)
-        load.friction = (
+        load.friction = (1.0 + total["bristle_change"]) * (
             (self.bristle_stiffness - self.bristle_damping * pull) * self.bristle
             + self.bristle_damping * velocity
-            + self.viscous * (1.0 + total["viscous_change"]) * velocity
-        )
+        ) + self.viscous * (1.0 + total["viscous_change"]) * velocity
         load.effects = total["torque"]
         load.saturation = total["saturation"]
         load.delay = total["delay"]

@@ -54,11 +54,13 @@ class Backlash(Effect):
         EffectParameter("gap", "position", "full width of the gap", 0.0),
         EffectParameter("share_behind_gap", "number", "share of the friction that lies behind it", 0.0, 1.0),
         EffectParameter("share_under_load", "number", "the same under a load", optional=True),
+        EffectParameter("share_at_once", "number", "share of the bristle's torque that vanishes at once"),
         EffectParameter("load_scale", "torque", "load well below which it is no load", 0.0, optional=True),
     )
     coordinates = (
-        Coordinate("share_behind_gap", lower=0.0, upper=0.98, increment=1e-3),
+        Coordinate("share_behind_gap", lower=-0.5, upper=0.98, increment=1e-3),
         Coordinate("share_under_load", lower=-0.5, upper=0.98, increment=1e-3),
+        Coordinate("share_at_once", lower=-0.5, upper=0.98, increment=1e-3),
         Coordinate("log_gap", null=-3.0, lower=-16.0, upper=4.0, increment=1e-5),
     )
     memory = 1
@@ -74,7 +76,7 @@ class Backlash(Effect):
         if "share_under_load" in values and motion.load is not None:
             free = np.exp(-np.abs(motion.load) / values["load_scale"])
             share = share * free + values["share_under_load"] * (1.0 - free)
-        return Contribution(level_change=-share * apart)
+        return Contribution(level_change=-share * apart, bristle_change=-values["share_at_once"] * apart)
 
     def constants(self, motion: Motion) -> dict[str, float]:
         scale = _load_scale(motion)

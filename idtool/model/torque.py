@@ -106,7 +106,11 @@ def linearise(
     through_z = friction.bristle_stiffness - friction.bristle_damping * rho_speed
     jacobian = np.empty((len(motion), len(directions)))
     for index, direction in enumerate(directions):
-        column = direction.bristle_stiffness * z + direction.bristle_damping * z_rate
+        passed = 1.0 + effect.bristle_change
+        column = passed * (direction.bristle_stiffness * z + direction.bristle_damping * z_rate)
+        if not _zero(direction.effect.bristle_change):
+            bristle = friction.bristle_stiffness * z + friction.bristle_damping * z_rate
+            column = column + direction.effect.bristle_change * bristle
         viscous = (
             direction.viscous * (1.0 + effect.viscous_change)
             + friction.viscous * direction.effect.viscous_change
@@ -114,9 +118,9 @@ def linearise(
         column = column + viscous * motion.velocity + direction.effect.torque
         if index in bending:
             place = bending.index(index)
-            column = column + through_z * tangents[:, place]
+            column = column + passed * through_z * tangents[:, place]
             row_dlog = at_row.dlog_rho(direction, direction.effect, friction)
-            column = column - friction.bristle_damping * rho_speed * z * row_dlog
+            column = column - passed * friction.bristle_damping * rho_speed * z * row_dlog
         jacobian[:, index] = column
     return _output(motion, effect, prediction, jacobian, directions)
 
@@ -185,10 +189,11 @@ def _finish(
     level = _Level(motion.velocity, friction, effect)
     rho_speed = friction.bristle_stiffness / level.value * np.abs(motion.velocity)
     through_z = friction.bristle_stiffness - friction.bristle_damping * rho_speed
-    torque = through_z * z + friction.bristle_damping * motion.velocity
+    passed = 1.0 + effect.bristle_change
+    torque = passed * (through_z * z + friction.bristle_damping * motion.velocity)
     torque += friction.viscous * (1.0 + effect.viscous_change) * motion.velocity
     torque += effect.torque
-    prediction = Prediction(torque, through_z * decay, z)
+    prediction = Prediction(torque, passed * through_z * decay, z)
     if undelayed:
         return prediction
     return _output(motion, effect, prediction, None, ())[0]
