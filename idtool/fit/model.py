@@ -290,7 +290,9 @@ class JointModel:
         prediction, full = linearise(
             recording.motion, self.friction(x), self.contribution(x), start, directions
         )
-        columns = recording.filtered(np.column_stack([prediction.torque, prediction.start_column, full]))
+        columns = np.column_stack(
+            [recording.filtered(c) for c in (prediction.torque, prediction.start_column, *full.T)]
+        )
         residual = self.measured - columns[:, 0]
         projected, moved = self.eliminate_columns(columns[:, 2:], columns[:, 1], bend)
         penalty = self._weight(bend) * start
