@@ -17,7 +17,7 @@ from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
 from idtool.effects.base import Effect, derivative
 from idtool.fit.joint import JointFit, gain_in_evidence, refit
 from idtool.fit.model import JointModel
-from idtool.fit.restart import restart
+from idtool.fit.restart import restart, worth_a_restart
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
 
@@ -74,12 +74,14 @@ class Selection:
         candidates: one per effect of the library.
         alternatives: accepted effect -> effects that explain the data as well.
         p_values: accepted effect -> p-value when it was accepted.
+        searched: the last fit whose friction curve was searched for anew.
     """
 
     fit: JointFit
     candidates: dict[str, Candidate]
     alternatives: dict[str, list[str]] = field(default_factory=dict)
     p_values: dict[str, float] = field(default_factory=dict)
+    searched: JointFit | None = None
 
 
 def select(
@@ -98,8 +100,9 @@ def select(
         if winner is None:
             break
         tell(f"accepted {winner.effect.name}")
-    tell("looking for a better friction curve")
-    selection.fit = restart(selection.fit, thorough=True)
+    if selection.fit is not selection.searched:
+        tell("looking for a better friction curve")
+        selection.fit = restart(selection.fit)
     _drop_unneeded(selection, tell)
     _simplify(selection, library, tell)
     _find_alternatives(selection, library, tell)
@@ -144,7 +147,9 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
             ].why = f"is a special case of {winner.effect.name}, which took its place"
             selection.alternatives.pop(absorbed, None)
             selection.p_values.pop(absorbed, None)
-    selection.fit = restart(winner.fit)
+    selection.fit = winner.fit
+    if worth_a_restart(winner.fit):
+        selection.fit = selection.searched = restart(winner.fit)
     candidate = selection.candidates[winner.effect.name]
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
     selection.p_values[winner.effect.name] = winner.p_value

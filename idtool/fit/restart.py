@@ -13,16 +13,20 @@ _BETTER = 0.998
 _AT_NOISE = 1.15
 
 
-def restart(fit: JointFit, *, thorough: bool = False) -> JointFit:
+def worth_a_restart(fit: JointFit) -> bool:
+    """Whether the residual stands out of the sensor noise, so that a better minimum could show."""
+    return fit.rmse >= _AT_NOISE * fit.model.filtered_noise
+
+
+def restart(fit: JointFit) -> JointFit:
     """The best of `fit` and of fits started from a falling and a rising, a narrow and a wide curve.
 
     A model that lacked an effect can have bent its friction curve to make up for it, and stays bent
     when the effect is added. The starts share everything but the curve with `fit`; the few evaluations
-    that screen them are cheap, and only one that gets close is finished. Unless `thorough`, a fit whose
-    residual is close to the sensor noise is left as it is.
+    that screen them are cheap, and only one that gets close is finished.
     """
     model = fit.model
-    if "static" not in model.names or (not thorough and fit.rmse < _AT_NOISE * model.filtered_noise):
+    if "static" not in model.names:
         return fit
     best = fit
     speeds = (1.5 * model.scales.slowest, math.sqrt(model.scales.slowest * model.scales.speed))
