@@ -250,6 +250,8 @@ def _passes(selection: Selection, trial: Trial, before: Array) -> bool:
     evidence = gain_in_evidence(selection.fit, trial.fit)
     if any(trial.fit.at_bound[n] for n in trial.fit.model.names if n.startswith(f"{trial.effect.name}.")):
         candidate.why = "its parameter ran to a bound"
+    elif reason := implausible(trial.fit, trial.effect):
+        candidate.why = reason
     elif new > (1.0 - LEAST_GAIN) * old:
         candidate.why = f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
     elif clear < _CLEAR and evidence < 10 * _LEAST_EVIDENCE:
@@ -260,6 +262,11 @@ def _passes(selection: Selection, trial: Trial, before: Array) -> bool:
         candidate.why = "another effect lowers the left-out error more"
         return True
     return False
+
+
+def implausible(fit: JointFit, effect: Effect) -> str | None:
+    """Why the fitted values cannot be that effect, as a sentence; None if they can."""
+    return effect.implausible(fit.model.effect_values(fit.x, effect), fit.values)
 
 
 def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
@@ -293,7 +300,11 @@ def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
     while dropped:
         dropped = False
         fit = selection.fit
-        for effect in fit.model.spec.effects[:-1]:
+        newest = fit.model.spec.effects[-1:]
+        for effect in fit.model.spec.effects:
+            impossible = implausible(fit, effect)
+            if (effect,) == newest and not impossible:
+                continue  # that it is needed was found just now
             model = JointModel.build(
                 fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants
             )
@@ -302,10 +313,11 @@ def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
             needed = root_mean(left_out_errors(smaller), smaller) > (1.0 + LEAST_GAIN) * root_mean(
                 left_out_errors(fit), fit
             )
-            if not needed:
+            if impossible or not needed:
                 selection.fit = smaller
                 candidate = selection.candidates[effect.name]
-                candidate.accepted, candidate.why = False, "became unneeded when other effects were in"
+                candidate.accepted = False
+                candidate.why = impossible or "became unneeded when other effects were in"
                 selection.alternatives.pop(effect.name, None)
                 selection.p_values.pop(effect.name, None)
                 dropped = True

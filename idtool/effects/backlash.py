@@ -15,6 +15,8 @@ from idtool.model.motion import Array, Motion
 
 #: A gap is looked for between these shares of the stroke.
 _GAPS = (0.003, 0.006, 0.012, 0.025, 0.05)
+#: Less than this share of the friction behind the gap is no sign of a gap.
+_LEAST_SHARE = 0.05
 #: A load counts as one above some of this share of the largest.
 _LOADED = 0.05
 #: Contact sets in over the last part of the half gap, so that the torque has no jump.
@@ -95,6 +97,12 @@ class Backlash(Effect):
         turns = np.sign(motion.velocity[1:]) * np.sign(motion.velocity[:-1]) < 0
         if int(np.sum(turns & ~motion.first[1:])) < 4:
             return "the axis hardly ever turned round: log slow moves both ways"
+        return None
+
+    def implausible(self, values: Values, model: Values) -> str | None:
+        share = 1.0 - (1.0 - values["share_behind_gap"]) * (1.0 - values["share_at_once"])
+        if share < _LEAST_SHARE:
+            return f"friction would change by {-100.0 * share:.0f} % inside the gap, and a gap lowers it"
         return None
 
     def to_parameters(self, values: Values) -> dict[str, float]:

@@ -143,6 +143,18 @@ class Effect(ABC):
         """Why these data cannot show the effect, and what to log or do; None if they can."""
         return None
 
+    def implausible(self, values: Values, model: Values) -> str | None:
+        """Why fitted values cannot be this effect (a share below zero), as a sentence; None if they can.
+
+        A flexible form can follow what another cause left in the residual, with values that the effect
+        itself could never have.
+
+        Args:
+            values: fit coordinates and constants of the effect.
+            model: every coordinate of the fitted model, those of effects as "effect.coordinate".
+        """
+        return None
+
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         """The coordinates that these data let the fit vary."""
         return self.coordinates

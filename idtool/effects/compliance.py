@@ -98,6 +98,12 @@ class Compliance(Effect):
             return "every trial is shorter than a second: log sines of rising frequency"
         return None
 
+    def implausible(self, values: Values, model: Values) -> str | None:
+        whole = model.get("inertia.inertia")
+        if whole is not None and values["load_inertia"] > whole:
+            return "more inertia would hang on the spring than the axis has"
+        return None
+
     def to_parameters(self, values: Values) -> dict[str, float]:
         omega, inertia = math.exp(values["log_omega"]), values["load_inertia"]
         return {
