@@ -97,16 +97,25 @@ def select(
     selection = Selection(base, {effect.name: Candidate(effect.name) for effect in library})
     for _ in range(_MOST_EFFECTS):
         winner = _round(selection, library, tell)
-        if winner is None:
+        if winner is not None:
+            tell(f"accepted {winner.effect.name}")
+        elif not _searched_anew(selection, tell):
             break
-        tell(f"accepted {winner.effect.name}")
-    if selection.fit is not selection.searched:
-        tell("looking for a better friction curve")
-        selection.fit = restart(selection.fit)
     _drop_unneeded(selection, tell)
     _simplify(selection, library, tell)
     _find_alternatives(selection, library, tell)
     return selection
+
+
+def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
+    """Look for a better friction curve when no effect passes; True if there was one, which a wrong curve
+    may have hidden effects from."""
+    if selection.fit is selection.searched:
+        return False
+    tell("looking for a better friction curve")
+    before, selection.fit = selection.fit, restart(selection.fit)
+    selection.searched = selection.fit
+    return selection.fit is not before
 
 
 def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> Trial | None:
