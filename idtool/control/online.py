@@ -97,7 +97,9 @@ class OnlineModel:
             effect = registry.get(entry.name)
             self._effects.append((effect, effect.to_values(entry.values())))
             if effect.memory:
-                self._past[effect.name] = Past(np.ones(1, dtype=bool), np.zeros(1), np.zeros(effect.memory))
+                self._past[effect.name] = Past(
+                    np.ones(1, dtype=bool), np.zeros(1), np.zeros(effect.memory), np.zeros(1)
+                )
         self._warm = _Row(self.torque_constant, with_temperature=True)
         self._blind = _Row(self.torque_constant, with_temperature=False)
         self.load = Load()

@@ -25,14 +25,22 @@ _ONSET = 0.1
 
 @numba.njit(cache=True)
 def _apart(
-    position: Array, velocity: Array, first: NDArray[np.bool_], half: float, memory: Array, out: Array
+    position: Array,
+    velocity: Array,
+    first: NDArray[np.bool_],
+    start: Array,
+    half: float,
+    memory: Array,
+    out: Array,
 ) -> None:
     """Play operator: 1 where the motor moves free inside the gap, 0 in contact."""
     behind = memory[0]
+    begun = 0
     for k in range(position.shape[0]):
         q = position[k]
         if first[k]:
-            behind = q
+            behind = q - half * start[begun]
+            begun += 1
         behind = min(max(behind, q - half), q + half)
         depth = (q - behind) / half
         if velocity[k] < 0.0:
@@ -66,6 +74,7 @@ class Backlash(Effect):
         Coordinate("log_gap", null=-3.0, lower=-16.0, upper=4.0, increment=1e-5),
     )
     memory = 1
+    free_start = True
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return self.resume(motion, values, Past.none(motion, self.memory))
@@ -73,7 +82,7 @@ class Backlash(Effect):
     def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
         apart = np.empty(len(motion))
         half = 0.5 * math.exp(values["log_gap"])
-        _apart(motion.position, motion.velocity, past.first, half, past.memory, apart)
+        _apart(motion.position, motion.velocity, past.first, past.start, half, past.memory, apart)
         share: Array | float = values["share_behind_gap"]
         if "share_under_load" in values and motion.load is not None:
             free = np.exp(-np.abs(motion.load) / values["load_scale"])

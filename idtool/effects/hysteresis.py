@@ -13,31 +13,26 @@ from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Value
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
-#: The stretch at the start of a trial is unknown: the mean over these, until slipping has levelled them.
-_UNKNOWN = (-0.8, -0.4, 0.0, 0.4, 0.8)
 #: The travel over which the element yields is looked for between these shares of the stroke.
 _REACHES = (0.02, 0.06, 0.15, 0.35)
 
 
 @numba.njit(cache=True)
-def _stretch(position: Array, first: NDArray[np.bool_], reach: float, memory: Array, out: Array) -> None:
-    """Expected stretch of a Maxwell-slip element in units of the stretch at which it yields.
-
-    The memory holds the stretches that different starts would have led to, and last the position.
-    """
-    count = memory.shape[0] - 1
-    last = memory[count]
+def _stretch(
+    position: Array, first: NDArray[np.bool_], start: Array, reach: float, memory: Array, out: Array
+) -> None:
+    """Stretch of a Maxwell-slip element in units of the stretch at which it yields."""
+    stretch, last = memory[0], memory[1]
+    begun = 0
     for k in range(position.shape[0]):
-        total = 0.0
-        for j in range(count):
-            if first[k]:
-                memory[j] = _UNKNOWN[j]
-            else:
-                memory[j] = min(max(memory[j] + (position[k] - last) / reach, -1.0), 1.0)
-            total += memory[j]
+        if first[k]:
+            stretch = start[begun]
+            begun += 1
+        else:
+            stretch = min(max(stretch + (position[k] - last) / reach, -1.0), 1.0)
         last = position[k]
-        out[k] = total / count
-    memory[count] = last
+        out[k] = stretch
+    memory[0], memory[1] = stretch, last
 
 
 @final
@@ -56,14 +51,16 @@ class Hysteresis(Effect):
         Coordinate("yield", lower=0.0),
         Coordinate("log_reach", null=-2.0, lower=-16.0, upper=4.0, increment=1e-5),
     )
-    memory = len(_UNKNOWN) + 1
+    memory = 2
+    free_start = True
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return self.resume(motion, values, Past.none(motion, self.memory))
 
     def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
         stretch = np.empty(len(motion))
-        _stretch(motion.position, past.first, math.exp(values["log_reach"]), past.memory, stretch)
+        reach = math.exp(values["log_reach"])
+        _stretch(motion.position, past.first, past.start, reach, past.memory, stretch)
         return Contribution(torque=values["yield"] * stretch)
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:

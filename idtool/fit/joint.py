@@ -11,11 +11,14 @@ from scipy import optimize, stats
 
 from idtool.errors import InputError
 from idtool.fit.model import JointModel
+from idtool.fit.starts import free_starts, settled, with_starts
 from idtool.model.motion import Array
 from idtool.model.torque import predict
 
 #: A coordinate closer to its bound than this share of the range (or of 1, if open) sits at it.
 _AT_BOUND = 1e-4
+#: How often the starts of effects with memory and the parameters are fitted in turn.
+_SETTLING = 2
 
 
 @dataclass(frozen=True)
@@ -190,11 +193,18 @@ def refit(
 ) -> JointFit:
     """Fit another model from where `fit` ended; `extra` starts the coordinates it did not have."""
     values = {**fit.values, **(extra or {})}
-    return solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
+    if model.recording.trials == fit.model.recording.trials:
+        names = {effect.name for effect in model.spec.effects}
+        model = with_starts(model, {name: s for name, s in fit.model.starts.items() if name in names})
+    new = solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
+    for _ in range(_SETTLING if free_starts(model) else 0):
+        new = solve(settled(new.model, new.x, new.bend), new.x, most=most)
+    return new
 
 
 def on_recording(fit: JointFit, model: JointModel) -> JointFit:
-    """The fitted parameters on other data: only the start deflections are new."""
+    """The fitted parameters on other data: only the starts of its trials are new."""
+    model = settled(model, fit.x, fit.bend)
     evaluation = model.evaluate(fit.x, fit.bend)
     empty = np.zeros((0, len(fit.x)))
     return replace(
@@ -242,11 +252,13 @@ def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:
     """By how much the larger of two nested models lowers the Bayesian information criterion.
 
     Autocorrelated rows count as the fewer that they are worth, in the larger model's residual for
-    both, so that the two are compared on the same number of rows.
+    both, so that the two are compared on the same number of rows. A start of a trial, which only its
+    first rows determine, costs what Akaike's criterion asks of a parameter.
     """
     effective = effective_rows(larger)
     likelihood = effective * float(np.log(smaller.sse / larger.sse))
-    return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective))
+    starts = free_starts(larger.model) - free_starts(smaller.model)
+    return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective)) - 2.0 * starts
 
 
 def _sandwich(fit: JointFit) -> tuple[Array, int]:

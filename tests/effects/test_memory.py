@@ -58,7 +58,7 @@ def test_every_trial_starts_anew(effect: Effect) -> None:
 def test_sample_by_sample_is_the_same(effect: Effect) -> None:
     motion = moved(there_and_back())
     whole = acting(effect.contribute(motion, VALUES[effect.name]), len(motion))
-    past = Past(np.ones(1, dtype=bool), np.zeros(1), np.zeros(effect.memory))
+    past = Past(np.ones(1, dtype=bool), np.zeros(1), np.zeros(effect.memory), np.zeros(1))
     for k in range(len(motion)):
         row = Motion(
             **{
