@@ -13,8 +13,9 @@ from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Value
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
-_FREQUENCIES_HZ = (1.5, 3.0, 6.0, 12.0)
-_START_RATIO = 0.1
+#: A lightly damped resonance is narrow: a search that starts beside it does not find it.
+_FREQUENCIES_HZ = (1.2, 1.7, 2.3, 3.1, 4.0, 5.0, 6.2, 7.7, 9.5, 12.0, 15.0, 20.0)
+_START_RATIOS = (0.03, 0.15)
 #: A step longer than this part of a period is done in several.
 _SUBSTEP_RAD = 0.2
 
@@ -74,7 +75,7 @@ class Compliance(Effect):
     coordinates = (
         Coordinate("load_inertia", lower=0.0),
         Coordinate("log_omega", null=3.0, lower=0.0, upper=7.0, increment=1e-3),
-        Coordinate("damping_ratio", null=_START_RATIO, lower=0.002, upper=3.0, increment=1e-3),
+        Coordinate("damping_ratio", null=_START_RATIOS[-1], lower=0.002, upper=3.0, increment=1e-3),
     )
     memory = 3
 
@@ -89,7 +90,9 @@ class Compliance(Effect):
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
         return [
-            {"log_omega": math.log(2.0 * math.pi * f), "damping_ratio": _START_RATIO} for f in _FREQUENCIES_HZ
+            {"log_omega": math.log(2.0 * math.pi * frequency), "damping_ratio": ratio}
+            for frequency in _FREQUENCIES_HZ
+            for ratio in _START_RATIOS
         ]
 
     def untestable(self, motion: Motion) -> str | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from idtool.fit.joint import JointFit, solve
+from idtool.model.stribeck import level
 
 _RATIOS = (0.6, 1.5)
 _SCREEN = 6
@@ -29,11 +30,14 @@ def restart(fit: JointFit) -> JointFit:
     if "static" not in model.names:
         return fit
     best = fit
+    # a static level that is gone at the slowest speed seen says nothing of the curve
+    friction = model.friction(fit.x)
+    slow = float(level(model.scales.slowest, friction.coulomb, friction.static, friction.stribeck_velocity))
     speeds = (1.5 * model.scales.slowest, math.sqrt(model.scales.slowest * model.scales.speed))
     for ratio in _RATIOS:
         for speed in speeds:
             values = dict(fit.values)
-            moving = max(values["coulomb"], 0.3 * values["static"])
+            moving = max(values["coulomb"], 0.3 * slow)
             values |= {"coulomb": moving, "static": ratio * moving, "stribeck_velocity": speed}
             found = solve(model, model.coordinates(values), bend=fit.bend, most=_SCREEN)
             if found.sse < 1.3 * best.sse:
