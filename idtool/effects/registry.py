@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from idtool.effects.backlash import Backlash
 from idtool.effects.base import Effect
-from idtool.effects.breakaway_dwell import BreakawayDwell
 from idtool.effects.compliance import Compliance
 from idtool.effects.direction_asymmetry import DirectionAsymmetry
 from idtool.effects.drive_backdrive import DriveBackdrive
@@ -39,7 +38,6 @@ _LIBRARY: dict[str, Effect] = {
         TiltMisalignment(),
         PositionStiffness(),
         PositionDependentFriction(),
-        BreakawayDwell(),
         Hysteresis(),
         Backlash(),
         Compliance(),

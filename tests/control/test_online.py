@@ -37,7 +37,6 @@ EFFECTS: dict[str, dict[str, float]] = {
     },
     "hysteresis": {"stiffness": 0.5, "yield": 0.02},
     "compliance": {"stiffness": 4.0, "damping": 0.02, "load_inertia": 0.01},
-    "breakaway_dwell": {"gain": 0.5, "time_constant": 0.5, "rest_speed": 0.02, "wear": 0.05},
     "position_ripple": {
         "cycles": 7.0,
         "amplitude_1": 0.03,

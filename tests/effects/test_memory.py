@@ -18,7 +18,6 @@ VALUES = {
     "backlash": {"share_behind_gap": 0.5, "share_at_once": 0.1, "log_gap": math.log(0.04)},
     "hysteresis": {"yield": 0.05, "log_reach": math.log(0.1)},
     "compliance": {"load_inertia": 0.02, "log_omega": math.log(20.0), "damping_ratio": 0.1},
-    "breakaway_dwell": {"gain": 1.0, "log_time_constant": 0.0, "rest_speed": 0.01, "wear": 0.02},
 }
 EFFECTS = pytest.mark.parametrize("effect", REMEMBERING, ids=[effect.name for effect in REMEMBERING])
 
@@ -107,21 +106,6 @@ def test_compliance_is_inertia_when_slow_and_resonates() -> None:
 
     for omega in (1.0, 10.0, 20.0, 40.0):
         assert gain(omega) == pytest.approx(theory(omega), rel=0.02)
-
-
-def test_dwell_rises_with_rest_and_wears_off() -> None:
-    motion = moved(there_and_back())
-    change = np.asarray(
-        registry.get("breakaway_dwell").contribute(motion, VALUES["breakaway_dwell"]).static_change
-    )
-    assert change[150] == pytest.approx(1.0 - math.exp(-0.75), abs=0.02)
-    assert abs(change[500]) < 1e-3
-    assert change[740] > 0.3
-
-
-def test_dwell_says_when_rests_do_not_differ() -> None:
-    steady = moved(np.full(1000, 0.3))
-    assert "pauses" in (registry.get("breakaway_dwell").untestable(steady) or "")
 
 
 def test_backlash_acts_while_the_gap_is_crossed_and_a_load_can_close_it() -> None:
