@@ -15,7 +15,7 @@ import numpy as np
 
 from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
 from idtool.effects.base import Effect, derivative
-from idtool.fit.joint import JointFit, gain_in_evidence, refit
+from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
 from idtool.model.motion import Array
@@ -156,9 +156,9 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
             ].why = f"is a special case of {winner.effect.name}, which took its place"
             selection.alternatives.pop(absorbed, None)
             selection.p_values.pop(absorbed, None)
-    selection.fit = winner.fit
-    if worth_a_restart(winner.fit):
-        selection.fit = selection.searched = restart(winner.fit)
+    selection.fit = settle(winner.fit)
+    if worth_a_restart(selection.fit):
+        selection.fit = selection.searched = restart(selection.fit)
     candidate = selection.candidates[winner.effect.name]
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
     selection.p_values[winner.effect.name] = winner.p_value

@@ -111,7 +111,9 @@ class Backlash(Effect):
     def implausible(self, values: Values, model: Values) -> str | None:
         share = 1.0 - (1.0 - values["share_behind_gap"]) * (1.0 - values["share_at_once"])
         if share < _LEAST_SHARE:
-            return f"friction would change by {-100.0 * share:.0f} % inside the gap, and a gap lowers it"
+            return (
+                f"friction inside the gap would be {100.0 * (1.0 - share):.0f} % of that outside it: no gap"
+            )
         return None
 
     def to_parameters(self, values: Values) -> dict[str, float]:

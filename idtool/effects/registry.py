@@ -8,7 +8,6 @@ from idtool.effects.compliance import Compliance
 from idtool.effects.direction_asymmetry import DirectionAsymmetry
 from idtool.effects.drive_backdrive import DriveBackdrive
 from idtool.effects.external_periodic import ExternalPeriodic
-from idtool.effects.hysteresis import Hysteresis
 from idtool.effects.inertia import Inertia
 from idtool.effects.load_dependent_friction import LoadDependentFriction
 from idtool.effects.nonlinear_viscous import NonlinearViscous
@@ -38,7 +37,6 @@ _LIBRARY: dict[str, Effect] = {
         TiltMisalignment(),
         PositionStiffness(),
         PositionDependentFriction(),
-        Hysteresis(),
         Backlash(),
         Compliance(),
         ThermalDrift(),

@@ -193,13 +193,19 @@ def refit(
 ) -> JointFit:
     """Fit another model from where `fit` ended; `extra` starts the coordinates it did not have."""
     values = {**fit.values, **(extra or {})}
-    if model.recording.trials == fit.model.recording.trials:
-        names = {effect.name for effect in model.spec.effects}
-        model = with_starts(model, {name: s for name, s in fit.model.starts.items() if name in names})
+    known = fit.model.starts if model.recording.trials == fit.model.recording.trials else {}
+    names = [effect.name for effect in model.spec.effects if effect.free_start]
+    model = with_starts(model, {name: known[name] for name in names if name in known})
     new = solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
-    for _ in range(_SETTLING if free_starts(model) else 0):
-        new = solve(settled(new.model, new.x, new.bend), new.x, most=most)
-    return new
+    # starts found before hardly move when another effect comes in: they are not worth their time here
+    return new if all(name in known for name in names) else settle(new, _SETTLING)
+
+
+def settle(fit: JointFit, times: int = 1) -> JointFit:
+    """The fit with the start of every trial of effects with memory found anew."""
+    for _ in range(times if free_starts(fit.model) else 0):
+        fit = solve(settled(fit.model, fit.x, fit.bend), fit.x)
+    return fit
 
 
 def on_recording(fit: JointFit, model: JointModel) -> JointFit:

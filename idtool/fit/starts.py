@@ -1,6 +1,6 @@
 """Where the memory of an effect starts in each trial: found by trying, one number per trial.
 
-What an axis with backlash or hysteresis did before a trial is not in the log, so the first stretch of
+What an axis with backlash did before a trial is not in the log, so the first stretch of
 every trial depends on a number that nobody knows, as it does on the bristle's start deflection. The
 torque is not linear in it; but given the parameters the trials do not depend on each other, so all of
 them are tried at one place of a coarse grid with a single evaluation, and each takes its own best.

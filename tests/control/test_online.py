@@ -35,7 +35,6 @@ EFFECTS: dict[str, dict[str, float]] = {
         "share_at_once": 0.3,
         "load_scale": 0.3,
     },
-    "hysteresis": {"stiffness": 0.5, "yield": 0.02},
     "compliance": {"stiffness": 4.0, "damping": 0.02, "load_inertia": 0.01},
     "position_ripple": {
         "cycles": 7.0,

@@ -16,7 +16,6 @@ from idtool.model.motion import Array, Motion
 REMEMBERING = [effect for effect in registry.library() if effect.memory]
 VALUES = {
     "backlash": {"share_behind_gap": 0.5, "share_at_once": 0.1, "log_gap": math.log(0.04)},
-    "hysteresis": {"yield": 0.05, "log_reach": math.log(0.1)},
     "compliance": {"load_inertia": 0.02, "log_omega": math.log(20.0), "damping_ratio": 0.1},
 }
 EFFECTS = pytest.mark.parametrize("effect", REMEMBERING, ids=[effect.name for effect in REMEMBERING])
@@ -77,18 +76,6 @@ def test_parameters_and_values_are_inverse(effect: Effect) -> None:
     values = VALUES[effect.name]
     again = effect.to_values(effect.to_parameters(values))
     assert again == pytest.approx(values)
-
-
-def test_hysteresis_yields_and_remembers() -> None:
-    motion = moved(there_and_back())
-    torque = np.asarray(
-        registry.get("hysteresis").contribute(motion, VALUES["hysteresis"]).torque, dtype=float
-    )
-    assert torque.max() == pytest.approx(0.05)
-    assert torque.min() == pytest.approx(-0.05)
-    assert torque[650] == pytest.approx(0.05)  # at rest after the way there it keeps its stretch
-    back = 700 + int(np.argmax(motion.position[700:] < motion.position.max() - 0.05))
-    assert torque[back] == pytest.approx(0.025, abs=0.002)  # half a reach back: unloaded by half
 
 
 def test_compliance_is_inertia_when_slow_and_resonates() -> None:
