@@ -15,7 +15,7 @@ import numpy as np
 
 from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
 from idtool.effects.base import Effect, derivative
-from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle
+from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
 from idtool.model.motion import Array
@@ -30,6 +30,8 @@ _CLEAR = 2.0
 #: Bayesian evidence that a larger model needs (Kass & Raftery 1995 call 6 "strong").
 _LEAST_EVIDENCE = 6.0
 _REFITTED = 4
+#: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
+_SPENT = 20
 _MOST_EFFECTS = 8
 _CHUNK = 64
 
@@ -156,7 +158,7 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
             ].why = f"is a special case of {winner.effect.name}, which took its place"
             selection.alternatives.pop(absorbed, None)
             selection.p_values.pop(absorbed, None)
-    selection.fit = settle(winner.fit)
+    selection.fit = settle(solve(winner.fit.model, winner.fit.x, bend=winner.fit.bend))
     if worth_a_restart(selection.fit):
         selection.fit = selection.searched = restart(selection.fit)
     candidate = selection.candidates[winner.effect.name]
@@ -241,7 +243,7 @@ def _holm(
 def _try(fit: JointFit, effect: Effect, best: Score, start: dict[str, float], p_value: float) -> Trial:
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
     extra = {f"{effect.name}.{name}": value for name, value in start.items()}
-    new = refit(fit, model, extra)
+    new = refit(fit, model, extra, most=_SPENT)
     return Trial(effect, new, left_out_errors(new), p_value)
 
 

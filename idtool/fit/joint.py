@@ -198,13 +198,13 @@ def refit(
     model = with_starts(model, {name: known[name] for name in names if name in known})
     new = solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
     # starts found before hardly move when another effect comes in: they are not worth their time here
-    return new if all(name in known for name in names) else settle(new, _SETTLING)
+    return new if all(name in known for name in names) else settle(new, _SETTLING, most=most)
 
 
-def settle(fit: JointFit, times: int = 1) -> JointFit:
+def settle(fit: JointFit, times: int = 1, *, most: int = 60) -> JointFit:
     """The fit with the start of every trial of effects with memory found anew."""
     for _ in range(times if free_starts(fit.model) else 0):
-        fit = solve(settled(fit.model, fit.x, fit.bend), fit.x)
+        fit = solve(settled(fit.model, fit.x, fit.bend), fit.x, most=most)
     return fit
 
 
