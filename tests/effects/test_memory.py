@@ -107,3 +107,31 @@ def test_backlash_acts_while_the_gap_is_crossed_and_a_load_can_close_it() -> Non
     loaded = replace(motion, load=np.full(len(motion), 1.0))
     values = VALUES["backlash"] | {"share_under_load": 0.0, "load_scale": 0.05}
     assert np.max(np.abs(np.asarray(effect.contribute(loaded, values).level_change))) < 1e-6
+
+
+def test_backlash_starts_where_it_is_told() -> None:
+    effect = registry.get("backlash")
+    motion = moved(there_and_back(), trials=3)
+    n = len(motion) // 3
+    # behind the motor by a whole half gap: in contact from the start; ahead by one: a whole gap to cross
+    part = effect.from_start(motion, VALUES["backlash"], np.array([1.0, 0.0, -1.0]))
+    level = np.broadcast_to(part.level_change, len(motion)).reshape(3, n)
+    for row, gap in zip(level, (0.0, 0.02, 0.04), strict=True):
+        moving = (motion.position[:n] > 1e-3) & (motion.velocity[:n] > 1e-3)
+        np.testing.assert_allclose(row[moving & (motion.position[:n] > gap + 1e-4)], 0.0, atol=1e-12)
+        np.testing.assert_allclose(row[moving & (motion.position[:n] < gap - 0.0025)], -0.5)
+
+
+@pytest.mark.parametrize(
+    ("share", "at_once", "sound"), [(0.5, 0.0, True), (0.0, 0.4, True), (-0.03, -0.04, False)]
+)
+def test_backlash_that_raises_friction_is_none(share: float, at_once: float, sound: bool) -> None:
+    values = VALUES["backlash"] | {"share_behind_gap": share, "share_at_once": at_once}
+    assert (registry.get("backlash").implausible(values, {}) is None) == sound
+
+
+def test_no_more_inertia_on_the_spring_than_there_is() -> None:
+    effect = registry.get("compliance")
+    assert effect.implausible(VALUES["compliance"], {"inertia.inertia": 0.03}) is None
+    assert effect.implausible(VALUES["compliance"], {}) is None
+    assert "inertia" in (effect.implausible(VALUES["compliance"], {"inertia.inertia": 0.01}) or "")
