@@ -17,6 +17,7 @@ import pandas as pd
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.model import FrictionKind, JointModel, Scales, Spec
+from idtool.fit.starts import settled
 from idtool.log import Log, columns_of
 from idtool.model import gravity
 from idtool.model.motion import Array
@@ -72,6 +73,7 @@ def predict(logs: Sequence[Log], parameters: Parameters) -> Prediction:
         )
     recording = _loaded(record(logs), parameters)
     model, x = model_of(recording, parameters)
+    model = settled(model, x, model.bend(x))
     friction, effect = model.friction(x), model.contribution(x)
     start = model.evaluate(x, model.bend(x)).start
     torque = predict_torque(recording.motion, friction, effect, start).torque

@@ -12,11 +12,14 @@ from scipy import optimize
 from idtool.errors import InputError
 from idtool.fit.covariance import Uncertainty, correlation_rows, uncertainty
 from idtool.fit.model import JointModel
+from idtool.fit.starts import free_starts, settled, with_starts
 from idtool.model.motion import Array
 from idtool.model.torque import predict
 
 #: A coordinate closer to its bound than this share of the range (or of 1, if open) sits at it.
 _AT_BOUND = 1e-4
+#: How often the starts of effects with memory and the parameters are fitted in turn.
+_SETTLING = 2
 
 
 @dataclass(frozen=True)
@@ -198,11 +201,24 @@ def refit(
 ) -> JointFit:
     """Fit another model from where `fit` ended; `extra` starts the coordinates it did not have."""
     values = {**fit.values, **(extra or {})}
-    return solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
+    known = fit.model.starts if model.recording.trials == fit.model.recording.trials else {}
+    names = [effect.name for effect in model.spec.effects if effect.free_start]
+    model = with_starts(model, {name: known[name] for name in names if name in known})
+    new = solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
+    # starts found before hardly move when another effect comes in: they are not worth their time here
+    return new if all(name in known for name in names) else settle(new, _SETTLING, most=most)
+
+
+def settle(fit: JointFit, times: int = 1, *, most: int = 60) -> JointFit:
+    """The fit with the start of every trial of effects with memory found anew."""
+    for _ in range(times if free_starts(fit.model) else 0):
+        fit = solve(settled(fit.model, fit.x, fit.bend), fit.x, most=most)
+    return fit
 
 
 def on_recording(fit: JointFit, model: JointModel) -> JointFit:
-    """The fitted parameters on other data: only the start deflections are new."""
+    """The fitted parameters on other data: only the starts of its trials are new."""
+    model = settled(model, fit.x, fit.bend)
     evaluation = model.evaluate(fit.x, fit.bend)
     empty = np.zeros((0, len(fit.x)))
     return replace(
@@ -219,8 +235,10 @@ def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:
     """By how much the larger of two nested models lowers the Bayesian information criterion.
 
     Autocorrelated rows count as the fewer that they are worth, in the larger model's residual for
-    both, so that the two are compared on the same number of rows.
+    both, so that the two are compared on the same number of rows. A start of a trial, which only its
+    first rows determine, costs what Akaike's criterion asks of a parameter.
     """
     effective = effective_rows(larger)
     likelihood = effective * float(np.log(smaller.sse / larger.sse))
-    return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective))
+    starts = free_starts(larger.model) - free_starts(smaller.model)
+    return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective)) - 2.0 * starts

@@ -128,11 +128,18 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class JointModel:
-    """A `Spec` on a `Recording`."""
+    """A `Spec` on a `Recording`.
+
+    Attributes:
+        constants: numbers of each effect that the data set and no fit varies.
+        starts: where the memory of an effect starts in each trial (`Past.start`), shape (trials,); that
+            of an effect that is not named starts in the middle of its range.
+    """
 
     recording: Recording
     spec: Spec
     constants: dict[str, dict[str, float]] = field(default_factory=dict)
+    starts: dict[str, Array] = field(default_factory=dict)
 
     @classmethod
     def build(
@@ -236,7 +243,9 @@ class JointModel:
     def contribution(self, x: Array) -> Contribution:
         """Gravity and all effects."""
         motion = self.recording.motion
-        parts = [e.contribute(motion, self.effect_values(x, e)) for e in self.spec.effects]
+        parts = [
+            e.from_start(motion, self.effect_values(x, e), self.starts.get(e.name)) for e in self.spec.effects
+        ]
         coefficients = np.array([self.values(x)[f"gravity.{c}"] for c in self.spec.gravity_columns])
         if len(coefficients):
             parts.append(Contribution(torque=self.gravity_columns @ coefficients))
@@ -256,7 +265,8 @@ class JointModel:
             elif part:
                 effect = effects[owner]
                 coordinate = next(c for c in effect.coordinates if c.name == part)
-                change = derivative(effect, motion, self.effect_values(x, effect), coordinate)
+                values, start = self.effect_values(x, effect), self.starts.get(owner)
+                change = derivative(effect, motion, values, coordinate, start)
                 result.append(Direction(effect=change))
             elif name == "coulomb" and self.spec.friction == "coulomb":
                 result.append(Direction(coulomb=value[name], static=value[name]))
@@ -290,7 +300,9 @@ class JointModel:
         prediction, full = linearise(
             recording.motion, self.friction(x), self.contribution(x), start, directions
         )
-        columns = recording.filtered(np.column_stack([prediction.torque, prediction.start_column, full]))
+        columns = np.column_stack(
+            [recording.filtered(c) for c in (prediction.torque, prediction.start_column, *full.T)]
+        )
         residual = self.measured - columns[:, 0]
         projected, moved = self.eliminate_columns(columns[:, 2:], columns[:, 1], bend)
         penalty = self._weight(bend) * start
