@@ -17,6 +17,7 @@ from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.effects import registry
 from idtool.errors import InputError, nearest
 from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fit, step_down
+from idtool.fit.identifiability import PARTS, rows_left_out, shortcomings
 from idtool.fit.joint import JointFit
 from idtool.fit.model import FRICTION_KINDS, FrictionKind, Spec
 from idtool.fit.results import (
@@ -66,6 +67,7 @@ class Identification:
         """The document of diagnosis.json."""
         document = self.evidence.to_document()
         document["notes"] = self.notes + document["notes"]
+        document["findings"] = [one.to_document() for one in shortcomings(self.fit)]
         return document
 
 
@@ -118,10 +120,6 @@ def begin(
     kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
     model, columns = choose_gravity(recording, gravity)
     notes = []
-    if model == "slide" and "per_payload" not in columns:
-        notes.append(
-            "one payload only: gravity per payload is not determined; a run with payload steps shows it."
-        )
     if model == "slide" and "base" not in columns:
         notes.append(
             "gravity never acts without payload: its base is not determined; add a run that stands upright."
@@ -131,8 +129,21 @@ def begin(
     return start, base, notes + more
 
 
-def findings(fit: JointFit) -> list[str]:
-    """Sentences on the fitted friction model that a reader must know."""
+def findings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[str]:
+    """Sentences on a fit that a reader must know: the friction model, what the data lack, rows left out.
+
+    Args:
+        fit: any fit.
+        parts: parts of the parameter file that it gives: "gravity", "static", "dynamic", "effects".
+    """
+    return [
+        *(_about_friction(fit) if "static" in parts else []),
+        *(one.sentence for one in shortcomings(fit, parts)),
+        *rows_left_out(fit.model.recording),
+    ]
+
+
+def _about_friction(fit: JointFit) -> list[str]:
     static, dynamic = static_parameters(fit), dynamic_parameters(fit)
     notes = []
     if fit.model.spec.friction != "coulomb" and static["static"].identified:
@@ -144,10 +155,6 @@ def findings(fit: JointFit) -> list[str]:
         )
     if fit.model.spec.friction == "lugre" and (sentence := passivity(static, dynamic)):
         notes.append(sentence)
-    lost = sum(fit.model.recording.lost.values())
-    if lost:
-        reasons = ", ".join(f"{reason} {count}" for reason, count in fit.model.recording.lost.items())
-        notes.append(f"{lost} rows were left out of the comparison ({reasons}).")
     return notes
 
 

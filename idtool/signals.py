@@ -19,7 +19,9 @@ from scipy import signal, sparse
 from idtool.axis import Axis
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
+from idtool.mending import Mended, mend
 from idtool.model.motion import Array, Motion
+from idtool.sensor_faults import resolution
 from idtool.smoother import TOO_FAST, reading_variance, smooth
 
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
@@ -61,6 +63,7 @@ class Recording:
         filter: what the low-pass is.
         position_resolution: smallest step of the position reading, 0 without one.
         lost: reason -> rows that it cost.
+        remarks: sentences on what was mended, missing or left out whole.
         sources: file of each log.
     """
 
@@ -75,6 +78,7 @@ class Recording:
     position_resolution: float
     lost: dict[str, int] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @cached_property
     def operator(self) -> sparse.csr_matrix:
@@ -140,7 +144,8 @@ def record(logs: Sequence[Log]) -> Recording:
     if not logs:
         raise InputError("no log was given", remedy="name at least one log file")
     axis = _common_axis(logs)
-    parts = [_read_columns(log) for log in logs]
+    mended = [mend(log, _read_columns(log)) for log in logs]
+    parts = [one.columns for one in mended]
     joined = {role: _join(parts, role) for role in parts[0] if role != "trial"}
     trial = _number_trials([part["trial"] for part in parts])
     experiment, source = _label_trials(logs, parts)
@@ -168,7 +173,10 @@ def record(logs: Sequence[Log]) -> Recording:
         temperature=joined["temperature"],
         torque_constant=axis.torque_constant,
     )
-    usable, lost = _usable_rows(torque, smoothed.surprise, joined["position"], motion)
+    usable, lost = _usable_rows(torque, smoothed.surprise, _faulty(mended), motion)
+    for one in mended:
+        for reason, rows in one.dropped.items():
+            lost[reason] = lost.get(reason, 0) + rows
     rate = 1.0 / float(np.median(motion.step[~first]))
     bandwidth, noise = _bandwidth_and_noise(torque, motion, rate)
     return Recording(
@@ -180,9 +188,10 @@ def record(logs: Sequence[Log]) -> Recording:
         source,
         noise,
         _design(bandwidth, rate),
-        _resolution(joined["position"]),
+        resolution(joined["position"]),
         lost,
         tuple(log.source for log in logs),
+        tuple(remark for one in mended for remark in one.remarks),
     )
 
 
@@ -276,16 +285,23 @@ def _gravity_factor(alpha: Array | None, beta: Array | None) -> Array | None:
     return np.where(np.abs(factor) < 1e-3, 0.0, factor)
 
 
-def _resolution(position: Array | None) -> float:
-    if position is None:
-        return 0.0
-    steps = np.abs(np.diff(position))
-    steps = steps[steps > 1e-12 * (1.0 + float(np.max(np.abs(position))))]
-    return float(np.quantile(steps, 0.01)) if len(steps) else 0.0
+def _faulty(mended: Sequence[Mended]) -> dict[str, NDArray[np.bool_]]:
+    """Reason -> rows of all logs that a sensor's fault spoils."""
+    reasons = dict.fromkeys(reason for one in mended for reason in one.faulty)
+    sizes = [len(one.columns["time"]) for one in mended if one.columns["time"] is not None]
+    return {
+        reason: np.concatenate(
+            [
+                one.faulty.get(reason, np.zeros(size, dtype=bool))
+                for one, size in zip(mended, sizes, strict=True)
+            ]
+        )
+        for reason in reasons
+    }
 
 
 def _usable_rows(
-    torque: Array, surprise: Array, position: Array | None, motion: Motion
+    torque: Array, surprise: Array, faulty: dict[str, NDArray[np.bool_]], motion: Motion
 ) -> tuple[NDArray[np.bool_], dict[str, int]]:
     lost: dict[str, int] = {}
     usable = np.ones(len(torque), dtype=bool)
@@ -296,6 +312,8 @@ def _usable_rows(
             lost[reason] = int(fresh.sum())
             usable[rows] = False
 
+    for reason, rows in faulty.items():
+        drop(reason, rows)
     fast = surprise > TOO_FAST
     near = np.convolve(fast, np.ones(5), mode="same") > 0.5
     drop("motion faster than its sampling", near)

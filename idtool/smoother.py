@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from idtool.model.motion import Array
+from idtool.sensor_faults import resolution as smallest_step
 
 #: Squared normalised innovations count at most this much in the likelihood, so that a few steps in
 #: the motion do not make all of it look rough.
@@ -61,7 +62,7 @@ def _filter(  # type: ignore[no-untyped-def]
 ):
     """Forward pass; with `keep` it stores what the backward pass needs.
 
-    A variance <= 0 means that the reading is not used.
+    A variance <= 0 means that the reading is not used, NaN that it is not used at that row.
     """
     n = time.shape[0]
     rows = n if keep else 1
@@ -113,9 +114,9 @@ def _filter(  # type: ignore[no-untyped-def]
         P[:, :] = Pp
         for reading in range(2):
             variance = position_variance if reading == 0 else velocity_variance
-            if variance <= 0:
-                continue
             measured = position[k] if reading == 0 else velocity[k]
+            if variance <= 0 or math.isnan(measured):
+                continue
             s = P[reading, reading] + variance
             e = measured - m[reading]
             nis = e * e / s
@@ -168,14 +169,12 @@ def reading_variance(values: Array, first: NDArray[np.bool_]) -> float:
     """Variance of a reading's noise: that of its quantisation, or of its third differences if larger.
 
     Args:
-        values: a reading, shape (rows,).
+        values: a reading, shape (rows,); NaN where it cannot be used.
         first: True at the first row of each trial.
     """
-    steps = np.abs(np.diff(values))
-    steps = steps[steps > 1e-12 * (1.0 + np.max(np.abs(values)))]
-    resolution = float(np.quantile(steps, 0.01)) if len(steps) else 0.0
+    resolution = smallest_step(values)
     third = np.diff(values, 3)
-    inside = ~(first[1:-2] | first[2:-1] | first[3:])
+    inside = ~(first[1:-2] | first[2:-1] | first[3:]) & np.isfinite(third)
     spread = third[inside]
     # binomial weights 1, 3, 3, 1: white noise of variance v gives third differences of variance 20 v
     rough = (1.4826 * float(np.median(np.abs(spread)))) ** 2 / 20.0 if len(spread) else 0.0
@@ -187,7 +186,8 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
 
     Args:
         time: s, rising inside a trial, shape (rows,).
-        position, velocity: readings, shape (rows,), or None.
+        position, velocity: readings, shape (rows,), or None; NaN where a reading cannot be used, which
+            the first row of a trial must not be.
         first: True at the first row of each trial.
     """
     zeros = np.zeros(len(time))
@@ -196,7 +196,9 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     q_variance = 0.0 if position is None else reading_variance(position, first)
     w_variance = 0.0 if velocity is None else reading_variance(velocity, first)
     speed = np.diff(w) if position is None else np.diff(q)
-    scale = float(np.std(speed[~first[1:]])) / float(np.median(np.diff(time)[~first[1:]]))
+    scale = float(np.std(speed[~first[1:] & np.isfinite(speed)])) / float(
+        np.median(np.diff(time)[~first[1:]])
+    )
     scale = max(scale, 1e-9)
 
     even = np.ones(len(time))

@@ -65,6 +65,8 @@ def steady_windows(fit: JointFit) -> list[Window]:
         (np.diff(flags.astype(int)) != 0) | (np.diff(direction) != 0) | (np.diff(motion.trial) != 0)
     )
     bounds = np.concatenate([[0], edges + 1, [len(motion)]])
+    turns = motion.first | (np.diff(direction, prepend=0.0) != 0)
+    turned = np.maximum.accumulate(np.where(turns, np.arange(len(motion)), 0))
     windows = []
     residual = fit.full_residual
     for begin, end in pairwise(bounds.tolist()):
@@ -81,10 +83,10 @@ def steady_windows(fit: JointFit) -> list[Window]:
         pieces = np.array_split(values, min(8, len(values) // 5))
         spread = float(np.std([piece.mean() for piece in pieces], ddof=1) / np.sqrt(len(pieces)))
         travel = abs(float(motion.position[end - 1] - motion.position[begin]))
-        first = int(motion.starts[motion.trial[begin]])
-        # how far the bristle still is from settling, averaged over the window: exponential in travel
+        # how far the bristle still is from settling, averaged over the window: exponential in the travel
+        # since the axis last turned around
         rate = friction.bristle_stiffness / g
-        approach = abs(float(motion.position[begin] - motion.position[first]))
+        approach = abs(float(motion.position[begin] - motion.position[turned[begin]]))
         left = 2.0 * np.exp(-rate * approach) * (-np.expm1(-rate * travel)) / max(rate * travel, 1e-12)
         windows.append(
             Window(

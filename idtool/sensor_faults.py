@@ -1,0 +1,137 @@
+"""Faults of sensors that can be told from the readings alone: wrapped, saturated and stuck ones."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from idtool.model.motion import Array
+
+_TURN = 2.0 * math.pi
+#: A jump between two rows is a wrap if, a whole turn taken off, this share of a turn at most is left.
+_LEFT_OF_A_TURN = 0.2
+#: Equal readings in a row, at the extreme, that make a clipped stretch; rows in all such stretches.
+_CLIPPED_RUN = 3
+_CLIPPED_ROWS = 10
+#: A clipped reading piles up at its limit: this many times the rows that lie just below it.
+_PILE = 5.0
+#: Equal readings in a row that can be a stuck sensor.
+_STUCK_ROWS = 20
+#: A stuck sensor disagrees with the other by this share of the travel, this share of the stroke, and
+#: this many of its own steps.
+_DISAGREE = 0.3
+_DISAGREE_STROKE = 0.02
+_DISAGREE_STEPS = 5.0
+
+
+def unwrap(position: Array, first: NDArray[np.bool_]) -> tuple[Array, int]:
+    """An angle made continuous where it wraps by whole turns, and how many wraps there were.
+
+    Args:
+        position: rad, shape (rows,).
+        first: True at the first row of each trial.
+
+    Returns:
+        The angle and the number of wraps inside trials; the angle as it was if there are none.
+    """
+    jump = np.diff(position, prepend=position[:1])
+    turns = np.round(jump / _TURN)
+    wraps = (turns != 0) & (np.abs(jump - turns * _TURN) < _LEFT_OF_A_TURN * _TURN)
+    inside = wraps & ~first
+    count = int(inside.sum())
+    if not count:
+        return position, 0
+    # between trials the axis was brought somewhere; only within less than half a turn can that be told
+    return position - _TURN * np.cumsum(np.where(wraps, turns, 0.0)), count
+
+
+def clipped(values: Array) -> NDArray[np.bool_]:
+    """Rows at which a reading sits at the end of its range, shape (rows,).
+
+    A reading that stays exactly at its extreme for several rows, again and again, while hardly any lie
+    just below: noise and steps of a sensor that is not at its limit spread over several values.
+    """
+    none = np.zeros(len(values), dtype=bool)
+    result = none.copy()
+    for sign in (1.0, -1.0):
+        signed = sign * values
+        top = float(signed.max())
+        at = signed >= top - 1e-9 * max(abs(top), 1e-300)
+        lengths = _lengths(at)
+        if lengths.max(initial=0) < _CLIPPED_RUN or at.sum() < _CLIPPED_ROWS:
+            continue
+        steps = np.abs(np.diff(values))
+        steps = steps[steps > 0]
+        band = 2.0 * float(np.median(steps)) if len(steps) else 0.0
+        below = int(np.count_nonzero(~at & (signed > top - band)))
+        # a quiet sensor repeats itself everywhere, not only at its extreme
+        equal = np.concatenate([[False], np.diff(values) == 0]) & ~at
+        if at.sum() > _PILE * below and lengths.max() > 2 * _lengths(equal).max(initial=0):
+            result |= at
+    return result
+
+
+def stuck(
+    time: Array, position: Array, velocity: Array, first: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Rows at which the position, and at which the velocity, repeats itself while the other moves on.
+
+    Args:
+        time: s, shape (rows,).
+        position, velocity: readings, shape (rows,).
+        first: True at the first row of each trial.
+
+    Returns:
+        Two masks, shape (rows,).
+    """
+    step = np.where(first, 0.0, np.diff(time, prepend=time[:1]))
+    mean = 0.5 * (velocity + np.concatenate([velocity[:1], velocity[:-1]]))
+    travel = np.cumsum(np.where(first, 0.0, mean * step))
+    tolerance = _DISAGREE_STROKE * min(float(np.ptp(travel)) + 1e-300, _TURN)
+    runs: list[list[tuple[int, int]]] = [[], []]
+    for which, reading in enumerate((position, velocity)):
+        step_size = resolution(reading)
+        for begin, end in _repeats(reading, first):
+            by_position = np.abs(position[begin:end] - position[begin])
+            by_velocity = np.abs(travel[begin:end] - travel[begin])
+            apart = float(
+                np.max(np.abs(position[begin:end] - position[begin] - (travel[begin:end] - travel[begin])))
+            )
+            moved = float(max(by_position.max(), by_velocity.max()))
+            drift = step_size * (_DISAGREE_STEPS if which == 0 else float(time[end - 1] - time[begin]))
+            if apart > max(_DISAGREE * moved, tolerance, drift):
+                runs[which].append((begin, end))
+    masks = np.zeros((2, len(time)), dtype=bool)
+    for which in range(2):
+        for begin, end in runs[which]:
+            # where both repeat themselves, the one that does so for longer is at fault
+            rivals = [b - a for a, b in runs[1 - which] if a < end and begin < b]
+            longer = end - begin > max(rivals, default=0) or (which == 0 and end - begin in rivals)
+            if longer:
+                masks[which, begin + 1 : end] = True  # the first of them was read
+    return masks[0], masks[1]
+
+
+def _repeats(values: Array, first: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """(first row, row after the last) of each long stretch of equal readings of one trial."""
+    changes = np.flatnonzero((np.diff(values) != 0) | first[1:]) + 1
+    bounds = np.concatenate([[0], changes, [len(values)]])
+    return [(begin, end) for begin, end in pairwise(bounds.tolist()) if end - begin >= _STUCK_ROWS]
+
+
+def _lengths(flags: NDArray[np.bool_]) -> NDArray[np.intp]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
+    return np.asarray(edges[1::2] - edges[::2], dtype=np.intp)
+
+
+def resolution(values: Array | None) -> float:
+    """The smallest step of a reading; 0 without one, or if it never changes."""
+    if values is None:
+        return 0.0
+    values = values[np.isfinite(values)]
+    steps = np.abs(np.diff(values))
+    steps = steps[steps > 1e-12 * (1.0 + float(np.max(np.abs(values))))]
+    return float(np.quantile(steps, 0.01)) if len(steps) else 0.0
