@@ -52,7 +52,7 @@ def check(logs: Sequence[Path], torque_constant: float | None, output: Output) -
             click.echo(f"  {verdict.what}: {verdict.why}; try {verdict.run}")
         if result.findings:
             click.echo("what they lack")
-        for finding in result.findings:
-            click.echo(f"  {finding.sentence}")
+        for lacking in result.findings:
+            click.echo(f"  {lacking.sentence}")
 
     output.result(result.to_document(), show)

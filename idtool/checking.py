@@ -190,8 +190,8 @@ def _not_following(log: Log) -> list[str]:
             if end - begin >= _STUCK_ROWS and told[begin:end].sum() > _UNREAD * told.sum() and not steady:
                 name = columns_of(log.axis.kind)[role]
                 findings.append(
-                    f'column "{name}" stands still for {end - begin} rows from row {begin + 1} while the axis '
-                    "is told to move: the sensor is stuck, or the axis is held"
+                    f'column "{name}" stands still for {end - begin} rows from row {begin + 1} while the '
+                    "axis is told to move: the sensor is stuck, or the axis is held"
                 )
                 break
     return findings

@@ -61,7 +61,7 @@ def mend(log: Log, columns: dict[str, Array | None]) -> Mended:
         columns["position"], wraps = sensor_faults.unwrap(position, first)
         if wraps:
             remarks.append(
-                f"{log.source}: the position wraps by whole turns {wraps} times; it was made continuous."
+                f"{log.source}: the position wraps {wraps} times by whole turns; it was made continuous."
             )
     faulty = {SATURATED: sensor_faults.clipped(effort)}
     position, velocity = columns["position"], columns["velocity"]
@@ -69,10 +69,10 @@ def mend(log: Log, columns: dict[str, Array | None]) -> Mended:
     if position is not None and velocity is not None:
         masks = dict(zip(STUCK, sensor_faults.stuck(time, position, velocity, first), strict=True))
         whole = np.zeros(len(time), dtype=bool)
-        for role, mask in masks.items():
+        for (role, mask), reading in zip(masks.items(), (position, velocity), strict=True):
             if mask.any():
                 whole |= _whole_trials(log, role, mask, trial, dropped)
-                columns[role] = np.where(mask, np.nan, columns[role])
+                columns[role] = np.where(mask, np.nan, reading)
                 faulty[STUCK[role]] = mask
         if whole.any():
             columns = {role: None if values is None else values[~whole] for role, values in columns.items()}
@@ -96,8 +96,8 @@ def _whole_trials(
         name = columns_of(log.axis.kind)[role]
         other = columns_of(log.axis.kind)["velocity" if role == "position" else "position"]
         raise InputError(
-            f'column "{name}" stands still on {int(mask.sum())} of {len(mask)} rows while "{other}" moves on: '
-            "the sensor is stuck",
+            f'column "{name}" stands still on {int(mask.sum())} of {len(mask)} rows while "{other}" moves '
+            "on: the sensor is stuck",
             file=log.source,
             place=f"from row {int(np.argmax(mask)) + 1} of the data",
             remedy=f'remove column "{name}" or record again',

@@ -95,12 +95,10 @@ def stuck(
     for which, reading in enumerate((position, velocity)):
         step_size = resolution(reading)
         for begin, end in _repeats(reading, first):
-            by_position = np.abs(position[begin:end] - position[begin])
-            by_velocity = np.abs(travel[begin:end] - travel[begin])
-            apart = float(
-                np.max(np.abs(position[begin:end] - position[begin] - (travel[begin:end] - travel[begin])))
-            )
-            moved = float(max(by_position.max(), by_velocity.max()))
+            by_position = position[begin:end] - position[begin]
+            by_velocity = travel[begin:end] - travel[begin]
+            apart = float(np.max(np.abs(by_position - by_velocity)))
+            moved = max(float(np.max(np.abs(by_position))), float(np.max(np.abs(by_velocity))))
             drift = step_size * (_DISAGREE_STEPS if which == 0 else float(time[end - 1] - time[begin]))
             if apart > max(_DISAGREE * moved, tolerance, drift):
                 runs[which].append((begin, end))

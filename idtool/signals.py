@@ -289,12 +289,10 @@ def _faulty(mended: Sequence[Mended]) -> dict[str, NDArray[np.bool_]]:
     """Reason -> rows of all logs that a sensor's fault spoils."""
     reasons = dict.fromkeys(reason for one in mended for reason in one.faulty)
     sizes = [len(one.columns["time"]) for one in mended if one.columns["time"] is not None]
+    blank = [np.zeros(size, dtype=bool) for size in sizes]
     return {
         reason: np.concatenate(
-            [
-                one.faulty.get(reason, np.zeros(size, dtype=bool))
-                for one, size in zip(mended, sizes, strict=True)
-            ]
+            [one.faulty.get(reason, none) for one, none in zip(mended, blank, strict=True)]
         )
         for reason in reasons
     }

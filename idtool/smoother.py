@@ -196,9 +196,8 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     q_variance = 0.0 if position is None else reading_variance(position, first)
     w_variance = 0.0 if velocity is None else reading_variance(velocity, first)
     speed = np.diff(w) if position is None else np.diff(q)
-    scale = float(np.std(speed[~first[1:] & np.isfinite(speed)])) / float(
-        np.median(np.diff(time)[~first[1:]])
-    )
+    inside = ~first[1:]
+    scale = float(np.std(speed[inside & np.isfinite(speed)])) / float(np.median(np.diff(time)[inside]))
     scale = max(scale, 1e-9)
 
     even = np.ones(len(time))

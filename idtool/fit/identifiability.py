@@ -37,6 +37,8 @@ _LOW = 1.5
 _LOW_WINDOWS = 5.0
 #: Less than this share of the motion in one direction is no motion in it.
 _OTHER_WAY = 0.02
+#: Effects that look like friction in one direction.
+_ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
 #: Speeds above this share of the highest are motion.
 _MOVING = 0.05
 #: A bristle has settled after a travel of this many times its bend tau / sigma0.
@@ -170,7 +172,7 @@ def low_speeds(fit: JointFit) -> Shortcoming | None:
     if not passed or slowest > 0.3 * fastest:
         why = f"no low speeds (the slowest constant speed is {slowest:.2g} {unit}): {fall}"
     elif not seen:
-        why = f"no static level apart from the Coulomb level shows at speeds down to {slowest:.2g} {unit}: {fall}"
+        why = f"no static level shows apart from the Coulomb level down to {slowest:.2g} {unit}: {fall}"
     else:
         why = f"too few rows at low speeds: {fall}"
     run = _slow_sweep(fit, slowest)
@@ -201,8 +203,8 @@ def _passes_low_speeds(fit: JointFit) -> bool:
     speed = np.abs(motion.velocity) / fit.values["stribeck_velocity"]
     low = (speed < _LOW) & (speed > _REST) & recording.usable
     window = recording.filter.taps * float(np.median(motion.step[~motion.first]))
-    stays = [motion.time[end - 1] - motion.time[begin] for begin, end in _runs(low, motion)]
-    return sum(stay for stay in stays if stay > window) > _LOW_WINDOWS * window
+    stays = [float(motion.time[end - 1] - motion.time[begin]) for begin, end in _runs(low, motion)]
+    return float(sum(stay for stay in stays if stay > window)) > _LOW_WINDOWS * window
 
 
 def _slow_sweep(fit: JointFit, slowest: float) -> str:
@@ -251,7 +253,8 @@ def unsteady(fit: JointFit, windows: Sequence[Window]) -> Shortcoming | None:
     if not loose or fit.model.spec.friction != "lugre":
         return None
     unit = unit_text("position", fit.model.recording.axis.kind)
-    travel = 2.0 * _SETTLED_AFTER * _bend(fit)
+    # then half a second at the highest speed
+    travel = _SETTLED_AFTER * _bend(fit) + 0.6 * fit.model.scales.speed
     run = _sweep_command(fit, f"--travel {travel:.2g} -o long.csv")
     return Shortcoming(
         "unsteady_windows",
