@@ -16,8 +16,11 @@ _LEFT_OF_A_TURN = 0.2
 #: Equal readings in a row, at the extreme, that make a clipped stretch; rows in all such stretches.
 _CLIPPED_RUN = 3
 _CLIPPED_ROWS = 10
-#: A clipped reading piles up at its limit: this many times the rows that lie just below it.
-_PILE = 5.0
+#: A clipped reading piles up at its limit: this many times the rows at any of so many values below it.
+#: Without noise the peak of a sine piles up too, 2.4 times the rows at the value below.
+_PILE = 1.5
+_QUIET_PILE = 3.0
+_LEVELS = 5
 #: Equal readings in a row that can be a stuck sensor.
 _STUCK_ROWS = 20
 #: A stuck sensor disagrees with the other by this share of the travel, this share of the stroke, and
@@ -54,24 +57,28 @@ def clipped(values: Array) -> NDArray[np.bool_]:
     A reading that stays exactly at its extreme for several rows, again and again, while hardly any lie
     just below: noise and steps of a sensor that is not at its limit spread over several values.
     """
-    none = np.zeros(len(values), dtype=bool)
-    result = none.copy()
-    for sign in (1.0, -1.0):
-        signed = sign * values
-        top = float(signed.max())
-        at = signed >= top - 1e-9 * max(abs(top), 1e-300)
+    result = np.zeros(len(values), dtype=bool)
+    extremes = np.isin(values, (values.min(), values.max()))
+    # a quiet sensor repeats itself everywhere, not only at its extreme
+    repeats = _lengths(np.concatenate([[False], np.diff(values) == 0]) & ~extremes).max(initial=0)
+    pile = _PILE if _noisy(values[~extremes]) else _QUIET_PILE
+    for at in (values == values.max(), values == values.min()):
         lengths = _lengths(at)
-        if lengths.max(initial=0) < _CLIPPED_RUN or at.sum() < _CLIPPED_ROWS:
+        if lengths.max() < max(_CLIPPED_RUN, 2 * repeats + 1) or at.sum() < _CLIPPED_ROWS:
             continue
-        steps = np.abs(np.diff(values))
-        steps = steps[steps > 0]
-        band = 2.0 * float(np.median(steps)) if len(steps) else 0.0
-        below = int(np.count_nonzero(~at & (signed > top - band)))
-        # a quiet sensor repeats itself everywhere, not only at its extreme
-        equal = np.concatenate([[False], np.diff(values) == 0]) & ~at
-        if at.sum() > _PILE * below and lengths.max() > 2 * _lengths(equal).max(initial=0):
+        # the values just below the extreme: noise, or the peak of a sine, is on them as often
+        away = np.abs(values[~at] - values[at][0])
+        counts = np.unique(away[away <= np.quantile(away, 0.5)], return_counts=True)[1]
+        if at.sum() > pile * counts[:_LEVELS].max(initial=0):
             result |= at
     return result
+
+
+def _noisy(values: Array) -> bool:
+    """Whether a reading goes up and down from row to row: white noise makes its steps alternate."""
+    steps = np.diff(values)
+    power = float(steps @ steps)
+    return power > 0.0 and float(steps[1:] @ steps[:-1]) < -0.2 * power
 
 
 def stuck(

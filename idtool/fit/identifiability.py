@@ -37,6 +37,8 @@ _LOW = 1.5
 _LOW_WINDOWS = 5.0
 #: Less than this share of the motion in one direction is no motion in it.
 _OTHER_WAY = 0.02
+#: Gravity acts alike where the cosine of the tilt changes by less than this.
+_TILTED = 0.1
 #: Effects that look like friction in one direction.
 _ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
 #: Speeds above this share of the highest are motion.
@@ -135,11 +137,13 @@ def one_direction(fit: JointFit) -> Shortcoming | None:
     if not moves_one_way(recording):
         return None
     lacking = [f"static.{name}" for name in ("coulomb", "static") if name in fit.model.names]
-    lacking += [f"gravity.{name}" for name in spec.gravity_columns if name != "per_payload"]
+    # an arm's gravity changes along the way, and a tilted slide's from run to run
+    constant = spec.gravity == "slide" and _constant_tilt(recording.motion)
+    lacking += ["gravity.base"] if constant and "base" in spec.gravity_columns else []
     lacking += [
         f"effects.{e.name}" for e in spec.effects if e.name in ("torque_offset", "direction_asymmetry")
     ]
-    other = "gravity" if spec.gravity else "an offset"
+    other = "gravity" if constant else "an offset"
     return Shortcoming(
         "one_direction",
         ("gravity", "static"),
@@ -148,6 +152,10 @@ def one_direction(fit: JointFit) -> Shortcoming | None:
         "move both ways through the same stretch (`ffc-id run-sweep -o sweep.csv`)",
         "ffc-id run-sweep",
     )
+
+
+def _constant_tilt(motion: Motion) -> bool:
+    return motion.gravity_factor is None or float(np.ptp(motion.gravity_factor)) < _TILTED
 
 
 def moves_one_way(recording: Recording) -> bool:
@@ -297,7 +305,7 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
         parts,
         named,
         f"{words} {verb} not found",
-        "add the runs that `ffc-id check` names",
+        "do not use the number",
     )
 
 
