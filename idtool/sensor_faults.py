@@ -13,6 +13,7 @@ from idtool.model.motion import Array
 _TURN = 2.0 * math.pi
 #: A jump between two rows is a wrap if, a whole turn taken off, this share of a turn at most is left.
 _LEFT_OF_A_TURN = 0.2
+_SURPLUS = 0.01
 #: Equal readings in a row, at the extreme, that make a clipped stretch; rows in all such stretches.
 _CLIPPED_RUN = 3
 _CLIPPED_ROWS = 10
@@ -23,11 +24,12 @@ _QUIET_PILE = 3.0
 _LEVELS = 5
 #: Equal readings in a row that can be a stuck sensor.
 _STUCK_ROWS = 20
-#: A stuck sensor disagrees with the other by this share of the travel, this share of the stroke, and
-#: this many of its own steps.
+#: A stuck sensor disagrees with the other by this share of the travel, this share of the stroke, this many
+#: steps of the position, and the travel at this share of the top speed.
 _DISAGREE = 0.3
 _DISAGREE_STROKE = 0.02
 _DISAGREE_STEPS = 5.0
+_OFFSET = 0.02
 
 
 def unwrap(position: Array, first: NDArray[np.bool_]) -> tuple[Array, int]:
@@ -42,13 +44,16 @@ def unwrap(position: Array, first: NDArray[np.bool_]) -> tuple[Array, int]:
     """
     jump = np.diff(position, prepend=position[:1])
     turns = np.round(jump / _TURN)
-    wraps = (turns != 0) & (np.abs(jump - turns * _TURN) < _LEFT_OF_A_TURN * _TURN)
-    inside = wraps & ~first
-    count = int(inside.sum())
-    if not count:
+    rest = jump - turns * _TURN
+    wraps = (turns != 0) & (np.abs(rest) < _LEFT_OF_A_TURN * _TURN)
+    inside = np.flatnonzero(wraps & ~first)
+    # what is left of a jump is the motion of that step, much as that of the step before; otherwise the
+    # range of the reading is no whole number of turns, and who knows what it is
+    surplus = rest[inside] - jump[np.maximum(inside - 1, 0)]
+    if not len(inside) or float(np.median(np.abs(surplus))) > _SURPLUS * _TURN:
         return position, 0
     # between trials the axis was brought somewhere; only within less than half a turn can that be told
-    return position - _TURN * np.cumsum(np.where(wraps, turns, 0.0)), count
+    return position - _TURN * np.cumsum(np.where(wraps, turns, 0.0)), len(inside)
 
 
 def clipped(values: Array) -> NDArray[np.bool_]:
@@ -99,14 +104,16 @@ def stuck(
     travel = np.cumsum(np.where(first, 0.0, mean * step))
     tolerance = _DISAGREE_STROKE * min(float(np.ptp(travel)) + 1e-300, _TURN)
     runs: list[list[tuple[int, int]]] = [[], []]
+    steps = [resolution(position), resolution(velocity)]
+    # a velocity at rest may read a little: the zero of many sensors is off
+    slow = max(steps[1], _OFFSET * float(np.quantile(np.abs(velocity), 0.999)))
     for which, reading in enumerate((position, velocity)):
-        step_size = resolution(reading)
         for begin, end in _repeats(reading, first):
             by_position = position[begin:end] - position[begin]
             by_velocity = travel[begin:end] - travel[begin]
             apart = float(np.max(np.abs(by_position - by_velocity)))
             moved = max(float(np.max(np.abs(by_position))), float(np.max(np.abs(by_velocity))))
-            drift = step_size * (_DISAGREE_STEPS if which == 0 else float(time[end - 1] - time[begin]))
+            drift = _DISAGREE_STEPS * steps[0] + float(time[end - 1] - time[begin]) * slow
             if apart > max(_DISAGREE * moved, tolerance, drift):
                 runs[which].append((begin, end))
     masks = np.zeros((2, len(time)), dtype=bool)
