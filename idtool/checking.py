@@ -241,12 +241,11 @@ def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[li
         ["static.static", "static.stribeck_velocity"],
         f"slowest constant speed {speeds[0] if speeds else 0:.3g}, {reversals} reversals",
     )
-    few = f"{reversals} reversals" if reversals < 4 else ""
     judge(
         "friction: sigma0 and sigma1",
         ["dynamic.bristle_stiffness", "dynamic.bristle_damping"],
         f"{reversals} reversals; position steps of {recording.position_resolution:.2g}",
-        few if recording.position_resolution > 0 else "no position was logged",
+        "" if recording.position_resolution > 0 else "no position was logged",
         "ffc-id run-sine",
     )
     for effect in registry.library():

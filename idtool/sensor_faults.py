@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 
 from idtool.model.motion import Array
 
@@ -22,6 +23,9 @@ _CLIPPED_ROWS = 10
 _PILE = 1.5
 _QUIET_PILE = 3.0
 _LEVELS = 5
+#: Rows whose median over so many lies within so many standard deviations of the limit are clipped too.
+_NEIGHBOURS = 11
+_NOISE = 3.0
 #: Equal readings in a row that can be a stuck sensor.
 _STUCK_ROWS = 20
 #: A stuck sensor disagrees with the other by this share of the travel, this share of the stroke, this many
@@ -57,7 +61,7 @@ def unwrap(position: Array, first: NDArray[np.bool_]) -> tuple[Array, int]:
 
 
 def clipped(values: Array) -> NDArray[np.bool_]:
-    """Rows at which a reading sits at the end of its range, shape (rows,).
+    """Rows at which a reading sits at the end of its range, or so close that noise is cut off, (rows,).
 
     A reading that stays exactly at its extreme for several rows, again and again, while hardly any lie
     just below: noise and steps of a sensor that is not at its limit spread over several values.
@@ -75,8 +79,16 @@ def clipped(values: Array) -> NDArray[np.bool_]:
         away = np.abs(values[~at] - values[at][0])
         counts = np.unique(away[away <= np.quantile(away, 0.5)], return_counts=True)[1]
         if at.sum() > pile * counts[:_LEVELS].max(initial=0):
-            result |= at
+            # rows that noise kept from the limit would pull a mean away from it
+            away = np.abs(signal.medfilt(values, _NEIGHBOURS) - values[at][0])
+            result |= at | (away < _NOISE * _noise(values[~extremes]))
     return result
+
+
+def _noise(values: Array) -> float:
+    """Standard deviation of white noise on a reading, from its third differences."""
+    third = np.diff(values, 3)
+    return 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0) if len(third) else 0.0
 
 
 def _noisy(values: Array) -> bool:

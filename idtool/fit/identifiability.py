@@ -8,7 +8,7 @@ and the run that would show them. The flags of the parameter file follow from th
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.fit.joint import JointFit
+from idtool.fit.model import LOGARITHMIC
 from idtool.fit.windows import Window, steady_windows
 from idtool.mending import SATURATED
 from idtool.model.motion import Array, Motion
@@ -24,7 +25,7 @@ from idtool.signals import Recording
 from idtool.units import unit_text
 
 #: A parameter whose relative standard error is above this is not determined by the data.
-TOO_VAGUE = 0.5
+_TOO_VAGUE = 0.5
 #: A difference of the two friction levels below this many standard errors is no Stribeck effect.
 _NO_STRIBECK = 2.0
 #: Presliding travel below this many steps of the position reading gives sigma0 a lower bound only.
@@ -45,8 +46,10 @@ _ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
 _MOVING = 0.05
 #: A bristle has settled after a travel of this many times its bend tau / sigma0.
 _SETTLED_AFTER = 5.0
-#: Acceleration of the ramps of the bundled sweep, rad/s^2.
+#: Acceleration of the ramps of the bundled sweep, rad/s^2, and by how much their rounding lengthens them.
 _RAMP = 0.1
+_RAMP_SHAPE = 0.5 * math.pi
+_LEAST_SPEEDS = 3
 #: Shortest stretch of constant speed that counts, s.
 _STEADY_S = 0.4
 
@@ -106,8 +109,10 @@ def undetermined(fit: JointFit) -> frozenset[str]:
 
 
 def _about_parameters(fit: JointFit) -> list[Shortcoming]:
-    found = [one_payload(fit), one_direction(fit), low_speeds(fit), presliding(fit), at_bound(fit)]
-    return [one for one in found if one is not None]
+    judged = [one_payload(fit), one_direction(fit), low_speeds(fit), presliding(fit), at_bound(fit)]
+    found = [one for one in judged if one is not None]
+    told = {name for one in found for name in one.parameters}
+    return [*found, *vague(fit, told)]
 
 
 def one_payload(fit: JointFit) -> Shortcoming | None:
@@ -171,8 +176,8 @@ def low_speeds(fit: JointFit) -> Shortcoming | None:
     if "static" not in fit.model.names or "static" in fit.held:
         return None
     seen, passed = stribeck_seen(fit), _passes_low_speeds(fit)
-    vague = _relative_error(fit, "stribeck_velocity") > TOO_VAGUE or fit.at_bound["stribeck_velocity"]
-    if seen and passed and not vague:
+    unknown = is_vague(fit, "stribeck_velocity") or fit.at_bound["stribeck_velocity"]
+    if seen and passed and not unknown:
         return None
     slowest, fastest = _speeds(fit.model.recording)
     unit = unit_text("velocity", fit.model.recording.axis.kind)
@@ -193,13 +198,18 @@ def stribeck_seen(fit: JointFit) -> bool:
     if "static" not in fit.model.names:
         return False
     i, j = fit.model.names.index("coulomb"), fit.model.names.index("static")
-    c = fit.covariance
-    spread = math.sqrt(max(c[i, i] + c[j, j] - 2.0 * c[i, j], 0.0))
-    return abs(float(fit.x[i] - fit.x[j])) > _NO_STRIBECK * spread
+    # one way only, the levels may be off by the same torque: their difference is known, not their ratio
+    one_way = moves_one_way(fit.model.recording)
+    levels = np.exp(fit.x[[i, j]])
+    weight = levels if one_way else np.ones(2)
+    apart = levels[0] - levels[1] if one_way else fit.x[i] - fit.x[j]
+    direction = weight * np.array([1.0, -1.0])
+    spread = math.sqrt(max(float(direction @ fit.covariance[np.ix_([i, j], [i, j])] @ direction), 0.0))
+    return abs(float(apart)) > _NO_STRIBECK * spread
 
 
-def _relative_error(fit: JointFit, name: str) -> float:
-    """Standard error of a logarithmic coordinate, which is relative."""
+def _error(fit: JointFit, name: str) -> float:
+    """Standard error of a coordinate; of a logarithmic one it is relative."""
     i = fit.model.names.index(name)
     return math.sqrt(max(float(fit.covariance[i, i]), 0.0))
 
@@ -222,9 +232,23 @@ def _slow_sweep(fit: JointFit, slowest: float) -> str:
     travel = min(travel, fit.model.scales.travel)
     speeds = [slowest * share for share in (0.05, 0.1, 0.2, 0.35, 0.5, 0.7)]
     # ramps as gentle as those of the bundled sweep must fit into the way
-    fitting = [speed for speed in speeds if speed**2 < 0.5 * _RAMP * travel]
+    fitting = [speed for speed in speeds if _RAMP_SHAPE * speed**2 < 0.8 * _RAMP * travel]
     listed = ",".join(f"{speed:.2g}" for speed in (fitting if len(fitting) > 1 else speeds[:3]))
     return _sweep_command(fit, f"--speeds {listed} --travel {travel:.2g} -o low-speeds.csv")
+
+
+def _long_sweep(fit: JointFit, windows: Sequence[Window]) -> tuple[float, str]:
+    """The travel in which the bristle settles at three of the speeds at least, and that sweep."""
+    settling = _SETTLED_AFTER * _bend(fit)
+    speeds = sorted({float(f"{abs(window.velocity):.1g}") for window in windows})
+
+    def needed(speed: float) -> float:
+        ramp = 0.5 * _RAMP_SHAPE * speed**2 / _RAMP
+        return max(settling, ramp) + 0.6 * speed + ramp
+
+    travel = max(1.3 * settling, needed(speeds[:_LEAST_SPEEDS][-1]))
+    listed = ",".join(f"{speed:g}" for speed in speeds if needed(speed) <= travel)
+    return travel, _sweep_command(fit, f"--speeds {listed} --travel {travel:.2g} -o long.csv")
 
 
 def _sweep_command(fit: JointFit, options: str) -> str:
@@ -261,9 +285,7 @@ def unsteady(fit: JointFit, windows: Sequence[Window]) -> Shortcoming | None:
     if not loose or fit.model.spec.friction != "lugre":
         return None
     unit = unit_text("position", fit.model.recording.axis.kind)
-    # then half a second at the highest speed
-    travel = _SETTLED_AFTER * _bend(fit) + 0.6 * fit.model.scales.speed
-    run = _sweep_command(fit, f"--travel {travel:.2g} -o long.csv")
+    travel, run = _long_sweep(fit, windows)
     return Shortcoming(
         "unsteady_windows",
         ("static",),
@@ -284,7 +306,7 @@ def saturated(recording: Recording) -> Shortcoming | None:
         "saturated_current",
         PARTS,
         (),
-        f"the current is saturated on {rows} rows, which were left out",
+        f"the current is saturated, or within its noise of that, on {rows} rows, which were left out",
         "move more slowly or with less payload, or widen the current's range",
     )
 
@@ -307,6 +329,44 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
         f"{words} {verb} not found",
         "do not use the number",
     )
+
+
+def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
+    """Friction parameters whose error is about as large as they are.
+
+    Args:
+        fit: any fit.
+        told: parameters of which something else was said already.
+    """
+    found = []
+    for part, names, command in (("static", STATIC, "run-sweep"), ("dynamic", DYNAMIC, "run-sine")):
+        lacking = [
+            name
+            for name in names
+            if name in fit.model.names and f"{part}.{name}" not in told and is_vague(fit, name)
+        ]
+        if lacking:
+            words = ", ".join(name.replace("_", " ") for name in lacking)
+            experiment = command.removeprefix("run-")
+            found.append(
+                Shortcoming(
+                    f"vague_{part}",
+                    (part,),
+                    tuple(f"{part}.{name}" for name in lacking),
+                    f"{words}: the error is about as large as the value",
+                    f"give a longer {experiment} too (`ffc-id {command} -o {experiment}.csv`)",
+                    f"ffc-id {command}",
+                )
+            )
+    return found
+
+
+def is_vague(fit: JointFit, name: str) -> bool:
+    """Whether a friction parameter's standard error is a large part of it."""
+    if fit.at_bound[name] or name in fit.held:
+        return False
+    size = 1.0 if name in LOGARITHMIC else abs(fit.values[name])
+    return _error(fit, name) >= _TOO_VAGUE * size
 
 
 def _in_file(name: str, fit: JointFit) -> str:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from idtool.effects.base import Effect
-from idtool.fit.identifiability import TOO_VAGUE, undetermined
+from idtool.fit.identifiability import undetermined
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter
@@ -41,7 +41,7 @@ def gravity_parameters(fit: JointFit) -> dict[str, Parameter]:
     if spec.gravity is None:
         return {}
     found = {
-        name: _one(fit, f"gravity.{name}", False, vague=False)
+        name: _one(fit, f"gravity.{name}", False)
         if name in spec.gravity_columns
         else Parameter(0.0, identified=False)
         for name in GRAVITY_MODELS[spec.gravity]
@@ -87,7 +87,7 @@ def effect_entry(fit: JointFit, effect: Effect) -> EffectEntry:
     return EffectEntry(effect.name, entries)
 
 
-def _one(fit: JointFit, name: str, logarithmic: bool, *, vague: bool = True) -> Parameter:
+def _one(fit: JointFit, name: str, logarithmic: bool) -> Parameter:
     i = fit.model.names.index(name)
     sd = math.sqrt(max(float(fit.covariance[i, i]), 0.0))
     value = fit.values[name]
@@ -101,11 +101,9 @@ def _one(fit: JointFit, name: str, logarithmic: bool, *, vague: bool = True) -> 
     if logarithmic:
         reach = math.exp(min(half, 50.0))
         stderr, interval = value * sd, (value / reach, value * reach)
-        determined = sd < TOO_VAGUE
     else:
         stderr, interval = sd, (value - half, value + half)
-        determined = not vague or sd < TOO_VAGUE * abs(value)
-    return Parameter(value, stderr, interval, at_bound=False, identified=determined)
+    return Parameter(value, stderr, interval, at_bound=False)
 
 
 def _doubting(part: str, found: dict[str, Parameter], fit: JointFit) -> dict[str, Parameter]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from idtool.fit.joint import JointFit
@@ -14,6 +15,8 @@ from idtool.model.stribeck import EXPONENT, level
 
 _LEAST_SECONDS = 0.4
 _LEAST_ROWS = 20
+#: Of a window's rows at least this share must be usable.
+_MOSTLY = 0.5
 #: Steady speed: over this long its mean changes by less than this share.
 _SETTLING_S = 0.25
 _CHANGE = 0.05
@@ -59,7 +62,8 @@ def steady_windows(fit: JointFit) -> list[Window]:
     friction = model.friction(fit.x)
     slow = _change_of_speed(motion) < _CHANGE * np.abs(motion.velocity)
     moving = np.abs(motion.velocity) > 0.5 * model.scales.slowest
-    flags = slow & moving & model.recording.usable
+    flags = slow & moving
+    usable = model.recording.usable
     direction = np.sign(motion.velocity)
     edges = np.flatnonzero(
         (np.diff(flags.astype(int)) != 0) | (np.diff(direction) != 0) | (np.diff(motion.trial) != 0)
@@ -70,7 +74,7 @@ def steady_windows(fit: JointFit) -> list[Window]:
     curve = (friction.coulomb, friction.static, friction.stribeck_velocity)
     windows = []
     for begin, end in pairwise(bounds.tolist()):
-        if not flags[begin] or not _long(motion, begin, end):
+        if not flags[begin] or not _long(motion, usable, begin, end):
             continue
         g = level(float(np.mean(motion.velocity[begin:end])), *curve, EXPONENT)
         # how far the bristle still is from settling: exponential in the travel since the axis turned around
@@ -79,21 +83,25 @@ def steady_windows(fit: JointFit) -> list[Window]:
         left = 2.0 * np.exp(-bends)
         steady = bool(np.mean(left) < _SETTLED)
         after = begin + int(np.count_nonzero(left >= _SETTLED))
-        if not steady and _long(motion, after, end):
+        if not steady and _long(motion, usable, after, end):
             begin, steady = after, True  # the rest of the way is long enough by itself
         windows.append(_window(fit, begin, end, steady))
     return windows
 
 
-def _long(motion: Motion, begin: int, end: int) -> bool:
-    return end - begin >= _LEAST_ROWS and float(motion.time[end - 1] - motion.time[begin]) >= _LEAST_SECONDS
+def _long(motion: Motion, usable: NDArray[np.bool_], begin: int, end: int) -> bool:
+    rows = int(np.count_nonzero(usable[begin:end]))
+    return (
+        rows >= max(_LEAST_ROWS, _MOSTLY * (end - begin))
+        and float(motion.time[end - 1] - motion.time[begin]) >= _LEAST_SECONDS
+    )
 
 
 def _window(fit: JointFit, begin: int, end: int, steady: bool) -> Window:
     motion, friction = fit.model.recording.motion, fit.model.friction(fit.x)
     w = float(np.mean(motion.velocity[begin:end]))
     g = level(w, friction.coulomb, friction.static, friction.stribeck_velocity, EXPONENT)
-    values = fit.full_residual[begin:end]
+    values = fit.full_residual[begin:end][fit.model.recording.usable[begin:end]]
     pieces = np.array_split(values, min(8, len(values) // 5))
     return Window(
         trial=int(motion.trial[begin]),

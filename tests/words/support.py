@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import math
+import json
 import re
 from importlib import resources
 from pathlib import Path
+from typing import Any
+
+import pytest
+from idtool.cli.main import main
 
 from idtool import Log
 from idtool.experiment.recipe import parse_recipe
 from idtool.experiment.runner import run
 from idtool.rig import open_rig
-
-FLAT = math.pi / 2
 
 SWEEP = """
 schema = "ffc-id/recipe/1"
@@ -71,3 +73,19 @@ def record(recipe: str, file: Path, rig: str = "sim:bench", seed: int = 1) -> Lo
     with open_rig(rig, seed=seed) as opened:
         run(parse_recipe(recipe, "test"), opened, file)
     return Log.read(file)
+
+
+def ffc_id(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> tuple[int, str, str]:
+    """Run the program in this process: exit code, standard output, standard error."""
+    capsys.readouterr()
+    with pytest.raises(SystemExit) as end:
+        main([str(argument) for argument in arguments])
+    said = capsys.readouterr()
+    return int(end.value.code or 0), said.out, said.err
+
+
+def document(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> Any:
+    """The JSON document of a command that must end well."""
+    code, out, err = ffc_id(capsys, *arguments, "--json")
+    assert code == 0, err
+    return json.loads(out)
