@@ -65,13 +65,14 @@ def session(sweep: str = SWEEP, sine: str = SINE, gravity: str = GRAVITY, **keys
 
 
 def one_way(build: Build) -> Build:
-    """Only the rows on which the axis was told to move forward."""
+    """Only the stretches on which the axis was told to move forward, each a trial."""
 
     def forward(folder: Path) -> dict[str, Log]:
         logs = build(folder)
         for name, log in logs.items():
             ahead = log.frame["velocity_command_rad_s"] > 0
-            logs[name] = replace(log, frame=log.frame[ahead].reset_index(drop=True))
+            trial = (ahead != ahead.shift()).cumsum()
+            logs[name] = replace(log, frame=log.frame.assign(trial=trial)[ahead].reset_index(drop=True))
         return logs
 
     return forward
@@ -143,7 +144,7 @@ ROWS = {
         ("static",),
     ),
     "one direction, upright": Row(
-        one_way(session(sweep=changed(SWEEP, tilt_alpha_rad=0.0), sine="")),
+        one_way(session(changed(SWEEP, tilt_alpha_rad=0.0), changed(SINE, tilt_alpha_rad=0.0))),
         frozenset({"one_direction"}),
         frozenset({"static.coulomb", "static.static", "gravity.base"}),
         "one direction only: Coulomb friction and gravity cannot be told apart",
@@ -258,7 +259,7 @@ def test_the_advice_is_a_command_that_helps(
 
 
 def test_a_parameter_at_its_bound_is_never_reported_as_found(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A bristle too stiff for the encoder runs to the end of its range."""
     rig = plant(tmp_path, bristle_stiffness_nm_per_rad=1000.0, sensors='"dynamixel"')
@@ -274,7 +275,7 @@ def test_a_parameter_at_its_bound_is_never_reported_as_found(
     assert any(
         "bristle stiffness sits at the bound of its range and is not found" in n for n in told["notes"]
     )
+    monkeypatch.setenv("COLUMNS", "120")
     out = ffc_id(capsys, "fit-dynamic", sine, "-p", params)[1]
-    print(out)
     row = next(line for line in out.splitlines() if line.startswith("bristle stiffness"))
     assert "at its bound: not found" in row
