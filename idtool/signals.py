@@ -26,6 +26,7 @@ from idtool.smoother import TOO_FAST, reading_variance, smooth
 
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
+_SPIKE = "outlier of the torque"
 #: The filter lets pass up to this multiple of the highest frequency at which torque stands out of noise.
 _BANDWIDTH_MARGIN = 1.5
 _LEAST_BANDWIDTH_HZ = 10.0
@@ -173,12 +174,12 @@ def record(logs: Sequence[Log]) -> Recording:
         temperature=joined["temperature"],
         torque_constant=axis.torque_constant,
     )
-    usable, lost = _usable_rows(torque, smoothed.surprise, _faulty(mended), motion)
+    usable, lost, calm = _usable_rows(torque, smoothed.surprise, _faulty(mended), motion)
     for one in mended:
         for reason, rows in one.dropped.items():
             lost[reason] = lost.get(reason, 0) + rows
     rate = 1.0 / float(np.median(motion.step[~first]))
-    bandwidth, noise = _bandwidth_and_noise(torque, motion, rate)
+    bandwidth, noise = _bandwidth_and_noise(calm, motion, rate)
     return Recording(
         axis,
         motion,
@@ -300,7 +301,8 @@ def _faulty(mended: Sequence[Mended]) -> dict[str, NDArray[np.bool_]]:
 
 def _usable_rows(
     torque: Array, surprise: Array, faulty: dict[str, NDArray[np.bool_]], motion: Motion
-) -> tuple[NDArray[np.bool_], dict[str, int]]:
+) -> tuple[NDArray[np.bool_], dict[str, int], Array]:
+    """Rows fit to be compared, what cost the others, and the torque without its spikes."""
     lost: dict[str, int] = {}
     usable = np.ones(len(torque), dtype=bool)
 
@@ -325,8 +327,10 @@ def _usable_rows(
     away = torque - middle
     spread = 1.4826 * float(np.median(np.abs(away[away != 0]))) if np.any(away != 0) else 0.0
     spread = max(spread, float(np.sqrt(reading_variance(torque, motion.first))))
-    drop("outlier of the torque", np.abs(away) > max(_OUTLIER * spread, 0.05 * float(np.ptp(torque))))
-    return usable, lost
+    # the range that spikes leave alone: they must not hide one another
+    wild = np.abs(away) > max(_OUTLIER * spread, 0.05 * float(np.ptp(middle)))
+    drop(_SPIKE, wild)
+    return usable, lost, np.where(wild, middle, torque)
 
 
 def _bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[float, float]:
