@@ -38,12 +38,13 @@ class Mended:
     remarks: tuple[str, ...] = ()
 
 
-def mend(log: Log, columns: dict[str, Array | None]) -> Mended:
+def mend(log: Log, columns: dict[str, Array | None], *, every_row: bool = False) -> Mended:
     """Look for faults of the sensors of one log.
 
     Args:
         log: where the columns are from.
         columns: role -> values of shape (rows,), or None; "effort" is the torque and "trial" counts from 0.
+        every_row: leave no trials out.
 
     Raises:
         InputError: a sensor is stuck on most of the rows.
@@ -71,9 +72,15 @@ def mend(log: Log, columns: dict[str, Array | None]) -> Mended:
         whole = np.zeros(len(time), dtype=bool)
         for (role, mask), reading in zip(masks.items(), (position, velocity), strict=True):
             if mask.any():
-                whole |= _whole_trials(log, role, mask, trial, dropped)
+                _refuse_mostly_stuck(log, role, mask)
+                if not every_row:
+                    whole |= _whole_trials(role, mask, trial, dropped)
                 columns[role] = np.where(mask, np.nan, reading)
                 faulty[STUCK[role]] = mask
+        if whole.all():
+            raise InputError(
+                "position or velocity is stuck in every trial", file=log.source, remedy="record again"
+            )
         if whole.any():
             columns = {role: None if values is None else values[~whole] for role, values in columns.items()}
             columns["trial"] = np.unique(trial[~whole], return_inverse=True)[1].astype(float)
@@ -85,23 +92,26 @@ def mend(log: Log, columns: dict[str, Array | None]) -> Mended:
     return Mended(columns, faulty, dropped, tuple(remarks))
 
 
+def _refuse_mostly_stuck(log: Log, role: str, mask: NDArray[np.bool_]) -> None:
+    if np.mean(mask) <= _MOSTLY:
+        return
+    name = columns_of(log.axis.kind)[role]
+    other = columns_of(log.axis.kind)["velocity" if role == "position" else "position"]
+    raise InputError(
+        f'column "{name}" stands still on {int(mask.sum())} of {len(mask)} rows while "{other}" moves on: '
+        "the sensor is stuck",
+        file=log.source,
+        place=f"from row {int(np.argmax(mask)) + 1} of the data",
+        remedy=f'remove column "{name}" or record again',
+    )
+
+
 def _whole_trials(
-    log: Log, role: str, mask: NDArray[np.bool_], trial: Array, dropped: dict[str, int]
+    role: str, mask: NDArray[np.bool_], trial: Array, dropped: dict[str, int]
 ) -> NDArray[np.bool_]:
-    """Rows of the trials in which a sensor is mostly stuck."""
+    """Rows of the trials in which a sensor is mostly stuck; their number is added to `dropped`."""
     numbers = trial.astype(np.intp)
-    share = np.bincount(numbers, mask) / np.bincount(numbers)
-    whole = (share > _MOSTLY)[numbers]
-    if whole.all() or np.mean(mask) > _MOSTLY:
-        name = columns_of(log.axis.kind)[role]
-        other = columns_of(log.axis.kind)["velocity" if role == "position" else "position"]
-        raise InputError(
-            f'column "{name}" stands still on {int(mask.sum())} of {len(mask)} rows while "{other}" moves '
-            "on: the sensor is stuck",
-            file=log.source,
-            place=f"from row {int(np.argmax(mask)) + 1} of the data",
-            remedy=f'remove column "{name}" or record again',
-        )
+    whole = (np.bincount(numbers, mask) / np.bincount(numbers) > _MOSTLY)[numbers]
     if whole.any():
         dropped[STUCK[role]] = int(whole.sum())
     return whole

@@ -136,8 +136,15 @@ class Recording:
         return result
 
 
-def record(logs: Sequence[Log]) -> Recording:
+def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     """Join logs of one axis into a `Recording`.
+
+    Logs may be of different rates: the filter counts rows, so it takes away as much noise from each and a
+    filtered row of any log weighs the same; its bandwidth is told at the median rate.
+
+    Args:
+        logs: of one axis.
+        every_row: keep trials in which a sensor is stuck, for a prediction of each row.
 
     Raises:
         InputError: no log, logs of different axes, a torque that never changes, or too few rows.
@@ -145,7 +152,7 @@ def record(logs: Sequence[Log]) -> Recording:
     if not logs:
         raise InputError("no log was given", remedy="name at least one log file")
     axis = _common_axis(logs)
-    mended = [mend(log, _read_columns(log)) for log in logs]
+    mended = [mend(log, _read_columns(log), every_row=every_row) for log in logs]
     parts = [one.columns for one in mended]
     joined = {role: _join(parts, role) for role in parts[0] if role != "trial"}
     trial = _number_trials([part["trial"] for part in parts])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from idtool.effects import registry
-from idtool.fit.identifiability import low_speeds, presliding, stribeck_seen
+from idtool.fit.identifiability import Shortcoming, low_speeds, presliding, stribeck_seen
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
 from idtool.fit.model import FrictionKind, JointModel, Spec
 from idtool.fit.search import search
@@ -90,9 +90,10 @@ def first_fit(
     return solve(model, best.x)
 
 
-def step_down(fit: JointFit) -> tuple[JointFit, list[str]]:
-    """The same fit under the simplest friction law that the data determine, and why, in sentences."""
+def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
+    """The same fit under the simplest friction law that the data determine; why, in sentences and as data."""
     notes: list[str] = []
+    reasons: list[Shortcoming] = []
     spec = fit.model.spec
     if spec.friction == "lugre":
         friction = fit.model.friction(fit.x)
@@ -108,6 +109,7 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str]]:
             simpler = _with_law(fit, "stribeck")
             if fit.at_bound["bristle_stiffness"] or gain_in_evidence(simpler, fit) < _CLEAR_EVIDENCE:
                 notes.append(f"{short.why}: the static curve is used instead of LuGre; {short.remedy}.")
+                reasons.append(short)
                 fit = simpler
             else:
                 notes.append("LuGre is kept though its presliding is short: it predicts better.")
@@ -115,8 +117,9 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str]]:
         lacking = low_speeds(fit)
         assert lacking is not None  # it speaks wherever no static level is seen
         notes.append(f"{lacking.why}: Coulomb and viscous friction is used; {lacking.remedy}.")
+        reasons.append(lacking)
         fit = _with_law(fit, "coulomb")
-    return fit, notes
+    return fit, notes, reasons
 
 
 def _with_law(fit: JointFit, law: FrictionKind) -> JointFit:

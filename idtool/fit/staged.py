@@ -8,6 +8,7 @@ hands back only its own part.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -238,7 +239,10 @@ def _curve(fit: JointFit, windows: Sequence[Window]) -> tuple[dict[str, float], 
     low = np.array([0.0, 0.0, 0.2 * start[2], -np.inf])
     high = np.array([np.inf, np.inf, 5.0 * start[2], np.inf])
     try:
-        found, _ = optimize.curve_fit(steady, w, torque, np.maximum(start, low), bounds=(low, high))
+        with warnings.catch_warnings():
+            # four windows or fewer leave no covariance, which nobody asks for here
+            warnings.simplefilter("ignore", optimize.OptimizeWarning)
+            found, _ = optimize.curve_fit(steady, w, torque, np.maximum(start, low), bounds=(low, high))
     except RuntimeError:  # no convergence: the joint fit's curve stands
         found = start
     left = torque - steady(w, *found)

@@ -279,3 +279,8 @@ def test_a_parameter_at_its_bound_is_never_reported_as_found(
     out = ffc_id(capsys, "fit-dynamic", sine, "-p", params)[1]
     row = next(line for line in out.splitlines() if line.startswith("bristle stiffness"))
     assert "at its bound: not found" in row
+    result = identify([Log.read(sweep), Log.read(sine)])
+    assert result.fit.model.spec.friction == "stribeck"
+    assert "short_presliding" in {one["code"] for one in result.diagnosis["findings"]}
+    assert any("lower bound only" in note for note in result.diagnosis["notes"])
+    assert all(p.at_bound and not p.identified for p in result.parameters.dynamic.values())

@@ -11,9 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from idtool import Log, identify
+from idtool import Log, identify, signals
 from idtool.checking import check
 from idtool.identification import Identification
+from idtool.prediction import predict
+from idtool.sensor_faults import clipped
 
 from .support import GRAVITY, SINE, SWEEP, changed, ffc_id, plant, record
 
@@ -164,6 +166,46 @@ def test_handled_and_said(clean: Logs, reference: Identification, name: str) -> 
         assert part in notes
         assert part not in " ".join(reference.diagnosis["notes"])
     close(result, reference, row.worse)
+
+
+def test_a_prediction_keeps_every_row(clean: Logs, reference: Identification) -> None:
+    """Also those of a trial that no fit would use."""
+    log = clean["sweep"]
+    frame = stuck("position_rad", 3, 0.0, 1.0)(log.frame, np.random.default_rng(0))
+    prediction = predict([replace(log, frame=frame)], reference.parameters)
+    assert len(prediction.frame) == len(log.frame)
+    assert prediction.frame["torque_predicted_nm"].notna().all()
+
+
+def test_a_held_axis_is_no_stuck_sensor(clean: Logs) -> None:
+    """Standing still, with a velocity whose zero is a little off."""
+    frame = clean["sweep"].frame
+    rest = frame.iloc[[-1] * 400].assign(trial=99, velocity_rad_s=0.004)
+    rest["time_s"] += 0.01 * np.arange(1, 401)
+    both = pd.concat([frame, rest], ignore_index=True)
+    recording = signals.record([replace(clean["sweep"], frame=both)])
+    assert not any("stuck" in reason for reason in recording.lost)
+
+
+def test_a_range_of_no_whole_turns_is_not_taken_for_turns(clean: Logs) -> None:
+    """An angle that wraps at 6 rad is left alone, and its jumps are not used."""
+    frame = clean["sweep"].frame
+    middle = float(frame["position_rad"].median())
+    odd = frame.assign(position_rad=np.mod(frame["position_rad"] - middle, 6.0))
+    recording = signals.record([replace(clean["sweep"], frame=odd)])
+    assert not any("wraps" in remark for remark in recording.remarks)
+    assert recording.lost["motion faster than its sampling"] > 0
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+@pytest.mark.parametrize("step", [5e-4, 2.69e-3])
+def test_the_peak_of_a_sine_is_no_saturation(noise: float, step: float) -> None:
+    rng = np.random.default_rng(5)
+    sine = 0.2 * np.sin(np.linspace(0.0, 40.0, 6000)) + noise * rng.standard_normal(6000)
+    assert not clipped(np.rint(sine / step) * step).any()
+    cut = clipped(np.clip(np.rint(sine / step) * step, -0.15, 0.15))
+    assert cut[np.abs(sine) > 0.15 + 4 * noise].all()
+    assert not cut[np.abs(sine) < 0.1].any()
 
 
 def test_uneven_sampling(fine: Logs, reference: Identification) -> None:
