@@ -30,6 +30,10 @@ _SPIKE = "outlier of the torque"
 #: The filter lets pass up to this multiple of the highest frequency at which torque stands out of noise.
 _BANDWIDTH_MARGIN = 1.5
 _LEAST_BANDWIDTH_HZ = 10.0
+#: Logs of rates closer than this share are of one rate; the filter is designed for no less than this share
+#: of the median rate.
+_SAME_RATE = 0.95
+_LEAST_RATE = 0.2
 #: Of a filtered row's weights at least this share must fall on usable rows.
 _LEAST_WEIGHT = 0.6
 
@@ -140,7 +144,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     """Join logs of one axis into a `Recording`.
 
     Logs may be of different rates: the filter counts rows, so it takes away as much noise from each and a
-    filtered row of any log weighs the same; its bandwidth is told at the median rate.
+    filtered row of any log weighs the same; it is designed for the slowest of them.
 
     Args:
         logs: of one axis.
@@ -185,7 +189,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     for one in mended:
         for reason, rows in one.dropped.items():
             lost[reason] = lost.get(reason, 0) + rows
-    rate = 1.0 / float(np.median(motion.step[~first]))
+    rate = _common_rate(motion, np.asarray(source)[trial])
     bandwidth, noise = _bandwidth_and_noise(calm, motion, rate)
     return Recording(
         axis,
@@ -338,6 +342,19 @@ def _usable_rows(
     wild = np.abs(away) > max(_OUTLIER * spread, 0.05 * float(np.ptp(middle)))
     drop(_SPIKE, wild)
     return usable, lost, np.where(wild, middle, torque)
+
+
+def _common_rate(motion: Motion, source: NDArray[np.intp]) -> float:
+    """The rate that the filter is designed for, Hz: that of the slowest log.
+
+    At the median rate the rows of a slow log would be blurred over as many rows as those of the fast ones,
+    which is for longer. Not below a share of the median: one coarse log must not undo the filter of all.
+    """
+    inside = ~motion.first
+    median = 1.0 / float(np.median(motion.step[inside]))
+    logs = np.unique(source[inside])
+    slowest = min(1.0 / float(np.median(motion.step[inside & (source == log)])) for log in logs)
+    return median if slowest > _SAME_RATE * median else max(slowest, _LEAST_RATE * median)
 
 
 def _bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[float, float]:
