@@ -23,6 +23,7 @@ from scipy import optimize
 
 from idtool import kalman
 from idtool.model.motion import Array
+from idtool.sensor_faults import resolution
 
 #: Squared normalised innovations count at most this much in the likelihood, so that a few steps in
 #: the motion do not make all of it look rough.
@@ -70,22 +71,15 @@ def reading_variance(values: Array, first: NDArray[np.bool_]) -> float:
     """Variance of a reading's noise: that of its quantisation, or of its third differences if larger.
 
     Args:
-        values: a reading, shape (rows,).
+        values: a reading, shape (rows,); NaN where it cannot be used.
         first: True at the first row of each trial.
     """
     third = np.diff(values, 3)
-    inside = ~(first[1:-2] | first[2:-1] | first[3:])
+    inside = ~(first[1:-2] | first[2:-1] | first[3:]) & np.isfinite(third)
     spread = third[inside]
     # binomial weights 1, 3, 3, 1: white noise of variance v gives third differences of variance 20 v
     rough = (1.4826 * float(np.median(np.abs(spread)))) ** 2 / 20.0 if len(spread) else 0.0
     return max(resolution(values) ** 2 / 12.0, rough, 1e-18)
-
-
-def resolution(values: Array) -> float:
-    """Smallest step of a reading, 0 if it never changes; shape (rows,)."""
-    steps = np.abs(np.diff(values))
-    steps = steps[steps > 1e-12 * (1.0 + float(np.max(np.abs(values))))]
-    return float(np.quantile(steps, 0.01)) if len(steps) else 0.0
 
 
 def smooth(time: Array, position: Array | None, velocity: Array | None, first: NDArray[np.bool_]) -> Smoothed:
@@ -93,7 +87,8 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
 
     Args:
         time: s, rising inside a trial, shape (rows,).
-        position, velocity: readings, shape (rows,), or None.
+        position, velocity: readings, shape (rows,), or None; NaN where a reading cannot be used, which
+            the first row of a trial must not be.
         first: True at the first row of each trial.
     """
     rows = len(time)
@@ -105,22 +100,24 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     period = float(np.median(np.diff(time)[inside]))
     passed = kalman.Passed.blank(rows)
 
-    variances = np.tile([q_variance, w_variance], (rows, 1))
+    present = np.isfinite(readings)
+    readings = np.where(present, readings, 0.0)
 
     def cost(log_jerk: float) -> float:
         jerk = np.full(rows, 10.0**log_jerk)
-        kalman.forward(time, readings, variances, first, jerk, passed)
+        kalman.forward(time, readings, present * [q_variance, w_variance], first, jerk, passed)
         likely = np.minimum(passed.surprise, _ROBUST) + np.log(passed.variance)
         return float(likely[~first].sum())
 
-    steps = np.diff(readings[:, 1] if position is None else readings[:, 0])[inside]
+    column = 1 if position is None else 0
+    steps = np.diff(readings[:, column])[inside & present[1:, column] & present[:-1, column]]
     centre = 2.0 * math.log10(max(float(np.std(steps)) / period, 1e-9))
     result = optimize.minimize_scalar(
         cost, bounds=(centre - 5.0, centre + 9.0), method="bounded", options={"xatol": 0.1}
     )
     likeliest = 10.0 ** float(result.x)
     for doubts in range(_MOST_DOUBTS):
-        series = _Series(time, readings, np.tile([q_variance, w_variance], (rows, 1)), first)
+        series = _Series(time, readings, present * [q_variance, w_variance], first)
         surprise = _surprise_when_eager(series, likeliest, passed)
         if np.mean(surprise > TOO_FAST) < _DOUBTFUL:
             break
@@ -178,7 +175,9 @@ def _with_edges(
     jump = np.abs(np.diff(reading, prepend=reading[0]))
     slow = repeats > 1
     slow[1:] |= repeats[:-1] > 1
-    edge = np.flatnonzero(new & ~first & slow & (np.abs(jump - count) < 0.5 * count))
+    read = variances[:, 0] > 0
+    read[1:] &= read[:-1]
+    edge = np.flatnonzero(new & ~first & slow & read & (np.abs(jump - count) < 0.5 * count))
     way = 0.5 * (velocity[edge] + velocity[edge - 1]) * (time[edge] - time[edge - 1])
     between = np.column_stack([0.5 * (reading[edge] + reading[edge - 1]), np.zeros(len(edge))])
     spread = np.column_stack([way**2 / 12.0 + (_EDGE * count) ** 2, np.zeros(len(edge))])

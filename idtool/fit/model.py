@@ -33,7 +33,8 @@ _FRICTION_COORDINATES: dict[FrictionKind, tuple[str, ...]] = {
     "stribeck": ("coulomb", "static", "stribeck_velocity", "viscous"),
     "coulomb": ("coulomb", "viscous"),
 }
-_LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
+#: Coordinates that are logarithms.
+LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
 
 
 @dataclass(frozen=True)
@@ -222,13 +223,13 @@ class JointModel:
     def values(self, x: Array) -> dict[str, float]:
         """Physical value of every coordinate by name."""
         return {
-            name: math.exp(number) if name in _LOGARITHMIC else float(number)
+            name: math.exp(number) if name in LOGARITHMIC else float(number)
             for name, number in zip(self.names, x, strict=True)
         }
 
     def coordinates(self, values: Mapping[str, float]) -> Array:
         """Coordinates of physical values by name, moved inside the bounds."""
-        raw = [math.log(values[name]) if name in _LOGARITHMIC else values[name] for name in self.names]
+        raw = [math.log(values[name]) if name in LOGARITHMIC else values[name] for name in self.names]
         low, high = self.bounds
         return np.asarray(np.clip(np.array(raw), low, high))
 
@@ -271,7 +272,7 @@ class JointModel:
             elif name == "coulomb" and self.spec.friction == "coulomb":
                 result.append(Direction(coulomb=value[name], static=value[name]))
             else:
-                unit = value[name] if name in _LOGARITHMIC else 1.0
+                unit = value[name] if name in LOGARITHMIC else 1.0
                 result.append(replace(Direction(), **{name: unit}))  # type: ignore[arg-type]
         return result
 
