@@ -55,113 +55,132 @@ class Smoothed:
     surprise: Array
 
 
+@numba.njit(cache=True, inline="always")
+def _carried(P00, P01, P02, P11, P12, P22, h, s2):  # type: ignore[no-untyped-def]
+    """Covariance after a step h of white jerk: F P F' + Q, its upper triangle.
+
+    Written out because the matrices are so small that calling a matrix product costs more than it.
+    """
+    half = 0.5 * h * h
+    A00 = P00 + h * P01 + half * P02
+    A01 = P01 + h * P11 + half * P12
+    A02 = P02 + h * P12 + half * P22
+    A11 = P11 + h * P12
+    A12 = P12 + h * P22
+    h2 = h * h
+    return (
+        A00 + h * A01 + half * A02 + s2 * h2 * h2 * h / 20.0,
+        A01 + h * A02 + s2 * h2 * h2 / 8.0,
+        A02 + s2 * h2 * h / 6.0,
+        A11 + h * A12 + s2 * h2 * h / 3.0,
+        A12 + s2 * h2 / 2.0,
+        P22 + s2 * h,
+    )
+
+
 @numba.njit(cache=True)
 def _filter(  # type: ignore[no-untyped-def]
     time, position, velocity, first, jerk, rough, position_variance, velocity_variance, robust, keep
 ):
-    """Forward pass; with `keep` it stores what the backward pass needs.
+    """Forward pass; with `keep` it stores what the backward pass needs: means, (rows, 3), and upper
+    triangles of the covariances, (rows, 6).
 
     A variance <= 0 means that the reading is not used.
     """
     n = time.shape[0]
     rows = n if keep else 1
     means = np.empty((rows, 3))
-    covs = np.empty((rows, 3, 3))
-    predicted_means = np.empty((rows, 3))
-    predicted_covs = np.empty((rows, 3, 3))
+    covs = np.empty((rows, 6))
     surprise = np.zeros((2, n))
     cost = 0.0
-    m = np.zeros(3)
-    P = np.zeros((3, 3))
-    mp = np.zeros(3)
-    Pp = np.zeros((3, 3))
-    F = np.eye(3)
+    q = w = a = 0.0
+    P00 = P01 = P02 = P11 = P12 = P22 = 0.0
     for k in range(n):
         if first[k]:
-            h = 0.0
-            mp[0] = position[k] if position_variance > 0 else 0.0
-            mp[1] = velocity[k] if velocity_variance > 0 else 0.0
-            mp[2] = 0.0
-            Pp[:, :] = 0.0
-            Pp[0, 0] = 9.0 * position_variance if position_variance > 0 else 1e-12
-            Pp[1, 1] = 9.0 * velocity_variance if velocity_variance > 0 else 1.0
-            Pp[2, 2] = max(jerk * rough[k], 1e-6)
+            q = position[k] if position_variance > 0 else 0.0
+            w = velocity[k] if velocity_variance > 0 else 0.0
+            a = 0.0
+            P01 = P02 = P12 = 0.0
+            P00 = 9.0 * position_variance if position_variance > 0 else 1e-12
+            P11 = 9.0 * velocity_variance if velocity_variance > 0 else 1.0
+            P22 = max(jerk * rough[k], 1e-6)
         else:
             h = time[k] - time[k - 1]
-            s2 = jerk * rough[k]
-            F[0, 1] = h
-            F[1, 2] = h
-            F[0, 2] = 0.5 * h * h
-            mp[0] = m[0] + h * m[1] + 0.5 * h * h * m[2]
-            mp[1] = m[1] + h * m[2]
-            mp[2] = m[2]
-            Pp[:, :] = F @ P @ F.T
-            h2 = h * h
-            Pp[0, 0] += s2 * h2 * h2 * h / 20.0
-            Pp[0, 1] += s2 * h2 * h2 / 8.0
-            Pp[0, 2] += s2 * h2 * h / 6.0
-            Pp[1, 1] += s2 * h2 * h / 3.0
-            Pp[1, 2] += s2 * h2 / 2.0
-            Pp[2, 2] += s2 * h
-            Pp[1, 0] = Pp[0, 1]
-            Pp[2, 0] = Pp[0, 2]
-            Pp[2, 1] = Pp[1, 2]
-        if keep:
-            predicted_means[k] = mp
-            predicted_covs[k] = Pp
-        m[:] = mp
-        P[:, :] = Pp
-        for reading in range(2):
-            variance = position_variance if reading == 0 else velocity_variance
-            if variance <= 0:
-                continue
-            measured = position[k] if reading == 0 else velocity[k]
-            s = P[reading, reading] + variance
-            e = measured - m[reading]
-            nis = e * e / s
+            q = q + h * w + 0.5 * h * h * a
+            w = w + h * a
+            P00, P01, P02, P11, P12, P22 = _carried(P00, P01, P02, P11, P12, P22, h, jerk * rough[k])
+        if position_variance > 0:
+            s = P00 + position_variance
+            e = position[k] - q
             if not first[k]:
-                surprise[reading, k] = nis
+                nis = e * e / s
+                surprise[0, k] = nis
                 cost += math.log(s) + min(nis, robust)
-            g0 = P[0, reading] / s
-            g1 = P[1, reading] / s
-            g2 = P[2, reading] / s
-            row0 = P[reading, 0]
-            row1 = P[reading, 1]
-            row2 = P[reading, 2]
-            m[0] += g0 * e
-            m[1] += g1 * e
-            m[2] += g2 * e
-            P[0, 0] -= g0 * row0
-            P[0, 1] -= g0 * row1
-            P[0, 2] -= g0 * row2
-            P[1, 0] -= g1 * row0
-            P[1, 1] -= g1 * row1
-            P[1, 2] -= g1 * row2
-            P[2, 0] -= g2 * row0
-            P[2, 1] -= g2 * row1
-            P[2, 2] -= g2 * row2
+            g0, g1, g2 = P00 / s, P01 / s, P02 / s
+            q += g0 * e
+            w += g1 * e
+            a += g2 * e
+            P11 -= g1 * P01
+            P12 -= g1 * P02
+            P22 -= g2 * P02
+            P00 -= g0 * P00
+            P01 -= g0 * P01
+            P02 -= g0 * P02
+        if velocity_variance > 0:
+            s = P11 + velocity_variance
+            e = velocity[k] - w
+            if not first[k]:
+                nis = e * e / s
+                surprise[1, k] = nis
+                cost += math.log(s) + min(nis, robust)
+            g0, g1, g2 = P01 / s, P11 / s, P12 / s
+            q += g0 * e
+            w += g1 * e
+            a += g2 * e
+            P00 -= g0 * P01
+            P02 -= g0 * P12
+            P22 -= g2 * P12
+            P01 -= g0 * P11
+            P12 -= g1 * P12
+            P11 -= g1 * P11
         if keep:
-            means[k] = m
-            covs[k] = P
-    return cost, surprise, means, covs, predicted_means, predicted_covs
+            means[k, 0], means[k, 1], means[k, 2] = q, w, a
+            covs[k, 0], covs[k, 1], covs[k, 2] = P00, P01, P02
+            covs[k, 3], covs[k, 4], covs[k, 5] = P11, P12, P22
+    return cost, surprise, means, covs
 
 
 @numba.njit(cache=True)
-def _smooth(time, first, means, covs, predicted_means, predicted_covs):  # type: ignore[no-untyped-def]
-    n = time.shape[0]
-    out = means.copy()
-    F = np.eye(3)
-    for k in range(n - 2, -1, -1):
+def _smooth(time, first, jerk, rough, means, covs):  # type: ignore[no-untyped-def]
+    """Backward pass. The smoothed states replace `means`, so that a long log needs no second copy; what
+    the forward pass predicted is computed again for the same reason."""
+    for k in range(time.shape[0] - 2, -1, -1):
         if first[k + 1]:
             continue
         h = time[k + 1] - time[k]
-        F[0, 1] = h
-        F[1, 2] = h
-        F[0, 2] = 0.5 * h * h
-        # gain G = P F' Pp^-1, through the transposed system
-        G = np.linalg.solve(predicted_covs[k + 1], F @ covs[k]).T
-        out[k] = means[k] + G @ (out[k + 1] - predicted_means[k + 1])
-    return out
+        half = 0.5 * h * h
+        P00, P01, P02 = covs[k, 0], covs[k, 1], covs[k, 2]
+        P11, P12, P22 = covs[k, 3], covs[k, 4], covs[k, 5]
+        q, w, a = means[k, 0], means[k, 1], means[k, 2]
+        # the gain is P F' Pp^-1; Pp^-1 times the news, by the factors L D L' of Pp
+        d0, u01, u02, u11, u12, u22 = _carried(P00, P01, P02, P11, P12, P22, h, jerk * rough[k + 1])
+        l10, l20 = u01 / d0, u02 / d0
+        d1 = u11 - l10 * u01
+        c12 = u12 - l10 * u02
+        l21 = c12 / d1
+        d2 = u22 - l20 * u02 - l21 * c12
+        y0 = means[k + 1, 0] - (q + h * w + half * a)
+        y1 = means[k + 1, 1] - (w + h * a) - l10 * y0
+        y2 = means[k + 1, 2] - a - l20 * y0 - l21 * y1
+        x2 = y2 / d2
+        x1 = y1 / d1 - l21 * x2
+        x0 = y0 / d0 - l10 * x1 - l20 * x2
+        # F' x, then P
+        x2 += half * x0 + h * x1
+        x1 += h * x0
+        means[k, 0] = q + P00 * x0 + P01 * x1 + P02 * x2
+        means[k, 1] = w + P01 * x0 + P11 * x1 + P12 * x2
+        means[k, 2] = a + P02 * x0 + P12 * x1 + P22 * x2
 
 
 def reading_variance(values: Array, first: NDArray[np.bool_]) -> float:
@@ -221,9 +240,9 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
             w_variance *= _DOUBT
         else:
             q_variance *= _DOUBT
-    passed = _filter(time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, True)
-    _, surprise, means, covs, predicted_means, predicted_covs = passed
-    states = _smooth(time, first, means, covs, predicted_means, predicted_covs)
+    _, surprise, states, covs = _filter(time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, True)
+    _smooth(time, first, jerk, rough, states, covs)
+    del covs
     estimated = states[:, 0] if position is not None else _relative_position(time, states[:, 1], first)
     return Smoothed(
         np.ascontiguousarray(estimated),

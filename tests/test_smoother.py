@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from idtool.smoother import TOO_FAST, reading_variance, smooth
+from idtool.smoother import TOO_FAST, _filter, _smooth, reading_variance, smooth
 
 
 def truth(rows: int = 3000, period: float = 0.005) -> tuple[np.ndarray, ...]:
@@ -83,3 +83,45 @@ def test_variance_of_a_reading() -> None:
     _, q, _, _ = truth()
     noisy = q + 3e-4 * rng.normal(size=len(q))
     assert np.sqrt(reading_variance(noisy, first_of(len(q)))) == pytest.approx(3e-4, rel=0.1)
+
+
+def test_written_out_passes_are_the_textbook_ones() -> None:
+    """The compiled passes against the matrix formulas of the source, uneven steps and two trials."""
+    rng = np.random.default_rng(5)
+    n, jerk, variances = 300, 40.0, (1e-6, 1e-4)
+    time = np.cumsum(rng.uniform(0.002, 0.02, n))
+    first = np.zeros(n, dtype=bool)
+    first[[0, 170]] = True
+    readings = (np.sin(time) + 1e-3 * rng.normal(size=n), np.cos(time) + 1e-2 * rng.normal(size=n))
+    rough = rng.uniform(1.0, 50.0, n)
+    _, surprise, states, covs = _filter(time, *readings, first, jerk, rough, *variances, 9.0, True)
+    _smooth(time, first, jerk, rough, states, covs)
+
+    means, covariances, predicted, news = [], [], [], np.zeros((2, n))
+    for k in range(n):
+        h = 0.0 if first[k] else time[k] - time[k - 1]
+        F = np.array([[1.0, h, 0.5 * h * h], [0.0, 1.0, h], [0.0, 0.0, 1.0]])
+        Q = np.array(
+            [[h**5 / 20, h**4 / 8, h**3 / 6], [h**4 / 8, h**3 / 3, h**2 / 2], [h**3 / 6, h**2 / 2, h]]
+        )
+        if first[k]:
+            m = np.array([readings[0][k], readings[1][k], 0.0])
+            P = np.diag([9.0 * variances[0], 9.0 * variances[1], jerk * rough[k]])
+        else:
+            m, P = F @ means[-1], F @ covariances[-1] @ F.T + jerk * rough[k] * Q
+        predicted.append((F, m, P))
+        for reading, variance in enumerate(variances):
+            s, e = P[reading, reading] + variance, readings[reading][k] - m[reading]
+            news[reading, k] = 0.0 if first[k] else e * e / s
+            gain = P[:, reading] / s
+            m, P = m + gain * e, P - np.outer(gain, P[reading])
+        means.append(m)
+        covariances.append(P)
+    expected = np.array(means)
+    for k in range(n - 2, -1, -1):
+        if not first[k + 1]:
+            F, m, P = predicted[k + 1]
+            expected[k] += covariances[k] @ F.T @ np.linalg.inv(P) @ (expected[k + 1] - m)
+
+    np.testing.assert_allclose(surprise, news, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(states, expected, rtol=1e-8, atol=1e-9)
