@@ -88,7 +88,10 @@ class Scales:
         speed = np.abs(motion.velocity)
         top = float(np.quantile(speed, 0.999))
         moving = speed[speed > 0.02 * top]
-        within = [np.ptp(motion.position[motion.trial == t]) for t in range(motion.trials)]
+        # a pass over the rows each, however many trials there are
+        within = np.maximum.reduceat(motion.position, motion.starts) - np.minimum.reduceat(
+            motion.position, motion.starts
+        )
         spread = float(np.std(recording.filtered(recording.torque))) + recording.noise
         return cls(
             torque=spread,
