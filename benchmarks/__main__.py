@@ -1,0 +1,57 @@
+"""python -m benchmarks [PART...]"""
+
+from __future__ import annotations
+
+import os
+
+# before numpy is loaded: one core, whatever the library would like
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ[_name] = "1"
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+from benchmarks import dynamic, kernel, machine, scaling, session, startup
+from benchmarks.table import Section, goals_table
+
+PARTS: dict[str, Callable[[], Section]] = {
+    "kernel": kernel.measure,
+    "dynamic": dynamic.measure,
+    "scaling": scaling.measure,
+    "startup": startup.measure,
+    "session": session.measure,
+}
+_REPORT = Path(__file__).resolve().parent.parent / "docs" / "benchmarks.md"
+
+_HEAD = """# Benchmarks
+
+Written by `make bench` (`python -m benchmarks`). Everything on one core; what is compared was run in turns, and
+the shortest time of several rounds counts, because other work on a machine only ever adds to a time. Ratios
+carry over to other machines better than times do.
+"""
+
+
+def main() -> None:
+    """Run the parts that were named, or all; only a run of all writes the report."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Benchmarks of ffc-id.")
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all if none is named")
+    parts = parser.parse_args().parts
+    for name in parts:
+        if name not in PARTS:
+            parser.error(f"unknown part {name!r}; there are {', '.join(PARTS)}")
+    sections = []
+    for name in parts or PARTS:
+        sections.append(PARTS[name]())
+        print(sections[-1].markdown(), flush=True)
+    goals = goals_table(sections)
+    print(goals.markdown())
+    if not parts:
+        packages = ", ".join(f"{name} {version}" for name, version in machine.versions().items())
+        goals.notes.append(f"Processor: {machine.processor()}. {packages}.")
+        _REPORT.write_text("\n".join([_HEAD, *(part.markdown() for part in [goals, *sections])]).rstrip() + "\n")
+        print(f"written: {_REPORT.relative_to(Path.cwd()) if _REPORT.is_relative_to(Path.cwd()) else _REPORT}")
+
+
+if __name__ == "__main__":
+    main()

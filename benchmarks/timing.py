@@ -1,0 +1,30 @@
+"""Timing that other users of the machine disturb little."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+
+
+def interleaved(tasks: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, float]:
+    """Shortest time of each task, s.
+
+    The tasks take turns, so that a spell of load falls on all of them; the shortest time of many rounds is
+    that of a round that nobody disturbed. A first round, not counted, compiles and warms up.
+    """
+    for task in tasks.values():
+        task()
+    best = dict.fromkeys(tasks, float("inf"))
+    for _ in range(rounds):
+        for name, task in tasks.items():
+            began = time.perf_counter()
+            task()
+            best[name] = min(best[name], time.perf_counter() - began)
+    return best
+
+
+def once(task: Callable[[], object]) -> float:
+    """Time of one run, s; for what is too long to repeat."""
+    began = time.perf_counter()
+    task()
+    return time.perf_counter() - began
