@@ -35,7 +35,9 @@ carry over to other machines better than times do.
 def main() -> None:
     """Run the parts that were named, or all; only a run of all writes the report."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Benchmarks of ffc-id.")
-    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all if none is named")
+    parser.add_argument(
+        "parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all if none is named"
+    )
     parts = parser.parse_args().parts
     for name in parts:
         if name not in PARTS:
@@ -49,8 +51,12 @@ def main() -> None:
     if not parts:
         packages = ", ".join(f"{name} {version}" for name, version in machine.versions().items())
         goals.notes.append(f"Processor: {machine.processor()}. {packages}.")
-        _REPORT.write_text("\n".join([_HEAD, *(part.markdown() for part in [goals, *sections])]).rstrip() + "\n")
-        print(f"written: {_REPORT.relative_to(Path.cwd()) if _REPORT.is_relative_to(Path.cwd()) else _REPORT}")
+        _REPORT.write_text(
+            "\n".join([_HEAD, *(part.markdown() for part in [goals, *sections])]).rstrip() + "\n"
+        )
+        print(
+            f"written: {_REPORT.relative_to(Path.cwd()) if _REPORT.is_relative_to(Path.cwd()) else _REPORT}"
+        )
 
 
 if __name__ == "__main__":

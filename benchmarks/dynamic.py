@@ -104,7 +104,9 @@ def against_euler(
         point = (math.exp(x[0]), float(x[1]), float(x[2]))
         theirs = common_cost(recording, static, *point)
         ratio = took / best["ours"]
-        runs.append((name, ratio if judged <= theirs * (1 + 1e-9) and own <= value * (1 + 1e-9) else math.nan))
+        runs.append(
+            (name, ratio if judged <= theirs * (1 + 1e-9) and own <= value * (1 + 1e-9) else math.nan)
+        )
         unknowns = "sigma0, sigma1, inertia" + (", starts" if len(x) > 3 else "")
         section.add(
             name, unknowns, done, seconds(took), ratio, f"{value:.6g}", f"{theirs:.6g}", point[0], point[1]
@@ -195,7 +197,9 @@ def against_same_kernel(recording: Recording, known: Parameters, *, most: int) -
 
     result, _ = _evolve(cost, euler.BOUNDS, most)
     ratio = result.nfev / evaluations
-    section.add("differential evolution", "sigma0, sigma1, inertia", int(result.nfev), ratio, f"{result.fun:.6g}")
+    section.add(
+        "differential evolution", "sigma0, sigma1, inertia", int(result.nfev), ratio, f"{result.fun:.6g}"
+    )
     less, _ = _evolve(projected, euler.BOUNDS[:1], most)
     section.add(
         "differential evolution",

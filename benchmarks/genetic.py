@@ -45,7 +45,9 @@ def minimise(
     evaluations = 0
 
     def inside(point: Sequence[float]) -> list[float]:
-        return [low + min(max(u, 0.0), 1.0) * (high - low) for u, (low, high) in zip(point, bounds, strict=True)]
+        return [
+            low + min(max(u, 0.0), 1.0) * (high - low) for u, (low, high) in zip(point, bounds, strict=True)
+        ]
 
     def evaluate(point: Sequence[float]) -> tuple[float]:
         nonlocal evaluations

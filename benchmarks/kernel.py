@@ -46,7 +46,9 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
     )
     worst = 0.0
     if compiler() is None:
-        section.notes.append("There is no C compiler here (`cc`, or what CC names), so nothing to compare with.")
+        section.notes.append(
+            "There is no C compiler here (`cc`, or what CC names), so nothing to compare with."
+        )
     else:
         with tempfile.TemporaryDirectory() as folder:
             usual, fast = Library(Path(folder), PLAIN), Library(Path(folder), FAST)
@@ -56,7 +58,9 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
             "C fast": lambda: fast.propagate(*plain, split=False),
             "C fast, tangents": lambda: fast.propagate_tangents(*plain, columns),
             "C fast, exponentials first": lambda: fast.propagate(*plain, split=True),
-            f"C fast, {LANES} stiffnesses at once": lambda: fast.many(velocity, step, height, first, stiffness),
+            f"C fast, {LANES} stiffnesses at once": lambda: fast.many(
+                velocity, step, height, first, stiffness
+            ),
         }
         worst = max(
             float(np.max(np.abs(ours - theirs)))

@@ -51,7 +51,9 @@ def repeated(log: Log, rows: int) -> Log:
     times = -(-rows // len(log.frame))
     frame = pd.concat([log.frame] * times, ignore_index=True)
     trial = log.frame["trial"].to_numpy()
-    frame["trial"] = np.repeat(np.arange(times) * (int(trial.max()) + 1), len(log.frame)) + np.tile(trial, times)
+    frame["trial"] = np.repeat(np.arange(times) * (int(trial.max()) + 1), len(log.frame)) + np.tile(
+        trial, times
+    )
     return replace(log, frame=frame.iloc[:rows].reset_index(drop=True))
 
 

@@ -57,7 +57,14 @@ def measure(recording: Recording, known: Parameters, *, rounds: int) -> Section:
     )
     section = Section(
         "The skilled user: least_squares over our compiled model",
-        ["start sigma0", "start sigma1", "end sigma0", "end sigma1", "model evaluations", "common cost / ours"],
+        [
+            "start sigma0",
+            "start sigma1",
+            "end sigma0",
+            "end sigma1",
+            "model evaluations",
+            "common cost / ours",
+        ],
     )
     astray = 0
     for stiffness in _STIFFNESSES:

@@ -37,7 +37,13 @@ def measure(seeds: Sequence[int], trials: tuple[int, ...] = (), sweep: tuple[int
             errors.setdefault(name, []).append([off_by(values, parameter) for parameter in _NAMES])
     section = Section(
         "What the unknown starts and the joint refinement buy",
-        ["fit", "sigma0: mean error, %", "root mean square, %", "sigma1: mean error, %", "root mean square, %"],
+        [
+            "fit",
+            "sigma0: mean error, %",
+            "root mean square, %",
+            "sigma1: mean error, %",
+            "root mean square, %",
+        ],
     )
     for name, found in errors.items():
         table = np.array(found)

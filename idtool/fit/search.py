@@ -45,6 +45,9 @@ class Projection:
     evaluations: int = 0
     _fixed: Array = field(init=False)
     _names: list[str] = field(init=False)
+    _curve: tuple[float, float, float] | None = field(init=False, default=None)
+    _over_steps: Array = field(init=False)
+    _over_rows: Array = field(init=False)
 
     def __post_init__(self) -> None:
         motion = self.model.recording.motion
@@ -70,13 +73,21 @@ class Projection:
         model, motion = self.model, self.model.recording.motion
         stiffness = friction["bristle_stiffness"]
         curve = (friction["coulomb"], friction["static"], friction["stribeck_velocity"])
-        rho = stiffness / level(motion.step_velocity, *curve)
+        if curve != self._curve:  # a search over the stiffness alone keeps its curve
+            self._curve = curve
+            self._over_steps = 1.0 / level(motion.step_velocity, *curve)
+            self._over_rows = np.abs(motion.velocity) / level(motion.velocity, *curve)
         z, decay = lugre.propagate(
-            motion.step_velocity, motion.step, rho, motion.first, np.zeros(motion.trials)
+            motion.step_velocity,
+            motion.step,
+            stiffness * self._over_steps,
+            motion.first,
+            np.zeros(motion.trials),
         )
-        rate = motion.velocity - stiffness / level(motion.velocity, *curve) * np.abs(motion.velocity) * z
+        rate = motion.velocity - stiffness * self._over_rows * z
         damped = model.spec.friction == "lugre"
-        new = model.recording.filtered(np.column_stack([stiffness * z, stiffness * decay, rate]))
+        new = model.recording.filtered_columns(z, decay, rate)
+        new[:, :2] *= stiffness
         columns = np.column_stack(
             [model.measured - new[:, 0], new[:, 2:] if damped else new[:, :0], self._fixed]
         )

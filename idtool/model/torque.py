@@ -82,7 +82,8 @@ def predict(motion: Motion, friction: Friction, effect: Contribution, start: Arr
     z, decay = lugre.propagate(
         motion.step_velocity, motion.step, friction.bristle_stiffness / level.value, motion.first, start
     )
-    return _finish(motion, friction, effect, z, decay)
+    prediction = _finish(motion, friction, effect, z, decay, _Level(motion.velocity, friction, effect))
+    return _output(motion, effect, prediction, None, ())[0]
 
 
 def linearise(
@@ -100,11 +101,11 @@ def linearise(
     z, decay, tangents = lugre.propagate_tangents(
         motion.step_velocity, motion.step, rho_step, motion.first, start, dlog_rho
     )
-    prediction = _finish(motion, friction, effect, z, decay, undelayed=True)
+    prediction = _finish(motion, friction, effect, z, decay, at_row)
     rho_speed = friction.bristle_stiffness / at_row.value * np.abs(motion.velocity)
     z_rate = motion.velocity - rho_speed * z
     through_z = friction.bristle_stiffness - friction.bristle_damping * rho_speed
-    jacobian = np.empty((len(motion), len(directions)))
+    jacobian = np.empty((len(motion), len(directions)), order="F")  # a column is written at a time
     for index, direction in enumerate(directions):
         column = direction.bristle_stiffness * z + direction.bristle_damping * z_rate
         viscous = (
@@ -174,24 +175,15 @@ def _at_step(effect: Contribution, motion: Motion) -> Contribution:
 
 
 def _finish(
-    motion: Motion,
-    friction: Friction,
-    effect: Contribution,
-    z: Array,
-    decay: Array,
-    *,
-    undelayed: bool = False,
+    motion: Motion, friction: Friction, effect: Contribution, z: Array, decay: Array, level: _Level
 ) -> Prediction:
-    level = _Level(motion.velocity, friction, effect)
+    """The torque before delay and saturation; `level` is g over the rows."""
     rho_speed = friction.bristle_stiffness / level.value * np.abs(motion.velocity)
     through_z = friction.bristle_stiffness - friction.bristle_damping * rho_speed
     torque = through_z * z + friction.bristle_damping * motion.velocity
     torque += friction.viscous * (1.0 + effect.viscous_change) * motion.velocity
     torque += effect.torque
-    prediction = Prediction(torque, through_z * decay, z)
-    if undelayed:
-        return prediction
-    return _output(motion, effect, prediction, None, ())[0]
+    return Prediction(torque, through_z * decay, z)
 
 
 def _output(
