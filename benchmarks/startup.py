@@ -1,0 +1,93 @@
+"""What a second process pays before it does anything: compiled code from the cache, and `--help`."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from benchmarks.table import Goal, Section, seconds
+
+_GOAL = 0.1
+_IMPORTS = "import numpy, numba"
+#: What is compiled runs once on a few rows; the time is printed by the process itself.
+_KERNEL = """
+import time
+{imports}
+began = time.perf_counter()
+import numpy as np
+from idtool.model import lugre
+ones = np.ones(4)
+first = np.array([True, False, False, False])
+lugre.propagate(ones, ones, ones, first, np.zeros(1))
+{more}
+print(time.perf_counter() - began)
+"""
+_TANGENTS = "lugre.propagate_tangents(ones, ones, ones, first, np.zeros(1), np.ones((4, 2)))"
+#: Reading a motion and one differentiation touch every compiled function of a fit.
+_WHOLE = """
+import time
+{imports}
+import pandas, scipy.signal, scipy.sparse, scipy.optimize, scipy.stats, nlopt
+began = time.perf_counter()
+import numpy as np
+from idtool.model import lugre
+from idtool import smoother
+ones = np.ones(60)
+first = np.arange(60) == 0
+lugre.propagate(ones, ones, ones, first, np.zeros(1))
+lugre.propagate_tangents(ones, ones, ones, first, np.zeros(1), np.ones((60, 2)))
+t = 0.01 * np.arange(60)
+smoother.smooth(t, np.sin(t), np.cos(t), first)
+print(time.perf_counter() - began)
+"""
+
+
+def measure(rounds: int = 7) -> Section:
+    """Shortest times of several fresh processes, the cache warm."""
+    program = Path(sys.executable).with_name("ffc-id")
+    tasks = {
+        "python -c pass": [sys.executable, "-c", "pass"],
+        "import numpy, numba": [sys.executable, "-c", _IMPORTS],
+        "ffc-id --help": [str(program), "--help"],
+    }
+    inside = {
+        "propagate": _KERNEL.format(imports=_IMPORTS, more=""),
+        "propagate and its tangents": _KERNEL.format(imports=_IMPORTS, more=_TANGENTS),
+        "all that reading a log and a fit compile": _WHOLE.format(imports=_IMPORTS),
+    }
+    best = dict.fromkeys([*tasks, *inside], float("inf"))
+    for turn in range(rounds + 1):
+        for name, command in tasks.items():
+            began = time.perf_counter()
+            subprocess.run(command, check=True, capture_output=True)
+            best[name] = min(best[name], time.perf_counter() - began)
+        for name, script in inside.items():
+            done = subprocess.run(
+                [sys.executable, "-c", script], check=True, capture_output=True, text=True
+            )
+            if turn:  # the first one may have had to fill the cache
+                best[name] = min(best[name], float(done.stdout))
+    section = Section(
+        "A second process",
+        ["what", "time"],
+        notes=[
+            "The upper part is the whole process. The lower part is timed inside a process that has numpy and "
+            "numba imported already: importing our module, loading the compiled code from numba's cache and "
+            "running it on a few rows."
+        ],
+    )
+    for name in tasks:
+        section.add(f"`{name}`", seconds(best[name]))
+    for name in inside:
+        section.add(f"after numba: {name}", seconds(best[name]))
+    found = best["propagate"]
+    section.goals.append(
+        Goal(
+            f"compiled code from the cache in a second process: below {_GOAL:g} s, without numba's own import",
+            seconds(found),
+            found < _GOAL,
+        )
+    )
+    return section
