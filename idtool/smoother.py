@@ -80,18 +80,18 @@ def _carried(P00, P01, P02, P11, P12, P22, h, s2):  # type: ignore[no-untyped-de
 
 @numba.njit(cache=True)
 def _filter(  # type: ignore[no-untyped-def]
-    time, position, velocity, first, jerk, rough, position_variance, velocity_variance, robust, keep
+    time, position, velocity, first, jerk, rough, position_variance, velocity_variance, robust, keep, surprise
 ):
     """Forward pass; with `keep` it stores what the backward pass needs: means, (rows, 3), and upper
     triangles of the covariances, (rows, 6).
 
-    A variance <= 0 means that the reading is not used.
+    A variance <= 0 means that the reading is not used. `surprise`, (rows,), is filled with the squared
+    normalised innovation of each row, the larger one of its readings.
     """
     n = time.shape[0]
     rows = n if keep else 1
     means = np.empty((rows, 3))
     covs = np.empty((rows, 6))
-    surprise = np.zeros((2, n))
     cost = 0.0
     q = w = a = 0.0
     P00 = P01 = P02 = P11 = P12 = P22 = 0.0
@@ -109,12 +109,13 @@ def _filter(  # type: ignore[no-untyped-def]
             q = q + h * w + 0.5 * h * h * a
             w = w + h * a
             P00, P01, P02, P11, P12, P22 = _carried(P00, P01, P02, P11, P12, P22, h, jerk * rough[k])
+        surprise[k] = 0.0
         if position_variance > 0:
             s = P00 + position_variance
             e = position[k] - q
             if not first[k]:
                 nis = e * e / s
-                surprise[0, k] = nis
+                surprise[k] = nis
                 cost += math.log(s) + min(nis, robust)
             g0, g1, g2 = P00 / s, P01 / s, P02 / s
             q += g0 * e
@@ -131,7 +132,7 @@ def _filter(  # type: ignore[no-untyped-def]
             e = velocity[k] - w
             if not first[k]:
                 nis = e * e / s
-                surprise[1, k] = nis
+                surprise[k] = max(surprise[k], nis)
                 cost += math.log(s) + min(nis, robust)
             g0, g1, g2 = P01 / s, P11 / s, P12 / s
             q += g0 * e
@@ -147,7 +148,7 @@ def _filter(  # type: ignore[no-untyped-def]
             means[k, 0], means[k, 1], means[k, 2] = q, w, a
             covs[k, 0], covs[k, 1], covs[k, 2] = P00, P01, P02
             covs[k, 3], covs[k, 4], covs[k, 5] = P11, P12, P22
-    return cost, surprise, means, covs
+    return cost, means, covs
 
 
 @numba.njit(cache=True)
@@ -219,10 +220,16 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     scale = max(scale, 1e-9)
 
     even = np.ones(len(time))
+    surprise = np.empty(len(time))  # one for all passes: a long log's would cost more to get than to fill
+
+    def forward(jerk: float, rough: Array, *, keep: bool = False) -> tuple[float, Array, Array]:
+        passed: tuple[float, Array, Array] = _filter(
+            time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, keep, surprise
+        )
+        return passed
 
     def cost(log_jerk: float) -> float:
-        value = _filter(time, q, w, first, 10.0**log_jerk, even, q_variance, w_variance, _ROBUST, False)[0]
-        return float(value)
+        return float(forward(10.0**log_jerk, even)[0])
 
     centre = 2.0 * math.log10(scale)
     result = optimize.minimize_scalar(
@@ -230,17 +237,17 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     )
     jerk = _EAGER * 10.0 ** float(result.x)
     for doubts in range(_MOST_DOUBTS):
-        surprise = _filter(time, q, w, first, jerk, even, q_variance, w_variance, _ROBUST, False)[1]
-        rough = _roughness(surprise.max(axis=0))
-        surprise = _filter(time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, False)[1]
-        if np.mean(surprise.max(axis=0) > TOO_FAST) < _DOUBTFUL:
+        forward(jerk, even)
+        rough = _roughness(surprise)
+        forward(jerk, rough)
+        if np.mean(surprise > TOO_FAST) < _DOUBTFUL:
             break
         # a position is counted, a velocity was computed by somebody: the velocity is doubted first
         if velocity is not None and (position is None or doubts < _VELOCITY_DOUBTS):
             w_variance *= _DOUBT
         else:
             q_variance *= _DOUBT
-    _, surprise, states, covs = _filter(time, q, w, first, jerk, rough, q_variance, w_variance, _ROBUST, True)
+    _, states, covs = forward(jerk, rough, keep=True)
     _smooth(time, first, jerk, rough, states, covs)
     del covs
     estimated = states[:, 0] if position is not None else _relative_position(time, states[:, 1], first)
@@ -248,7 +255,7 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         np.ascontiguousarray(estimated),
         np.ascontiguousarray(states[:, 1]),
         np.ascontiguousarray(states[:, 2]),
-        surprise.max(axis=0),
+        surprise,
     )
 
 
