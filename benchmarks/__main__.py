@@ -2,12 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
-# before numpy is loaded: one core, whatever the library would like
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
-    os.environ[_name] = "1"
-
 import argparse
 from collections.abc import Callable
 from pathlib import Path
@@ -26,9 +20,9 @@ _REPORT = Path(__file__).resolve().parent.parent / "docs" / "benchmarks.md"
 
 _HEAD = """# Benchmarks
 
-Written by `make bench` (`python -m benchmarks`). Everything on one core; what is compared was run in turns, and
-the shortest time of several rounds counts, because other work on a machine only ever adds to a time. Ratios
-carry over to other machines better than times do.
+Written by `make bench` (`python -m benchmarks`; `python -m benchmarks kernel` prints one part). Everything on
+one core. What is compared was run in turns, and the shortest time of several rounds counts: other work
+on a machine only ever adds to a time. Ratios carry over to other machines better than times do.
 """
 
 
@@ -51,12 +45,9 @@ def main() -> None:
     if not parts:
         packages = ", ".join(f"{name} {version}" for name, version in machine.versions().items())
         goals.notes.append(f"Processor: {machine.processor()}. {packages}.")
-        _REPORT.write_text(
-            "\n".join([_HEAD, *(part.markdown() for part in [goals, *sections])]).rstrip() + "\n"
-        )
-        print(
-            f"written: {_REPORT.relative_to(Path.cwd()) if _REPORT.is_relative_to(Path.cwd()) else _REPORT}"
-        )
+        text = "\n".join([_HEAD, *(part.markdown() for part in (goals, *sections))])
+        _REPORT.write_text(text.rstrip() + "\n")
+        print(f"written: docs/{_REPORT.name}")
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ class Library:
     def propagate(
         self, velocity: Array, step: Array, rho: Array, first: NDArray[np.bool_], start: Array, *, split: bool
     ) -> tuple[Array, Array]:
-        """As `idtool.model.lugre.propagate`; with `split` the exponentials come first, in a loop of their own."""
+        """As `idtool.model.lugre.propagate`; with `split` the exponentials come first, in their own loop."""
         z, decay = np.empty(len(velocity)), np.empty(len(velocity))
         call = self._library.lugre_split if split else self._library.lugre
         call(_count(velocity), *map(_pointer, (velocity, step, rho, first, start, z, decay)))

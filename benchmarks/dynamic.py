@@ -14,7 +14,6 @@ from benchmarks.judge import common_cost, counted
 from benchmarks.sessions import known_static, log_of
 from benchmarks.table import Goal, Section, number, seconds
 from benchmarks.timing import interleaved, once
-from idtool.fit.model import JointModel
 from idtool.fit.search import Projection
 from idtool.fit.staged import DynamicFit, fit_dynamic
 from idtool.parameters import Parameters
@@ -43,7 +42,10 @@ def measure(
     )
     section.more += [
         against_same_kernel(recording, known, most=most),
-        skilled.measure(recording, known, rounds=min(rounds, 5)),
+        skilled.measure(recording, known, rounds=rounds),
+        skilled.everything_free(
+            record([log_of("sweep", trials=sweep), log_of("sine", trials=trials)]), most=min(most, 200)
+        ),
         starts.measure(seeds, trials, sweep),
     ]
     return section
@@ -134,17 +136,23 @@ def _explain(
 ) -> None:
     per_row = best["euler"] / len(recording.motion)
     section.notes += [
-        f"{len(recording.motion):,} rows in {recording.trials} trials of `sim:paper`; the static parameters are "
+        f"{len(recording.motion):,} rows in {recording.trials} trials of `sim:paper`; the static "
+        "parameters are "
         "those of `fit-static`, held. In the same process and warm; velocity and acceleration come from our "
-        "smoother, for everybody and not in anybody's time. All searches were run whole; no time is extrapolated.",
+        "smoother, for everybody and not in anybody's time. All searches were run whole; no time is "
+        "extrapolated.",
         "Cost is the sum of squared torque errors over all rows. *Its own cost* is by the method's own model "
-        "(explicit Euler, starts at 0 unless they are unknowns; ours with its start deflections). *Common cost* "
+        "(explicit Euler, starts at 0 unless they are unknowns; ours with its start deflections). "
+        "*Common cost* "
         "judges every sigma0, sigma1 and inertia alike: exact integration, best starts, no offset.",
-        "Explicit Euler takes one step a row (5 ms), no substeps. That is stable where sigma0 |w| h / g < 2, here "
-        "below sigma0 of about 47 N m/rad: true of the paper's 0.051, not of all of the range searched (0.001 to "
+        "Explicit Euler takes one step a row (5 ms), no substeps. That is stable where sigma0 |w| h / g "
+        "< 2, here "
+        "below sigma0 of about 47 N m/rad: true of the paper's 0.051, not of all of the range searched "
+        "(0.001 to "
         "1000), where the sum of squares runs away and counts as infinite. A stiff axis would need substeps, "
         "which would make these searches slower still.",
-        f"An evaluation of the Python loop takes {seconds(best['euler'])} ({1e9 * per_row:.0f} ns a row). A user "
+        f"An evaluation of the Python loop takes {seconds(best['euler'])} ({1e9 * per_row:.0f} ns a row). "
+        "A user "
         f"who computes |w| / g(w) once beforehand needs {seconds(best['careful'])}, "
         f"{best['euler'] / best['careful']:.2f} times less; the genetic algorithm, {population} points over "
         f"{generations} generations, computes the cost of changed points only. With starts as unknowns "
@@ -177,7 +185,8 @@ def against_same_kernel(recording: Recording, known: Parameters, *, most: int) -
         ["search", "unknowns", "model evaluations", "times ours", "cost, filtered rows"],
         notes=[
             "Model evaluations are propagations of the bristle over all rows; ours include those with "
-            f"derivatives ({count['tangents']} of {evaluations}). All costs are those of the filtered rows, start "
+            f"derivatives ({count['tangents']} of {evaluations}). All costs are those of the filtered "
+            "rows, start "
             "deflections solved in closed form."
         ],
     )

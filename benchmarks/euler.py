@@ -16,7 +16,7 @@ import numpy as np
 from idtool.model.stribeck import level
 from idtool.signals import Recording
 
-#: Bounds of ln(sigma0), sigma1 and the inertia, wide for this axis; and of each trial's start deflection, rad.
+#: Bounds of ln(sigma0), sigma1 and the inertia, wide for this axis; and of each start deflection, rad.
 BOUNDS = ((math.log(1e-3), math.log(1e3)), (0.0, 3.0), (0.0, 0.1))
 START_BOUND = (-2.0, 2.0)
 

@@ -24,7 +24,7 @@ def friction_of(static: Mapping[str, float], sigma0: float, sigma1: float) -> Fr
 def common_cost(
     recording: Recording, static: Mapping[str, float], sigma0: float, sigma1: float, inertia: float
 ) -> float:
-    """Sum of squared torque errors of all rows at the best start deflections, the bristle integrated exactly."""
+    """Sum of squared torque errors of all rows, exactly integrated, at the best start deflections."""
     motion = recording.motion
     effect = Contribution(torque=inertia * motion.acceleration)
     predicted = predict(motion, friction_of(static, sigma0, sigma1), effect, np.zeros(motion.trials))

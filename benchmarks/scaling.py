@@ -68,11 +68,14 @@ def measure(sizes: tuple[int, ...] = _SIZES) -> Section:
         for stage, title in zip(_STAGES, _TITLES, strict=True)
     )
     section.notes += [
-        f"Slope of the total over rows in the log-log plane: {slope:.2f}. The four sines of `sim:paper` over and "
+        f"Slope of the total over rows in the log-log plane: {slope:.2f}. The four sines of `sim:paper` "
+        "over and "
         "over, every repetition with trials of its own (four per 11,400 rows); LuGre and inertia, seven "
         "parameters. Each size in a process of its own; shortest of several runs up to a million rows.",
-        "*Highest memory* is that of the process, with Python, its packages and the log itself; *bytes a row* "
-        f"leaves out what was there before the first stage. At {sizes[-1]:,} rows the highest so far, in bytes a "
+        "*Highest memory* is that of the process, with Python, its packages and the log itself; *bytes a "
+        "row* "
+        f"leaves out what was there before the first stage. At {sizes[-1]:,} rows the highest so far, in "
+        "bytes a "
         f"row, was after {stages}.",
     ]
     section.goals += [

@@ -64,9 +64,12 @@ def measure(
         f"identify of {rows:,} rows",
         ["stage", "time", "share"],
         notes=[
-            f"Without diagnosis (reading the motion and the joint fit of the base model): {seconds(best['fits'])}. "
-            f"With the whole library of effects: {seconds(best['whole'])}; verdict `{verdict}`. In a warm process.",
-            "Stages with all that they call, from `cProfile`, which slows small calls down. A dash marks a part of "
+            "Without diagnosis (reading the motion and the joint fit of the base model): "
+            f"{seconds(best['fits'])}. "
+            f"With the whole library of effects: {seconds(best['whole'])}; verdict `{verdict}`. In a warm "
+            "process.",
+            "Stages with all that they call, from `cProfile`, which slows small calls down. A dash marks "
+            "a part of "
             "the stage above; the last rows cut the same time another way.",
         ],
     )

@@ -50,7 +50,8 @@ def measure(seeds: Sequence[int], trials: tuple[int, ...] = (), sweep: tuple[int
         mean, rms = table.mean(axis=0), np.sqrt((table**2).mean(axis=0))
         section.add(name, f"{mean[0]:+.2f}", f"{rms[0]:.2f}", f"{mean[1]:+.2f}", f"{rms[1]:.2f}")
     section.notes.append(
-        f"{len(seeds)} sessions of `sim:paper` (seeds {', '.join(map(str, seeds))}), whose bristles start each "
+        f"{len(seeds)} sessions of `sim:paper` (seeds {', '.join(map(str, seeds))}), whose bristles start "
+        "each "
         "trial bent by an amount that no log holds. Static parameters from `fit-static` of the same session, "
         "held; in the last row they are refined along with the rest, on sweep and sines."
     )

@@ -72,18 +72,18 @@ def measure(rounds: int = 7) -> Section:
             subprocess.run(command, check=True, capture_output=True)
             best[name] = min(best[name], time.perf_counter() - began)
         for name, script in inside.items():
-            done = subprocess.run(
-                [sys.executable, "-c", script], check=True, capture_output=True, text=True
-            )
+            done = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
             if turn:  # the first one may have had to fill the cache
                 best[name] = min(best[name], float(done.stdout))
     section = Section(
         "A second process",
         ["what", "time"],
         notes=[
-            "The upper part is the whole process. The lower part is timed inside a process that has numpy and "
+            "The upper part is the whole process. The lower part is timed inside a process that has "
+            "numpy and "
             "numba imported already: importing our module, loading the compiled code from numba's cache and "
-            "running it on a few rows. Most of that is what numba puts off until the first compiled function of a "
+            "running it on a few rows. Most of that is what numba puts off until the first compiled "
+            "function of a "
             "process (its registries, which import scipy.linalg); the last two rows leave that out too."
         ],
     )
