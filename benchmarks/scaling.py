@@ -23,6 +23,7 @@ from idtool.log import Log
 from idtool.signals import record
 
 _SIZES = (10_000, 100_000, 1_000_000, 10_000_000)
+_ROOT = Path(__file__).resolve().parent.parent
 _MOST_BYTES = 12e9
 _SLOPE = 1.15
 _ROUNDS_ROWS = 2_000_000  # sizes below are repeated until so many rows have gone through
@@ -49,7 +50,7 @@ def measure(sizes: tuple[int, ...] = _SIZES) -> Section:
     results = []
     for size in sizes:
         command = [sys.executable, "-m", "benchmarks.scaling", str(size)]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=_ROOT)
         results.append(json.loads(done.stdout))
         found = results[-1]
         total = sum(found["time"].values())
@@ -97,7 +98,7 @@ def one(rows: int) -> dict[str, Any]:
     before = resident()
     best: dict[str, float] = dict.fromkeys(_STAGES, float("inf"))
     stages: dict[str, int] = {}
-    for _ in range(max(1, _ROUNDS_ROWS // rows if rows < _ROUNDS_ROWS else 1)):
+    for _ in range(min(max(1, _ROUNDS_ROWS // rows), rows // 500)):
         times = _pass(log, stages)
         best = {stage: min(best[stage], times[stage]) for stage in _STAGES}
     return {"time": best, "before": before, "peak": peak(), "stages": stages}
