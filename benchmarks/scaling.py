@@ -41,17 +41,18 @@ _STAGES = ("record", "filter", "evaluate", "differentiate")
 _TITLES = ("reading the motion", "building the filter", "one evaluation", "one differentiation")
 
 
-def measure(sizes: tuple[int, ...] = _SIZES) -> Section:
-    """A table of sizes, and the slope of time over rows in the log-log plane."""
+def measure(sizes: tuple[int, ...] = _SIZES, *, apart: bool = True) -> Section:
+    """A table of sizes, and the slope of time over rows in the log-log plane.
+
+    Unless `apart`, all sizes go through this process, whose memory then says little.
+    """
     section = Section(
         "Time and memory over the number of rows",
         ["rows", *_TITLES, "µs a row", "highest memory", "bytes a row"],
     )
     results = []
     for size in sizes:
-        command = [sys.executable, "-m", "benchmarks.scaling", str(size)]
-        done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=_ROOT)
-        results.append(json.loads(done.stdout))
+        results.append(_apart(size) if apart else one(size))
         found = results[-1]
         total = sum(found["time"].values())
         section.add(
@@ -88,6 +89,13 @@ def measure(sizes: tuple[int, ...] = _SIZES) -> Section:
         ),
     ]
     return section
+
+
+def _apart(rows: int) -> dict[str, Any]:
+    command = [sys.executable, "-m", "benchmarks.scaling", str(rows)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=_ROOT)
+    result: dict[str, Any] = json.loads(done.stdout)
+    return result
 
 
 def one(rows: int) -> dict[str, Any]:

@@ -27,10 +27,8 @@ from idtool.model import lugre
 ones = np.ones(4)
 first = np.array([True, False, False, False])
 lugre.propagate(ones, ones, ones, first, np.zeros(1))
-{more}
 print(time.perf_counter() - began)
 """
-_TANGENTS = "lugre.propagate_tangents(ones, ones, ones, first, np.zeros(1), np.ones((4, 2)))"
 #: Reading a motion and one differentiation touch every compiled function of a fit.
 _WHOLE = """
 import time
@@ -59,10 +57,9 @@ def measure(rounds: int = 8) -> Section:
         "ffc-id --help": [str(program), "--help"],
     }
     inside = {
-        "propagate": _KERNEL.format(imports=_IMPORTS, more=""),
-        "propagate and its tangents": _KERNEL.format(imports=_IMPORTS, more=_TANGENTS),
+        "propagate": _KERNEL.format(imports=_IMPORTS),
         "all that reading a log and a fit compile": _WHOLE.format(imports=_IMPORTS),
-        "and numba's own set-up: propagate": _KERNEL.format(imports=_SET_UP, more=""),
+        "and numba's own set-up: propagate": _KERNEL.format(imports=_SET_UP),
         "and numba's own set-up: all of a fit": _WHOLE.format(imports=_SET_UP),
     }
     best = dict.fromkeys([*tasks, *inside], float("inf"))

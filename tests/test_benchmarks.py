@@ -19,7 +19,7 @@ PARTS: dict[str, Callable[[], Section]] = {
     "dynamic": lambda: dynamic.measure(
         _SINE, _SWEEP, population=4, generations=1, most=1, rounds=1, seeds=(1,)
     ),
-    "scaling": lambda: scaling.measure((1_000, 2_000)),
+    "scaling": lambda: scaling.measure((1_000, 2_000), apart=False),
     "startup": lambda: startup.measure(rounds=1),
     "session": lambda: session.measure((0, 15), _SWEEP[:1], _SINE[:1], rounds=1),
 }
