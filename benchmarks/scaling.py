@@ -135,17 +135,21 @@ def _pass(log: Log, stages: dict[str, int]) -> dict[str, float]:
 
 def peak() -> int:
     """The most memory this process has held, bytes."""
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return most if sys.platform == "darwin" else most * 1024
+    # what getrusage says starts at the peak of the process that started this one
+    return _status("VmHWM") or resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 def resident() -> int:
     """The memory this process holds now, bytes; the most so far where the system does not say."""
+    return _status("VmRSS") or peak()
+
+
+def _status(key: str) -> int:
     try:
-        found = re.search(r"VmRSS:\s*(\d+) kB", Path("/proc/self/status").read_text())
+        found = re.search(rf"{key}:\s*(\d+) kB", Path("/proc/self/status").read_text())
     except OSError:
-        found = None
-    return int(found[1]) * 1024 if found else peak()
+        return 0
+    return int(found[1]) * 1024 if found else 0
 
 
 if __name__ == "__main__":
