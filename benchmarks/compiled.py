@@ -29,10 +29,15 @@ class Library:
     """The functions of lugre.c, compiled with some flags."""
 
     def __init__(self, folder: Path, flags: tuple[str, ...]) -> None:
-        file = folder / f"lugre{abs(hash(flags))}.so"
-        command = [compiler() or "cc", *flags, "-shared", "-fPIC", str(_SOURCE), "-o", str(file), "-lm"]
-        subprocess.run(command, check=True, capture_output=True)
-        self._library = ctypes.CDLL(str(file))
+        cc, name = compiler() or "cc", f"lugre{'_'.join(flags)}"
+        compiled, file = str(folder / f"{name}.o"), str(folder / f"{name}.so")
+        # linked without the flags: -ffast-math there would make the whole process flush small numbers to zero
+        for command in (
+            [cc, *flags, "-fPIC", "-c", str(_SOURCE), "-o", compiled],
+            [cc, "-shared", compiled, "-o", file, "-lm"],
+        ):
+            subprocess.run(command, check=True, capture_output=True)
+        self._library = ctypes.CDLL(file)
 
     def propagate(
         self, velocity: Array, step: Array, rho: Array, first: NDArray[np.bool_], start: Array, *, split: bool

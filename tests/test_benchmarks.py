@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks import dynamic, kernel, scaling, session, startup
-from benchmarks.compiled import PLAIN, Library, compiler
+from benchmarks.compiled import FAST, PLAIN, Library, compiler
 from benchmarks.table import Section, goals_table
 from idtool.model.lugre import propagate_tangents
 
@@ -52,3 +52,10 @@ def test_the_loop_in_c_is_ours(tmp_path: Path) -> None:
     for split in (False, True):
         for mine, theirs in zip(ours, library.propagate(*arrays, split=split), strict=False):
             np.testing.assert_allclose(mine, theirs, rtol=0, atol=1e-13)
+
+
+def test_fast_arithmetic_stays_in_its_library(tmp_path: Path) -> None:
+    if compiler() is None:
+        pytest.skip("no C compiler (cc, or what CC names)")
+    Library(tmp_path, FAST)
+    assert np.float64(5e-324) * np.float64(2.0) > 0.0
