@@ -21,8 +21,9 @@ _REPORT = Path(__file__).resolve().parent.parent / "docs" / "benchmarks.md"
 _HEAD = """# Benchmarks
 
 Written by `make bench` (`python -m benchmarks`; `python -m benchmarks kernel` prints one part). Everything on
-one core. What is compared was run in turns, and the shortest time of several rounds counts: other work
-on a machine only ever adds to a time. Ratios carry over to other machines better than times do.
+one core; times are those of the processor (of a second process, by the clock). What is compared was run in
+turns, and the shortest of several rounds counts: other work on a machine only ever adds to a time. Ratios
+carry over to other machines better than times do.
 """
 
 

@@ -31,7 +31,7 @@ def measure(
     population: int = 50,
     generations: int = 100,
     most: int = 1000,
-    rounds: int = 15,
+    rounds: int = 30,
     seeds: Sequence[int] = (1, 2, 3, 4, 5),
 ) -> Section:
     """Everything about the dynamic fit; `most` bounds the generations of differential evolution."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 
 def interleaved(tasks: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, float]:
-    """Shortest time of each task, s.
+    """Shortest processor time of each task, s: waiting for a core that others keep busy is not in it.
 
     The tasks take turns, so that a spell of load falls on all of them; the shortest time of many rounds is
     that of a round that nobody disturbed. A first round, not counted, compiles and warms up.
@@ -17,14 +17,14 @@ def interleaved(tasks: Mapping[str, Callable[[], object]], rounds: int) -> dict[
     best = dict.fromkeys(tasks, float("inf"))
     for _ in range(rounds):
         for name, task in tasks.items():
-            began = time.perf_counter()
+            began = time.process_time()
             task()
-            best[name] = min(best[name], time.perf_counter() - began)
+            best[name] = min(best[name], time.process_time() - began)
     return best
 
 
 def once(task: Callable[[], object]) -> float:
-    """Processor time of one run, s; for what is too long to repeat. Waiting for a busy core is not in it."""
+    """Processor time of one run, s; for what is too long to repeat."""
     began = time.process_time()
     task()
     return time.process_time() - began
