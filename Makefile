@@ -2,11 +2,12 @@
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
 # make study-accuracy measures the estimator over many simulated sessions (half an hour).
+#   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests study-accuracy clean
+.PHONY: demo test lint types tests bench study-accuracy clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -25,6 +26,9 @@ tests: export OPENBLAS_NUM_THREADS = 1
 tests: $(VENV)/.ready-dev
 	$(BIN)/pytest -n 2 --dist loadfile
 
+bench: $(VENV)/.ready-bench
+	$(BIN)/python -m benchmarks
+
 # Longer than tests; each writes a page of docs/.
 study-accuracy: export OPENBLAS_NUM_THREADS = 1
 study-accuracy: $(VENV)/.ready-dev
@@ -40,6 +44,10 @@ $(VENV)/.ready: pyproject.toml constraints.txt | $(VENV)/bin/python
 
 $(VENV)/.ready-dev: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[dev]'
+	@touch $@ $(VENV)/.ready
+
+$(VENV)/.ready-bench: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'
 	@touch $@ $(VENV)/.ready
 
 clean:

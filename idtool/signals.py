@@ -102,9 +102,22 @@ class Recording:
         """Trial of each filtered row."""
         return self.motion.trial[self.row]
 
+    @cached_property
+    def members(self) -> sparse.csr_matrix:
+        """Which filtered rows each trial has, as a matrix that sums over them, (trials, filtered rows)."""
+        trial = self.filtered_trial
+        pointer = np.searchsorted(trial, np.arange(self.trials + 1))
+        return sparse.csr_matrix(
+            (np.ones(len(trial)), np.arange(len(trial)), pointer), shape=(self.trials, len(trial))
+        )
+
     def filtered(self, values: Array) -> Array:
         """Apply the filter to one column or several, shape (rows,) or (rows, n)."""
         return np.asarray(self.operator @ values)
+
+    def filtered_columns(self, *columns: Array) -> Array:
+        """Apply the filter to a few columns, shape (rows,) each, which need no copy side by side for it."""
+        return np.column_stack([self.operator @ column for column in columns])
 
     @property
     def trials(self) -> int:
@@ -134,7 +147,7 @@ class Recording:
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
         result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
-        for name in ("operator", "row", "filtered_trial"):  # the same rows: keep what was computed
+        for name in ("operator", "row", "filtered_trial", "members"):  # the same rows: keep what was computed
             if name in self.__dict__:
                 result.__dict__[name] = self.__dict__[name]
         return result

@@ -172,9 +172,9 @@ def solve(
         start = cache.get(part.tobytes())
         if start is None:
             start = model.evaluate(whole(part), scale).start
-        result = model.differentiate(whole(part), scale, start).jacobian
+        result = model.differentiate(whole(part), scale, start, varied).jacobian
         assert result is not None
-        return -result[:, varied]
+        return -result
 
     found = optimize.least_squares(
         residual,

@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from idtool.effects.base import Effect, derivative
 from idtool.model import gravity
@@ -89,7 +90,10 @@ class Scales:
         speed = np.abs(motion.velocity)
         top = float(np.quantile(speed, 0.999))
         moving = speed[speed > 0.02 * top]
-        within = [np.ptp(motion.position[motion.trial == t]) for t in range(motion.trials)]
+        # a pass over the rows each, however many trials there are
+        within = np.maximum.reduceat(motion.position, motion.starts) - np.minimum.reduceat(
+            motion.position, motion.starts
+        )
         spread = float(np.std(recording.filtered(recording.torque))) + recording.noise
         return cls(
             torque=spread,
@@ -252,13 +256,14 @@ class JointModel:
             parts.append(Contribution(torque=self.gravity_columns @ coefficients))
         return combine(parts)
 
-    def directions(self, x: Array) -> list[Direction]:
-        """One per coordinate."""
+    def directions(self, x: Array, varied: NDArray[np.bool_] | None = None) -> list[Direction]:
+        """One per coordinate, or per coordinate that is `varied`."""
         value = self.values(x)
         motion: Motion = self.recording.motion
         result = []
         effects = {e.name: e for e in self.spec.effects}
-        for name in self.names:
+        wanted = np.ones(len(x), dtype=bool) if varied is None else varied
+        for name in np.array(self.names)[wanted].tolist():
             owner, _, part = name.partition(".")
             if owner == "gravity":
                 column = self.gravity_columns[:, self.spec.gravity_columns.index(part)]
@@ -287,13 +292,16 @@ class JointModel:
         friction, effect = self.friction(x), self.contribution(x)
         zero = np.zeros(motion.trials)
         prediction = predict(motion, friction, effect, zero)
-        both = recording.filtered(np.column_stack([prediction.torque, prediction.start_column]))
+        both = recording.filtered_columns(prediction.torque, prediction.start_column)
         residual, start, penalty = self._eliminate(self.measured - both[:, 0], both[:, 1], bend)
         return Evaluation(residual, start, penalty)
 
-    def differentiate(self, x: Array, bend: float, start: Array) -> Evaluation:
-        """Residual and projected Jacobian at coordinates `x` and the start deflections `start`."""
-        return self.project(x, bend, start, self.directions(x))
+    def differentiate(
+        self, x: Array, bend: float, start: Array, varied: NDArray[np.bool_] | None = None
+    ) -> Evaluation:
+        """Residual and projected Jacobian at coordinates `x` and the start deflections `start`; the Jacobian
+        has a column for every coordinate, or for those that are `varied`."""
+        return self.project(x, bend, start, self.directions(x, varied))
 
     def project(self, x: Array, bend: float, start: Array, directions: Sequence[Direction]) -> Evaluation:
         """As `differentiate`, along any directions (columns that a candidate effect would add)."""
@@ -311,14 +319,9 @@ class JointModel:
 
     def eliminate_columns(self, columns: Array, start_column: Array, bend: float) -> tuple[Array, Array]:
         """Columns freed from what the start deflections explain, and how far each moves them."""
-        trial = self.recording.filtered_trial
-        count = self.recording.trials
-        first = np.flatnonzero(np.diff(trial, prepend=-1))
-        norm = np.full(count, self._weight(bend) ** 2)
-        norm[trial[first]] += np.add.reduceat(start_column**2, first)
-        products = np.zeros((count, columns.shape[1]))
-        products[trial[first]] = np.add.reduceat(start_column[:, None] * columns, first, axis=0)
-        share = products / norm[:, None]
+        trial, members = self.recording.filtered_trial, self.recording.members
+        norm = members @ start_column**2 + self._weight(bend) ** 2
+        share = (members @ (start_column[:, None] * columns)) / norm[:, None]
         return columns - start_column[:, None] * share[trial], share
 
     def _eliminate(self, residual: Array, start_column: Array, bend: float) -> tuple[Array, Array, Array]:

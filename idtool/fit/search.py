@@ -60,6 +60,9 @@ class Projection:
     _fixed: Array = field(init=False)
     _names: list[str] = field(init=False)
     _typical: float = field(init=False)
+    _curve: tuple[float, float, float] | None = field(init=False, default=None)
+    _over_steps: Array = field(init=False)
+    _over_rows: Array = field(init=False)
 
     def __post_init__(self) -> None:
         motion = self.model.recording.motion
@@ -91,16 +94,22 @@ class Projection:
         model, motion = self.model, self.model.recording.motion
         bend, ratio, medium = shape["bend"], shape["ratio"], self.medium_level(shape)
         curve = (1.0 / medium, ratio / medium, shape["stribeck_velocity"])
-        rho = 1.0 / (bend * level(motion.step_velocity, *curve))
+        if curve != self._curve:  # a search over the bend alone keeps its curve
+            self._curve = curve
+            self._over_steps = 1.0 / level(motion.step_velocity, *curve)
+            self._over_rows = np.abs(motion.velocity) / level(motion.velocity, *curve)
         z, decay = lugre.propagate(
-            motion.step_velocity, motion.step, rho, motion.first, np.zeros(motion.trials)
+            motion.step_velocity,
+            motion.step,
+            self._over_steps / bend,
+            motion.first,
+            np.zeros(motion.trials),
         )
         damped = model.spec.friction == "lugre"
-        columns = [z / bend, decay / bend]
-        if damped:
-            rate = np.abs(motion.velocity) / (bend * level(motion.velocity, *curve))
-            columns += [motion.velocity - rate * z, rate * decay]
-        new = model.recording.filtered(np.column_stack(columns))
+        rate = self._over_rows / bend
+        columns = [z, decay, motion.velocity - rate * z, rate * decay] if damped else [z, decay]
+        new = model.recording.filtered_columns(*columns)
+        new[:, :2] /= bend
         held = None if self.coulomb is None else self.coulomb * medium
         target = model.measured if held is None else model.measured - held * new[:, 0]
         regressors = [] if held is not None else [new[:, :1]]

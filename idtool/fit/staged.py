@@ -11,6 +11,7 @@ import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import optimize
@@ -63,11 +64,24 @@ class StaticFit:
 
 @dataclass(frozen=True)
 class DynamicFit:
-    """Outcome of `fit_dynamic`: the fit, and the cost over sigma0 that the search saw."""
+    """Outcome of `fit_dynamic`: the fit, and the cost over sigma0, computed when asked for."""
 
     fit: JointFit
-    stiffness: Array
-    cost: Array
+
+    @property
+    def stiffness(self) -> Array:
+        """Bristle stiffnesses over the range that was searched."""
+        return self._over_stiffness[0]
+
+    @property
+    def cost(self) -> Array:
+        """Root-mean-square residual at each of them, the static parameters held."""
+        return self._over_stiffness[1]
+
+    @cached_property
+    def _over_stiffness(self) -> tuple[Array, Array]:
+        curve = {name: self.fit.values[name] for name in ("coulomb", "static", "stribeck_velocity")}
+        return cost_over_stiffness(self.fit.model, curve)
 
 
 def fit_gravity(
@@ -218,8 +232,7 @@ def fit_dynamic(
         x = joint.coordinates({name: values.get(name, 0.0) for name in joint.names})
         fits.append(solve(joint, x, held=frozenset(held)))
     best = min(fits, key=lambda fit: fit.sse)
-    grid, cost = cost_over_stiffness(joint, curve)
-    return DynamicFit(best, grid, cost)
+    return DynamicFit(best)
 
 
 def _holding(fit: JointFit, held: dict[str, float]) -> JointFit:
