@@ -109,4 +109,4 @@ def test_a_steady_stretch_is_averaged_long_and_a_reversal_is_followed() -> None:
     ramp = np.abs(w) < 0.199
     steady = ~np.convolve(ramp, np.ones(401), mode="same").astype(bool)
     assert np.sqrt(np.mean((found.velocity - w)[steady] ** 2)) < 1e-4
-    assert np.sqrt(np.mean((found.velocity - w)[ramp] ** 2)) < 1.5e-3
+    assert np.sqrt(np.mean((found.velocity - w)[ramp] ** 2)) < 0.02 * 0.2
