@@ -20,8 +20,6 @@ GRAVITY_CHOICES = ("auto", "slide", "arm", "none")
 #: An arm's sine and cosine must take away this share of the torque's square to be taken for gravity.
 _ARM_GAIN = 0.05
 _LEAST_SPAN = 1e-3
-#: A point of the search whose cost is within this factor of the best may end in the better minimum.
-_RIVAL = 1.02
 #: Bayesian evidence for a richer friction law (Kass & Raftery 1995 call 6 "strong").
 _CLEAR_EVIDENCE = 6.0
 
@@ -87,7 +85,6 @@ def first_fit(
             helped = helped.adding(effect)
     model = JointModel.build(recording, helped)
     points = search(model, optimizer=optimizer, seed=seed, evaluations=evaluations)
-    points = [point for point in points if point.cost < _RIVAL * points[0].cost]
     fits = [solve(model, model.coordinates(point.values), most=25) for point in points]
     best = min(fits, key=lambda fit: fit.sse)
     return solve(model, best.x)

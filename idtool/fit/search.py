@@ -35,6 +35,8 @@ OPTIMIZERS = {
 _SEARCHED = ("bend", "ratio", "stribeck_velocity")
 #: The level ratio static / coulomb lies within this and its inverse.
 _STEEPEST = 6.0
+#: A point whose cost is within this factor of the best may end in the better minimum.
+_RIVAL = 1.02
 #: Grid over the friction curve that finds its other basins, and how many of them are polished.
 _GRID_SPEEDS = 10
 _GRID_RATIOS = (0.3, 0.6, 0.85, 1.2, 1.7, 3.0)
@@ -252,7 +254,7 @@ def search(
         optimizer: a key of `OPTIMIZERS`.
         evaluations: how many costs the global search computes.
         seed: for the stochastic optimisers.
-        keep: how many different points to hand back.
+        keep: how many different points to hand back at most.
         progress: called with (done, all).
 
     Returns:
@@ -328,12 +330,12 @@ def _moving_torque(model: JointModel) -> float:
 
 
 def _different(seen: list[tuple[float, Array, dict[str, float]]], span: Array, keep: int) -> list[Found]:
-    """The best points that lie apart by a tenth of the box in some coordinate."""
+    """The best point and its rivals that lie apart by a tenth of the box in some coordinate."""
     ordered = sorted(seen, key=lambda item: item[0])
-    chosen: list[tuple[float, Array, dict[str, float]]] = []
+    chosen = ordered[:1]
     for item in ordered:
-        if all(np.any(np.abs(item[1] - other[1]) > 0.1 * span) for other in chosen) or not chosen:
-            chosen.append(item)
-        if len(chosen) == keep:
+        if len(chosen) == keep or item[0] > _RIVAL * ordered[0][0]:
             break
+        if all(np.any(np.abs(item[1] - other[1]) > 0.1 * span) for other in chosen):
+            chosen.append(item)
     return [Found(cost, values) for cost, _, values in chosen]

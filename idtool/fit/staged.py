@@ -187,7 +187,7 @@ def fit_dynamic(
     *,
     optimizer: str = "direct",
     seed: int = 0,
-    evaluations: int = 60,
+    evaluations: int = 30,
     progress: Callable[[int, int], None] | None = None,
 ) -> DynamicFit:
     """Recover sigma0 and sigma1: global search over sigma0, the rest linear; then least squares.
