@@ -97,6 +97,7 @@ def select(
         tell: called with a sentence on what is being tried.
     """
     selection = Selection(base, {effect.name: Candidate(effect.name) for effect in library})
+    _begin_with_inertia(selection, library)
     for _ in range(_MOST_EFFECTS):
         winner = _round(selection, library, tell)
         if winner is not None:
@@ -107,6 +108,26 @@ def select(
     _simplify(selection, library, tell)
     _find_alternatives(selection, library, tell)
     return selection
+
+
+def _begin_with_inertia(selection: Selection, library: Sequence[Effect]) -> None:
+    """Take inertia in at once where the likelihood asks for it: every axis has it, and what it leaves in the
+    residual would be mistaken for something else. At the end it is dropped if it is not needed."""
+    inertia = next((effect for effect in library if effect.name == "inertia"), None)
+    if inertia is None or inertia.missing(selection.fit.model.recording.motion):
+        return
+    best, start, _ = best_score(Background.of(selection.fit), inertia)
+    if best.p_value > _ALPHA:
+        return
+    trial = _try(selection.fit, inertia, best, start, best.p_value)
+    if (
+        gain_in_evidence(selection.fit, trial.fit) > _LEAST_EVIDENCE
+        and trial.fit.values["inertia.inertia"] > 0
+    ):
+        candidate = selection.candidates["inertia"]
+        candidate.gain, candidate.p_value, candidate.accepted = best.gain, best.p_value, True
+        candidate.held_out, candidate.why = root_mean(trial.left_out, trial.fit), "every axis has it"
+        selection.fit, selection.p_values["inertia"] = trial.fit, best.p_value
 
 
 def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
@@ -189,6 +210,10 @@ def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str,
         columns = model.project(fit.x, fit.bend, fit.start, directions).jacobian
         assert columns is not None
         result = score(background, columns)
+        # what the effect cannot do (a strength below zero) does not count for it
+        able = [c.lower <= values[c.name] + d <= c.upper for c, d in zip(strengths, result.step, strict=True)]
+        if not all(able):
+            result = score(background, columns * np.array(able))
         found = {**start}
         for c, step in zip(strengths, result.step, strict=True):
             found[c.name] = float(np.clip(values[c.name] + step, c.lower, c.upper))

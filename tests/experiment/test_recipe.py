@@ -21,7 +21,7 @@ SINES = SINE.replace('"sine"', '"multisine"').replace("frequency_hz = 0.5", "fre
 
 
 def test_bundled_ones_are_the_published_experiments() -> None:
-    assert list(recipe_names()) == ["gravity", "sine", "sweep", "validation"]
+    assert list(recipe_names()) == ["gravity", "pauses", "sine", "sweep", "validation"]
     assert all(recipe_names().values())
     gravity = read_recipe("gravity")
     assert [trial.setup.payload_kg for trial in gravity.trials] == [i / 10 for i in range(16)]
