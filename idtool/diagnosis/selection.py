@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
+from idtool.diagnosis.lines import strongest_line
 from idtool.effects.base import Effect, derivative
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
 from idtool.fit.model import JointModel
@@ -33,7 +34,6 @@ _REFITTED = 4
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
 _SPENT = 20
 _MOST_EFFECTS = 8
-_CHUNK = 64
 
 
 @dataclass
@@ -199,8 +199,8 @@ def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str,
     tried = len(starts)
     wave = effect.wave(motion)
     if wave is not None:
-        shape = next(iter(starts[0]))
-        starts = [_scan(background, wave[model.recording.row], shape, starts)]
+        frequency, tried = strongest_line(background, wave.of[model.recording.row], wave.lowest, wave.highest)
+        starts = [{wave.coordinate: frequency}]
     best: tuple[Score, dict[str, float]] | None = None
     for start in starts:
         strengths = [c for c in coordinates if c.name not in start]
@@ -221,27 +221,6 @@ def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str,
             best = (result, found)
     assert best is not None
     return best[0], best[1], tried
-
-
-def _scan(
-    background: Background, wave: Array, shape: str, starts: list[dict[str, float]]
-) -> dict[str, float]:
-    """The most promising frequency of a periodic effect: sine and cosine against the residual."""
-    n = len(wave)
-    residual, basis = background.residual[:n], background.basis[:n]
-    frequency = np.array([start[shape] for start in starts])
-    gains = np.empty(len(starts))
-    for begin in range(0, len(starts), _CHUNK):
-        angle = np.outer(wave, frequency[begin : begin + _CHUNK])
-        parts = [np.sin(angle), np.cos(angle)]
-        sine, cosine = (part - basis @ (basis.T @ part) for part in parts)
-        ss, cc, sc = (
-            np.einsum("ij,ij->j", a, b) for a, b in ((sine, sine), (cosine, cosine), (sine, cosine))
-        )
-        sr, cr = residual @ sine, residual @ cosine
-        determinant = np.maximum(ss * cc - sc * sc, 1e-9 * n * n)
-        gains[begin : begin + _CHUNK] = (cc * sr * sr - 2.0 * sc * sr * cr + ss * cr * cr) / determinant
-    return starts[int(np.argmax(gains))]
 
 
 def _holm(

@@ -99,7 +99,10 @@ class BreakawayDwell(Effect):
     def untestable(self, motion: Motion) -> str | None:
         rests = self._rests(motion)
         if len(rests) < 4 or float(np.max(rests)) <= 2.0 * float(np.min(rests)):
-            return "needs starts after pauses of different length inside a trial: ffc-id run --recipe pauses makes them"
+            return (
+                "needs starts after pauses of different length inside a trial: "
+                "ffc-id run --recipe pauses makes them"
+            )
         return None
 
     def _rests(self, motion: Motion) -> Array:

@@ -50,10 +50,7 @@ def test_says_what_a_reader_needs(effect: Effect) -> None:
     assert effect.formula
     for text in (effect.title, effect.reveals, effect.citation):
         assert len(text) > 5
-    assert set(effect.look_alikes) | set(effect.absorbs) <= set(registry.names()) | {
-        "hysteresis",
-        "breakaway_dwell",
-    }
+    assert set(effect.look_alikes) | set(effect.absorbs) <= set(registry.names())
     assert effect.name not in effect.look_alikes
     for parameter in effect.parameters:
         assert parameter.dimension in SUFFIXES

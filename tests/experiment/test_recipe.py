@@ -143,7 +143,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         (str(tmp_path / "big.toml"), "is over 1 MiB"),
         ("/dev/zero", "is over 1 MiB"),
         ("swep", 'unknown recipe "swep"; did you mean "sweep"'),
-        ("zzz", "known are gravity, sine, sweep, validation."),
+        ("zzz", "known are gravity, pauses, sine, sweep, validation."),
         ("x" * 5000, "cannot be read (File name too long)"),
         ("a\0b", "cannot be read (embedded null byte)"),
     ):
