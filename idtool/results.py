@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import tomli_w
 
 from idtool import __version__
 from idtool.atomic import atomic_write
@@ -26,6 +27,8 @@ from idtool.identification import Identification
 from idtool.model.stribeck import steady
 from idtool.parameters import Parameters
 
+#: The recipe of the next experiment, where there is one.
+NEXT_RECIPE = "next_experiment.toml"
 FILES = ("params.toml", "diagnosis.json", "evidence.json", "evidence.csv.gz", "report.html")
 
 
@@ -68,8 +71,18 @@ def write_results(
     make_folder(folder)
     (parameters or result.parameters).write(folder / "params.toml", force=True)
     write_json(folder / "diagnosis.json", result.diagnosis)
+    _write_recipe(folder / NEXT_RECIPE, result.diagnosis["next_experiment"])
     write_json(folder / "evidence.json", evidence_document(result, command, seed))
     write_rows(folder / "evidence.csv.gz", evidence_rows(result))
+
+
+def _write_recipe(path: Path, following: dict[str, Any] | None) -> None:
+    """The recipe of the next experiment, with why as its first line; that of an earlier result goes."""
+    if following is None:
+        path.unlink(missing_ok=True)
+        return
+    with atomic_write(path) as stream:
+        stream.write(f"# {following['why']}\n{tomli_w.dumps(following['recipe'])}")
 
 
 def write_json(path: Path, document: Any) -> None:

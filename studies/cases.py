@@ -215,7 +215,7 @@ def _second_resonance(rng: np.random.Generator, log: Log) -> np.ndarray:
     """A mass on a soft spring along for the ride: its acceleration, per trial from rest."""
     omega, damping = 2.0 * math.pi * rng.uniform(3.0, 8.0), rng.uniform(0.02, 0.05)
     out = np.zeros(len(log.frame))
-    for _, rows in log.frame.groupby("trial", sort=False).indices.items():
+    for rows in log.frame.groupby("trial", sort=False).indices.values():
         t = log.frame["time_s"].to_numpy()[rows]
         w = log.frame["velocity_command_rad_s"].to_numpy()[rows]
         x = v = 0.0

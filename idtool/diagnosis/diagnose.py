@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import Selection, select
 from idtool.diagnosis.split import Split, split
@@ -16,7 +17,7 @@ from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, on_recording, refit
 from idtool.fit.model import JointModel, Spec
-from idtool.fit.results import effect_entry
+from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
 from idtool.signals import Recording
 from idtool.units import file_key
 
@@ -36,6 +37,7 @@ class Diagnosis:
         selection: the search for effects on the training trials.
         final: the extended model fitted on all trials; its parameters are the result.
         tests_before, tests_after: dependence of the residual on what was measured.
+        following: the run that would tell what these logs leave open.
         notes: sentences for the reader.
     """
 
@@ -45,6 +47,7 @@ class Diagnosis:
     final: JointFit
     tests_before: list[ResidualTest]
     tests_after: list[ResidualTest]
+    following: Following | None = None
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -127,7 +130,7 @@ class Diagnosis:
                 }
                 for c in self.selection.candidates.values()
             ],
-            "next_experiment": None,
+            "next_experiment": self.following and self.following.to_document(),
             "friction": self.final.model.spec.friction,
             "notes": self.notes,
         }
@@ -190,7 +193,24 @@ def diagnose(
         notes.append(
             "there are too few trials to hold some out, so contiguous blocks of time stand in for trials."
         )
-    return Diagnosis(parts, base, selection, final, test_residual(base), test_residual(final), notes)
+    following = _following(selection, final, tell)
+    tests = test_residual(base), test_residual(final)
+    return Diagnosis(parts, base, selection, final, *tests, following, notes)
+
+
+def _following(selection: Selection, final: JointFit, tell: Callable[[str], None]) -> Following | None:
+    """A run that tells apart what ties, or else one for a parameter that is not determined."""
+    for name, rivals in selection.alternatives.items():
+        tell(f"looking for a run that tells {name} from {rivals[0]}")
+        if found := between_models(selection.fit, selection.rivals[name], (name, rivals[0])):
+            return found
+    for part, values in (("static", static_parameters(final)), ("dynamic", dynamic_parameters(final))):
+        for name, value in values.items():
+            if not value.identified:
+                tell(f"looking for a run that determines {part} {name}")
+                if found := for_parameter(final, name):
+                    return found
+    return None
 
 
 def _everywhere(fit: JointFit, recording: Recording) -> JointFit:

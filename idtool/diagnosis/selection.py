@@ -9,16 +9,18 @@ that tie the simpler is taken. When nothing passes, effects that became unneeded
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
 from idtool.diagnosis.lines import strongest_line
 from idtool.effects.base import Effect, derivative
+from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
+from idtool.fit.starts import with_starts
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
 
@@ -76,6 +78,7 @@ class Selection:
         candidates: one per effect of the library.
         alternatives: accepted effect -> effects that explain the data as well.
         p_values: accepted effect -> p-value when it was accepted.
+        rivals: accepted effect -> the fit with its first alternative in its place.
         searched: the last fit whose friction curve was searched for anew.
     """
 
@@ -83,6 +86,7 @@ class Selection:
     candidates: dict[str, Candidate]
     alternatives: dict[str, list[str]] = field(default_factory=dict)
     p_values: dict[str, float] = field(default_factory=dict)
+    rivals: dict[str, JointFit] = field(default_factory=dict)
     searched: JointFit | None = None
 
 
@@ -127,7 +131,7 @@ def _begin_with_inertia(selection: Selection, library: Sequence[Effect]) -> None
         candidate = selection.candidates["inertia"]
         candidate.gain, candidate.p_value, candidate.accepted = best.gain, best.p_value, True
         candidate.held_out, candidate.why = root_mean(trial.left_out, trial.fit), "every axis has it"
-        selection.fit, selection.p_values["inertia"] = trial.fit, best.p_value
+        selection.fit, selection.p_values["inertia"] = _with_its_own_load(trial.fit), best.p_value
 
 
 def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
@@ -182,10 +186,25 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     selection.fit = settle(solve(winner.fit.model, winner.fit.x, bend=winner.fit.bend))
     if worth_a_restart(selection.fit):
         selection.fit = selection.searched = restart(selection.fit)
+    selection.fit = _with_its_own_load(selection.fit)
     candidate = selection.candidates[winner.effect.name]
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
     selection.p_values[winner.effect.name] = winner.p_value
     return winner
+
+
+def _with_its_own_load(fit: JointFit) -> JointFit:
+    """The fit with the load that its own gravity puts on the axis: what an effect that was missing did to the
+    gravity before it came in must not stay in the load of those that depend on it."""
+    model = fit.model
+    recording = with_load(model.recording, fit)
+    before, now = model.recording.motion.load, recording.motion.load
+    if before is None or now is None or np.allclose(before, now, rtol=1e-4, atol=1e-4 * float(np.ptp(now))):
+        return fit
+    loaded = JointModel.build(recording, model.spec, model.constants)
+    if any("load" in need for effect in model.spec.effects for need in effect.needs):
+        return refit(fit, loaded)
+    return replace(fit, model=with_starts(loaded, model.starts))
 
 
 def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str, float], int]:
@@ -388,6 +407,7 @@ def _find_alternatives(selection: Selection, library: Sequence[Effect], tell: Ca
             swapped = _swap(fit, effect, other)
             if len(swapped.fit.x) == len(fit.x) and ties(swapped.left_out, left_out):
                 found.setdefault(effect.name, []).append(name)
+                selection.rivals.setdefault(effect.name, swapped.fit)
                 selection.candidates[name].why = f"explains the data as well as {effect.name}, which is taken"
     selection.alternatives = found
 

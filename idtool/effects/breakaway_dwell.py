@@ -17,6 +17,8 @@ from idtool.model.motion import Array, Motion
 _REST = 0.02
 #: Sliding wears the memory off over a travel that is looked for between these shares of the stroke.
 _WEARS = (0.002, 0.01, 0.05)
+#: A turn of the motion is no rest; and what builds up at rest needs a rest of this long to show.
+_SHORTEST_S, _LONG_S = 0.1, 1.0
 _TIME_CONSTANTS = (0.4, 1.5, 6.0)
 
 
@@ -98,7 +100,8 @@ class BreakawayDwell(Effect):
 
     def untestable(self, motion: Motion) -> str | None:
         rests = self._rests(motion)
-        if len(rests) < 4 or float(np.max(rests)) <= 2.0 * float(np.min(rests)):
+        rests = rests[rests >= _SHORTEST_S]
+        if len(rests) < 4 or float(np.max(rests)) < max(4.0 * float(np.min(rests)), _LONG_S):
             return (
                 "needs starts after pauses of different length inside a trial: "
                 "ffc-id run --recipe pauses makes them"
@@ -106,10 +109,10 @@ class BreakawayDwell(Effect):
         return None
 
     def _rests(self, motion: Motion) -> Array:
-        """Length of every rest that a motion of the same trial ends, s."""
+        """Length of every rest between two motions of a trial, s."""
         resting = np.abs(motion.velocity) < self.constants(motion)["rest_speed"]
         clock = np.cumsum(motion.step)
-        begins = resting & (motion.first | ~np.concatenate([[False], resting[:-1]]))
+        begins = resting & ~np.concatenate([[False], resting[:-1]])
         last = np.concatenate([motion.first[1:], [True]])
         ends = resting & ~last & ~np.concatenate([resting[1:], [False]])
         stops = np.flatnonzero(ends)
@@ -117,7 +120,7 @@ class BreakawayDwell(Effect):
         if not len(stops):
             return np.empty(0)
         before = starts[np.searchsorted(starts, stops, side="right") - 1]
-        return np.asarray(clock[stops] - clock[before])
+        return np.asarray((clock[stops] - clock[before])[~motion.first[before]])
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         return {
