@@ -18,6 +18,7 @@ import tomli_w
 
 from idtool import __version__
 from idtool.atomic import atomic_write
+from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.errors import InputError
 from idtool.fit.joint import JointFit
 from idtool.fit.search import cost_over_stiffness
@@ -177,6 +178,10 @@ def evidence_document(result: Identification, command: str, seed: int) -> dict[s
         "residual_tests": {
             name: [{"variable": t.variable, "p_value": t.p_value, "share": t.share} for t in tests]
             for name, tests in (("before", evidence.tests_before), ("after", evidence.tests_after))
+        },
+        "cumulative_periodograms": {
+            name: [curve.to_document() for curve in cumulative_periodograms(one)]
+            for name, one in (("before", evidence.base), ("after", fit))
         },
         "command": command,
         "versions": versions(),

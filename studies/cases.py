@@ -168,11 +168,13 @@ class Disturbance:
 
     Attributes:
         variables: what it is a function of; the diagnosis should name one of them.
+        partly: effects of the library that are a true part of it.
         torque: from a generator and the columns of a log, before it is scaled.
     """
 
     variables: tuple[str, ...]
     torque: Callable[[np.random.Generator, Log], np.ndarray]
+    partly: tuple[str, ...] = ()
 
 
 def _speed_bump(rng: np.random.Generator, log: Log) -> np.ndarray:
@@ -212,8 +214,13 @@ def _end_stop(rng: np.random.Generator, log: Log) -> np.ndarray:
 
 
 def _second_resonance(rng: np.random.Generator, log: Log) -> np.ndarray:
-    """A mass on a soft spring along for the ride: its acceleration, per trial from rest."""
-    omega, damping = 2.0 * math.pi * rng.uniform(3.0, 8.0), rng.uniform(0.02, 0.05)
+    """Two masses on springs along for the ride, where the library knows of one: each trial from rest."""
+    first = rng.uniform(2.0, 4.0)
+    return _ringing(log, first, 0.04) + _ringing(log, 2.3 * first, 0.04)
+
+
+def _ringing(log: Log, frequency: float, damping: float) -> np.ndarray:
+    omega = 2.0 * math.pi * frequency
     out = np.zeros(len(log.frame))
     for rows in log.frame.groupby("trial", sort=False).indices.values():
         t = log.frame["time_s"].to_numpy()[rows]
@@ -235,7 +242,9 @@ DISTURBANCES = {
     "sudden wear": Disturbance(("time", "order", "velocity", "direction"), _sudden_wear),
     "grip under high payload": Disturbance(("load",), _overload),
     "cable at one end": Disturbance(("position",), _end_stop),
-    "second resonance": Disturbance(("time", "order", "acceleration", "velocity"), _second_resonance),
+    "second resonance": Disturbance(
+        ("time", "order", "acceleration", "velocity"), _second_resonance, ("compliance",)
+    ),
 }
 
 

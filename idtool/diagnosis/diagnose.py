@@ -13,6 +13,7 @@ from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import Selection, select
 from idtool.diagnosis.split import Split, split
+from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, on_recording, refit
@@ -130,6 +131,10 @@ class Diagnosis:
                 }
                 for c in self.selection.candidates.values()
             ],
+            "residual": {
+                "before": _residual_document(self.base, self.tests_before),
+                "after": _residual_document(self.final, self.tests_after),
+            },
             "next_experiment": self.following and self.following.to_document(),
             "friction": self.final.model.spec.friction,
             "notes": self.notes,
@@ -215,6 +220,15 @@ def _following(selection: Selection, final: JointFit, tell: Callable[[str], None
 
 def _everywhere(fit: JointFit, recording: Recording) -> JointFit:
     return on_recording(fit, JointModel.build(recording, fit.model.spec, fit.model.constants))
+
+
+def _residual_document(fit: JointFit, tests: list[ResidualTest]) -> dict[str, Any]:
+    """How far a residual is from noise, in numbers."""
+    return {
+        "correlated_rows": autocorrelation(fit),
+        "cumulative_periodogram": {p.over: p.p_value for p in cumulative_periodograms(fit)},
+        "depends_on": {t.variable: {"share": t.share, "p_value": t.p_value} for t in tests},
+    }
 
 
 def _pair(before: JointFit, after: JointFit, rows: NDArray[np.bool_]) -> dict[str, float]:

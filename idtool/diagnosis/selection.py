@@ -15,6 +15,7 @@ import numpy as np
 
 from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
 from idtool.diagnosis.lines import strongest_line
+from idtool.diagnosis.residual import test_residual
 from idtool.effects.base import Effect, derivative
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
@@ -32,6 +33,8 @@ LEAST_GAIN = 0.01
 _CLEAR = 2.0
 #: Bayesian evidence that a larger model needs (Kass & Raftery 1995 call 6 "strong").
 _LEAST_EVIDENCE = 6.0
+#: An effect must take away this many times what still depends on its variable.
+_MIMIC = 3.0
 _REFITTED = 4
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
 _SPENT = 20
@@ -109,6 +112,7 @@ def select(
         elif not _searched_anew(selection, tell):
             break
     _drop_unneeded(selection, tell)
+    _drop_mimics(selection, tell)
     _simplify(selection, library, tell)
     _find_alternatives(selection, library, tell)
     return selection
@@ -356,6 +360,40 @@ def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
                 selection.p_values.pop(effect.name, None)
                 dropped = True
                 break
+
+
+def _drop_mimics(selection: Selection, tell: Callable[[str], None]) -> None:
+    """Drop effects that follow only a part of something else.
+
+    A bump at one place has a Fourier component that a ripple can take away, and what is left still depends on
+    the place. An effect is not the explanation where what is left over its own variable is of the order of
+    what it took away.
+    """
+    while True:
+        fit = selection.fit
+        left = {test.variable: test.share * fit.sse for test in test_residual(fit) if test.depends}
+        suspects = [
+            (max(left[variable] for variable in effect.follows if variable in left), effect)
+            for effect in fit.model.spec.effects
+            if effect.name != "inertia" and left.keys() & set(effect.follows)
+        ]
+        mimics = []
+        for remains, effect in suspects:
+            tell(f"trying without {effect.name}")
+            model = JointModel.build(
+                fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants
+            )
+            smaller = refit(fit, model)
+            if smaller.sse - fit.sse < _MIMIC * remains:
+                mimics.append((smaller.sse, effect, smaller))
+        if not mimics:
+            return
+        _, effect, selection.fit = min(mimics, key=lambda mimic: mimic[0])
+        candidate = selection.candidates[effect.name]
+        candidate.accepted = False
+        candidate.why = f"follows only a part of what depends on {' and '.join(effect.follows)}"
+        selection.alternatives.pop(effect.name, None)
+        selection.p_values.pop(effect.name, None)
 
 
 def _simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> None:

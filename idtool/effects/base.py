@@ -113,6 +113,7 @@ class Effect(ABC):
 
     Attributes:
         name, title, formula: how files, people and the report call it.
+        follows: what it is a function of, as the residual's tests name it.
         reveals: the run that shows it best.
         look_alikes: effects that are hard to tell from it.
         citation: where it is described.
@@ -128,6 +129,7 @@ class Effect(ABC):
     name: ClassVar[str]
     title: ClassVar[str]
     formula: ClassVar[str]
+    follows: ClassVar[tuple[str, ...]]
     reveals: ClassVar[str]
     look_alikes: ClassVar[tuple[str, ...]] = ()
     citation: ClassVar[str]

@@ -51,6 +51,7 @@ def _rested(
 class BreakawayDwell(Effect):
     name = "breakaway_dwell"
     title = "Break-away after rest"
+    follows = ("time",)
     formula = "static level times 1 + gain (1 - exp(-rest / time constant))"
     reveals = "starts after pauses of different length"
     look_alikes = ("stribeck_shape", "thermal_drift")

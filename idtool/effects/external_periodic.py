@@ -16,6 +16,7 @@ from idtool.model.motion import Motion
 class ExternalPeriodic(Effect):
     name = "external_periodic"
     title = "External periodic torque"
+    follows = ("time",)
     formula = "A sin(2 pi f t + phi)"
     reveals = "anything long and slow, on a clock that runs on"
     look_alikes = ("position_ripple",)

@@ -42,6 +42,7 @@ def _stretch(
 class Hysteresis(Effect):
     name = "hysteresis"
     title = "Hysteresis"
+    follows = ("position",)
     formula = "k (q - xi), where xi follows so that the torque never exceeds the yield torque"
     reveals = "nested reversals: small strokes inside large ones"
     look_alikes = ("position_stiffness", "backlash")

@@ -35,6 +35,7 @@ def _harmonics(position: Array, cycles: float, strengths: Array, out: Array) -> 
 class PositionRipple(Effect):
     name = "position_ripple"
     title = "Position ripple"
+    follows = ("position",)
     formula = "sum over k = 1, 2 of A_k sin(k n q + phi_k)"
     reveals = "a slow sweep over the whole stroke; its spectrum over the angle"
     look_alikes = ("position_stiffness", "position_dependent_friction", "external_periodic")
