@@ -13,14 +13,14 @@ from studies.diagnosis import GRADES, KINDS, Result
 
 _HEAD = """# What the diagnosis finds, and what it finds that is not there
 
-Made by `make study-diagnosis`. Every session is a random axis (`studies/plants.py`), the packaged gravity, sweep
-and sine runs (in some the run with pauses too), laboratory or DYNAMIXEL sensors in turn, with and without a
-temperature column, and `identify` with the whole library. Effects add 1 to 10 times the sensor noise of one
-reading (root mean square over the session; the few that cannot on that axis have what is nearest). Disturbances
-that are not in the library are added to the current of the log (`studies/cases.py`).
+Made by `make study-diagnosis`. Every session is a random axis (`studies/plants.py`), the packaged gravity,
+sweep and sine runs (in some the run with pauses too), laboratory or DYNAMIXEL sensors in turn, with and
+without a temperature column, and `identify` with the whole library. Effects add 1 to 10 times the sensor
+noise of one reading (root mean square over the session; the few that cannot on that axis have what is
+nearest). Disturbances that are not in the library are added to the current of the log (`studies/cases.py`).
 
-*Exact*: what was named is what is there, nothing more and nothing less; of two that tie the data cannot say which,
-and naming the one with the other as its alternative counts. *First*: the first one named is there.
+*Exact*: what was named is what is there, nothing more and nothing less; of two that tie the data cannot say
+which, and naming the one with the other as its alternative counts. *First*: the first one named is there.
 *Silent*: no effect is accepted besides inertia.
 """
 
@@ -121,7 +121,8 @@ def _wrong(results: Sequence[Result], right: Callable[[Result], bool] | None = N
     """What was not as it should be, each once."""
     fine = right or (lambda r: r.named)
     counted = Counter(
-        f"{', '.join(r.case.what) or 'none'} ({r.case.sensors}): {r.verdict}, found {', '.join(r.found) or 'none'}"
+        f"{', '.join(r.case.what) or 'none'} ({r.case.sensors}): {r.verdict}, "
+        f"found {', '.join(r.found) or 'none'}"
         for r in results
         if not fine(r)
     )
