@@ -24,6 +24,17 @@ _ONSET = 0.1
 
 
 @numba.njit(cache=True)
+def free_share(behind: float, position: float, velocity: float, half: float) -> tuple[float, float]:
+    """Play operator: where the part behind the gap is, and 1 where the motor moves free inside the gap
+    (`half` of which lies on either side), 0 in contact."""
+    behind = min(max(behind, position - half), position + half)
+    depth = (position - behind) / half
+    if velocity < 0.0:
+        depth = -depth  # only the face ahead can be met; the other is being left
+    return behind, min(max((1.0 - depth) / _ONSET, 0.0), 1.0)
+
+
+@numba.njit(cache=True)
 def _apart(
     position: Array,
     velocity: Array,
@@ -33,7 +44,7 @@ def _apart(
     memory: Array,
     out: Array,
 ) -> None:
-    """Play operator: 1 where the motor moves free inside the gap, 0 in contact."""
+    """`free_share` of every row."""
     behind = memory[0]
     begun = 0
     for k in range(position.shape[0]):
@@ -41,11 +52,7 @@ def _apart(
         if first[k]:
             behind = q - half * start[begun]
             begun += 1
-        behind = min(max(behind, q - half), q + half)
-        depth = (q - behind) / half
-        if velocity[k] < 0.0:
-            depth = -depth  # only the face ahead can be met; the other is being left
-        out[k] = min(max((1.0 - depth) / _ONSET, 0.0), 1.0)
+        behind, out[k] = free_share(behind, q, velocity[k], half)
     memory[0] = behind
 
 

@@ -21,6 +21,25 @@ _SUBSTEP_RAD = 0.2
 
 
 @numba.njit(cache=True)
+def swing(
+    twist: float, rate: float, mean: float, step: float, omega: float, ratio: float
+) -> tuple[float, float]:
+    """Twist e = load - motor and its rate after a step at a mean acceleration of the motor.
+
+    e'' + 2 ratio omega e' + omega^2 e = -mean, by the mid-point rule, which neither damps nor excites.
+    """
+    parts = math.ceil(omega * step / _SUBSTEP_RAD)
+    h = step / max(parts, 1)
+    for _ in range(parts):
+        pull = 2.0 * ratio * omega + 0.5 * h * omega * omega
+        drive = -mean - omega * omega * twist
+        middle = (rate + 0.5 * h * drive) / (1.0 + 0.5 * h * pull)
+        twist += h * middle
+        rate = 2.0 * middle - rate
+    return twist, rate
+
+
+@numba.njit(cache=True)
 def _lag(
     acceleration: Array,
     first: NDArray[np.bool_],
@@ -32,9 +51,7 @@ def _lag(
 ) -> None:
     """Acceleration of the load less that of the motor.
 
-    The twist e = load - motor obeys e'' + 2 ratio omega e' + omega^2 e = -a. The acceleration is held
-    at its mean over a step, and e and e' are advanced by the mid-point rule, which neither damps nor
-    excites the oscillation.
+    The acceleration is held at its mean over a step, see `swing`.
     """
     twist, rate, last = memory[0], memory[1], memory[2]
     for k in range(acceleration.shape[0]):
@@ -44,14 +61,7 @@ def _lag(
             twist, rate = -a / (omega * omega), 0.0
         else:
             mean = 0.5 * (a + last)
-            parts = math.ceil(omega * step[k] / _SUBSTEP_RAD)
-            h = step[k] / max(parts, 1)
-            for _ in range(parts):
-                pull = 2.0 * ratio * omega + 0.5 * h * omega * omega
-                drive = -mean - omega * omega * twist
-                middle = (rate + 0.5 * h * drive) / (1.0 + 0.5 * h * pull)
-                twist += h * middle
-                rate = 2.0 * middle - rate
+            twist, rate = swing(twist, rate, mean, step[k], omega, ratio)
         last = a
         out[k] = -omega * omega * twist - 2.0 * ratio * omega * rate - a
     memory[0], memory[1], memory[2] = twist, rate, last
