@@ -187,7 +187,7 @@ def carry(
     """
     upright = gravity_of(n, position, payload)
     factor = math.cos(tilt_alpha) * math.cos(tilt_beta)
-    load = upright * factor
+    load = upright if n[ARM] != 0.0 else upright * factor
     w = abs(velocity)
 
     torque = m[OUTSIDE] + n[INERTIA] * acceleration + n[OFFSET] + n[ASYMMETRY] * w

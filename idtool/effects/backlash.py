@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
@@ -95,6 +95,25 @@ class Backlash(Effect):
             free = np.exp(-np.abs(motion.load) / values["load_scale"])
             share = share * free + values["share_under_load"] * (1.0 - free)
         return Contribution(level_change=-share * apart, bristle_change=-values["share_at_once"] * apart)
+
+    def in_c(self, values: Values) -> CForm:
+        share = "const float share = share_behind_gap;"
+        if "share_under_load" in values and "load_scale" in values:
+            share = """const float unloaded = expf(-fabsf(row->load) / load_scale);
+            const float share = share_behind_gap * unloaded + share_under_load * (1.0f - unloaded);"""
+        code = f"""
+            /* the part behind the gap is dragged along; only the face ahead can be met */
+            if (row->first) memory[0] = row->position;
+            memory[0] = clamp(memory[0], row->position - half, row->position + half);
+            float depth = (row->position - memory[0]) / half;
+            if (row->velocity < 0.0f) depth = -depth;
+            const float apart = clamp((1.0f - depth) / onset, 0.0f, 1.0f);
+            {share}
+            sum->level_change -= share * apart;
+            sum->bristle_change -= share_at_once * apart;
+        """
+        constants = {**values, "half": 0.5 * math.exp(values["log_gap"]), "onset": _ONSET}
+        return CForm(code, constants)
 
     def constants(self, motion: Motion) -> dict[str, float]:
         scale = _load_scale(motion)

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
@@ -97,6 +97,38 @@ class Compliance(Effect):
         omega = math.exp(values["log_omega"])
         _lag(motion.acceleration, past.first, past.step, omega, values["damping_ratio"], past.memory, lag)
         return Contribution(torque=values["load_inertia"] * lag)
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            /* memory: twist of the spring, its rate, the last acceleration; mid-point rule */
+            const float a = row->acceleration;
+            if (row->first) {
+                memory[0] = -a / omega_2;
+                memory[1] = 0.0f;
+            } else {
+                const float mean = 0.5f * (a + memory[2]);
+                const float parts = ceilf(omega * row->step / substep);
+                const float h = row->step / (parts < 1.0f ? 1.0f : parts);
+                const float share = 1.0f / (1.0f + 0.5f * h * (drag + 0.5f * h * omega_2));
+                for (float part = 0.0f; part < parts; part += 1.0f) {
+                    const float drive = -mean - omega_2 * memory[0];
+                    const float middle = (memory[1] + 0.5f * h * drive) * share;
+                    memory[0] += h * middle;
+                    memory[1] = 2.0f * middle - memory[1];
+                }
+            }
+            memory[2] = a;
+            sum->torque += load_inertia * (-omega_2 * memory[0] - drag * memory[1] - a);
+        """
+        omega = math.exp(values["log_omega"])
+        constants = {
+            "omega": omega,
+            "omega_2": omega * omega,
+            "drag": 2.0 * values["damping_ratio"] * omega,
+            "load_inertia": values["load_inertia"],
+            "substep": _SUBSTEP_RAD,
+        }
+        return CForm(code, constants)
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
         return [

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
@@ -48,6 +48,15 @@ class PositionRipple(Effect):
             angle = k * values["cycles"] * motion.position
             torque = torque + values[f"sin_{k}"] * np.sin(angle) + values[f"cos_{k}"] * np.cos(angle)
         return Contribution(torque=torque)
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            const float angle = cycles * row->position;
+            const float s = sinf(angle), c = cosf(angle);
+            sum->torque += sin_1 * s + cos_1 * c;
+            sum->torque += 2.0f * sin_2 * s * c + cos_2 * (c * c - s * s); /* the double angle */
+        """
+        return CForm(code, values)
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
         """Spatial frequencies half a resolution cell apart, up to what the sampling shows."""

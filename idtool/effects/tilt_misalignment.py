@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -36,6 +36,13 @@ class TiltMisalignment(Effect):
         true = np.cos(motion.tilt_alpha + values["alpha"]) * np.cos(beta + values["beta"])
         recorded = np.cos(motion.tilt_alpha) * np.cos(beta)
         return Contribution(torque=motion.load_upright * (true - recorded))
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            const float factor = cosf(row->tilt_alpha + alpha) * cosf(row->tilt_beta + beta);
+            sum->torque += row->load_upright * (factor - row->gravity_factor);
+        """
+        return CForm(code, values)
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         """A tilt that stays at zero shows an error only in second order: leave that angle at zero."""

@@ -1,0 +1,1 @@
+"""What a parameter file is turned into for use elsewhere."""
