@@ -36,6 +36,8 @@ _LEVEL_FIELDS = ("level_change", "level_torque", "static_change", "exponent_chan
 _FASTEST = 0.5
 #: As many samples as the Python controller's own delay line holds.
 _LONGEST_LINE = 64
+#: Parts of an octave in the table of the exponential.
+_PARTS = 64
 _REASONS = {
     Reason.NOT_FINITE: "position, velocity or current is NaN or infinite",
     Reason.STALE: "the same sample again",
@@ -209,7 +211,19 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "gravity_words": f"gravity of {'an arm' if parameters.gravity_model == 'arm' else 'a slide'}",
         "friction_words": friction + ("" if not effects else ", and the effects"),
         "reasons": [(reason.name, _REASONS[reason]) for reason in Reason],
+        **_exponential(),
         "constants": _constants(parameters, c, window, length, used),
+    }
+
+
+def _exponential() -> dict[str, Any]:
+    """What `decay` needs: 2^(-k/64), and the exponential within a part of ln(2) / 64."""
+    part = math.log(2.0) / _PARTS
+    return {
+        "powers": [c_float(2.0 ** (-k / _PARTS), "power") for k in range(_PARTS)],
+        "per_part": c_float(1.0 / part, "part"),
+        "part": c_float(part, "part"),
+        "half_part_squared": c_float(0.5 * part * part, "part"),
     }
 
 

@@ -15,7 +15,7 @@ from idtool.control.guard import Reason
 from idtool.export.c_controller import export_c
 from idtool.parameters import Parameters
 
-FLAGS = "-std=c99 -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion -pedantic -Werror -O2".split()
+FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wdouble-promotion", "-pedantic", "-Werror")
 DRIVER = Path(__file__).parent / "driver.c"
 STEP, RECOVER, RESET = range(3)
 NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects")
@@ -65,7 +65,7 @@ def compile_c(
     """Export, compile with every warning an error, and return the program."""
     export_c(parameters, folder, period_s=period_s, limits=limits, without=without)
     program = folder / "driver"
-    command = ["gcc", *FLAGS, "-I", folder, DRIVER, folder / "ffc.c", "-lm", "-o", program]
+    command = ["gcc", *FLAGS, "-O2", "-I", folder, DRIVER, folder / "ffc.c", "-lm", "-o", program]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return program
