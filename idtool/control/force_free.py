@@ -198,7 +198,7 @@ class ForceFreeController:
             gravity=load.gravity,
             friction=load.friction + law.extra,
             effects=load.effects,
-            limited=self._limited + law.limited,
+            limited=self._limited + (() if faulty else law.limited),
             fault=self._fault,
             notes=tuple(self.model.skipped),
         )

@@ -1,1 +1,1 @@
-"""What a parameter file is turned into for use elsewhere."""
+"""A parameter file as other programs and boards read it."""

@@ -15,7 +15,16 @@ from idtool.control.guard import Reason
 from idtool.export.c_controller import export_c
 from idtool.parameters import Parameters
 
-FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wdouble-promotion", "-pedantic", "-Werror")
+FLAGS = (
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wshadow",
+    "-Wconversion",
+    "-Wdouble-promotion",
+    "-pedantic",
+    "-Werror",
+)
 DRIVER = Path(__file__).parent / "driver.c"
 STEP, RECOVER, RESET = range(3)
 NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects")
