@@ -99,7 +99,7 @@ class Backlash(Effect):
     def in_c(self, values: Values) -> CForm:
         share = "const float share = share_behind_gap;"
         if "share_under_load" in values and "load_scale" in values:
-            share = """const float unloaded = expf(-fabsf(row->load) / load_scale);
+            share = """const float unloaded = decay(fabsf(row->load) / load_scale);
             const float share = share_behind_gap * unloaded + share_under_load * (1.0f - unloaded);"""
         code = f"""
             /* the part behind the gap is dragged along; only the face ahead can be met */

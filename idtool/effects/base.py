@@ -101,8 +101,9 @@ class CForm:
             tilt_alpha, tilt_beta, temperature, has_temperature, gravity_factor, load, load_upright,
             torque_constant; units as in `Motion`), add to `sum->` (the fields of `Contribution`), and keep
             what they must remember in `memory[0]` to `memory[Effect.memory - 1]`; `row->first` is true
-            where that starts anew. Of functions there are those of libm that end in f, and
-            clamp(x, low, high).
+            where that starts anew. Of functions there are those of libm that end in f,
+            clamp(x, low, high), and faster than libm's decay(x) = exp(-x) for x >= 0 and
+            sine_and_cosine(angle, &sine, &cosine).
         constants: the numbers that the code calls by name.
         follows_temperature: does nothing without a thermometer.
         looks_back_s: how far into the past a delay of `sum->delay` reaches, s.

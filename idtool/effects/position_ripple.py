@@ -51,10 +51,10 @@ class PositionRipple(Effect):
 
     def in_c(self, values: Values) -> CForm:
         code = """
-            const float angle = cycles * row->position;
-            const float s = sinf(angle), c = cosf(angle);
-            sum->torque += sin_1 * s + cos_1 * c;
-            sum->torque += 2.0f * sin_2 * s * c + cos_2 * (c * c - s * s); /* the double angle */
+            float s, c;
+            sine_and_cosine(cycles * row->position, &s, &c);
+            /* the double angle by s and c: sin 2x = 2 s c, cos 2x = 1 - 2 s s */
+            sum->torque += s * (sin_1 + 2.0f * sin_2 * c - 2.0f * cos_2 * s) + cos_1 * c + cos_2;
         """
         return CForm(code, values)
 

@@ -39,8 +39,10 @@ class TiltMisalignment(Effect):
 
     def in_c(self, values: Values) -> CForm:
         code = """
-            const float factor = cosf(row->tilt_alpha + alpha) * cosf(row->tilt_beta + beta);
-            sum->torque += row->load_upright * (factor - row->gravity_factor);
+            float cosine_alpha, cosine_beta;
+            sine_and_cosine(row->tilt_alpha + alpha, 0, &cosine_alpha);
+            sine_and_cosine(row->tilt_beta + beta, 0, &cosine_beta);
+            sum->torque += row->load_upright * (cosine_alpha * cosine_beta - row->gravity_factor);
         """
         return CForm(code, values)
 

@@ -36,8 +36,8 @@ _LEVEL_FIELDS = ("level_change", "level_torque", "static_change", "exponent_chan
 _FASTEST = 0.5
 #: As many samples as the Python controller's own delay line holds.
 _LONGEST_LINE = 64
-#: Parts of an octave in the table of the exponential.
-_PARTS = 64
+#: Parts of an octave and of a turn in the tables of the exponential and the sine.
+_PARTS = 256
 _REASONS = {
     Reason.NOT_FINITE: "position, velocity or current is NaN or infinite",
     Reason.STALE: "the same sample again",
@@ -205,25 +205,27 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "period_us": _microseconds(c.period),
         "settle_ms": round(1e3 * _law(c)._settle),
         "arm": parameters.gravity_model == "arm",
+        "has_range": math.isfinite(c.limits.position_min) or math.isfinite(c.limits.position_max),
         "has_command_step": c.limits.command_step is not None,
         "kind": kind,
         "unit": {dimension: unit_text(dimension, kind) for dimension in SUFFIXES},
         "gravity_words": f"gravity of {'an arm' if parameters.gravity_model == 'arm' else 'a slide'}",
         "friction_words": friction + ("" if not effects else ", and the effects"),
         "reasons": [(reason.name, _REASONS[reason]) for reason in Reason],
-        **_exponential(),
+        **_tables(),
         "constants": _constants(parameters, c, window, length, used),
     }
 
 
-def _exponential() -> dict[str, Any]:
-    """What `decay` needs: 2^(-k/64), and the exponential within a part of ln(2) / 64."""
-    part = math.log(2.0) / _PARTS
+def _tables() -> dict[str, Any]:
+    """What `decay` and `sine_and_cosine` need: their tables, arguments in 1/2^24 octaves and in 1/2^20
+    turns, and how far a chord of the exponential falls."""
     return {
-        "powers": [c_float(2.0 ** (-k / _PARTS), "power") for k in range(_PARTS)],
-        "per_part": c_float(1.0 / part, "part"),
-        "part": c_float(part, "part"),
-        "half_part_squared": c_float(0.5 * part * part, "part"),
+        "powers": [f"{round(2.0 ** (31 - k / _PARTS))}UL" for k in range(_PARTS)],
+        "octaves": c_float(2.0**24 / math.log(2.0), "octaves"),
+        "chord": round((1.0 - 2.0 ** (-1 / _PARTS)) * 2.0**23),
+        "sines": [f"{round(2.0**30 * math.sin(2.0 * math.pi * k / _PARTS))}L" for k in range(_PARTS)],
+        "turns_per_rad": c_float(2.0**20 / (2.0 * math.pi), "turns"),
     }
 
 
