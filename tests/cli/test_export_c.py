@@ -6,11 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
+from support import ffc_id
 
 from idtool.parameters import Parameter, Parameters
 from studies.board.__main__ import with_effects
-
-from .support import ffc_id
 
 
 @pytest.fixture
