@@ -218,14 +218,14 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
 
 
 def _tables() -> dict[str, Any]:
-    """What `decay` and `sine_and_cosine` need: their tables, arguments in 1/2^24 octaves and in 1/2^20
-    turns, and how far a chord of the exponential falls."""
+    """What `decay` and `sine_and_cosine` need: their tables, arguments in 1/2^24 of an octave and
+    of a turn, and how far a chord of the exponential falls."""
     return {
         "powers": [f"{round(2.0 ** (31 - k / _PARTS))}UL" for k in range(_PARTS)],
         "octaves": c_float(2.0**24 / math.log(2.0), "octaves"),
         "chord": round((1.0 - 2.0 ** (-1 / _PARTS)) * 2.0**23),
         "sines": [f"{round(2.0**30 * math.sin(2.0 * math.pi * k / _PARTS))}L" for k in range(_PARTS)],
-        "turns_per_rad": c_float(2.0**20 / (2.0 * math.pi), "turns"),
+        "turns_per_rad": c_float(2.0**24 / (2.0 * math.pi), "turns"),
     }
 
 
