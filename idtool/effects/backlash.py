@@ -99,15 +99,15 @@ class Backlash(Effect):
     def in_c(self, values: Values) -> CForm:
         share = "const float share = share_behind_gap;"
         if "share_under_load" in values and "load_scale" in values:
-            share = """const float unloaded = decay(fabsf(row->load) / load_scale);
+            share = """const float unloaded = decay(fabsf(row->load) * (1.0f / load_scale));
             const float share = share_behind_gap * unloaded + share_under_load * (1.0f - unloaded);"""
         code = f"""
             /* the part behind the gap is dragged along; only the face ahead can be met */
             if (row->first) memory[0] = row->position;
             memory[0] = clamp(memory[0], row->position - half, row->position + half);
-            float depth = (row->position - memory[0]) / half;
+            float depth = (row->position - memory[0]) * (1.0f / half);
             if (row->velocity < 0.0f) depth = -depth;
-            const float apart = clamp((1.0f - depth) / onset, 0.0f, 1.0f);
+            const float apart = clamp((1.0f - depth) * (1.0f / onset), 0.0f, 1.0f);
             {share}
             sum->level_change -= share * apart;
             sum->bristle_change -= share_at_once * apart;

@@ -38,7 +38,7 @@ class PositionDependentFriction(Effect):
 
     def in_c(self, values: Values) -> CForm:
         code = """
-            const float x = clamp((row->position - center) / half_stroke, -1.0f, 1.0f);
+            const float x = clamp((row->position - center) * (1.0f / half_stroke), -1.0f, 1.0f);
             sum->level_change += slope_1 * x + slope_2 * (2.0f * x * x - 1.0f);
         """
         return CForm(code, values)

@@ -47,11 +47,12 @@ class ThermalDrift(Effect):
 
     def in_c(self, values: Values) -> CForm:
         if "rate" in values:
-            exponent = "row->has_temperature ? -rate * (row->temperature - reference) : 0.0f"
+            fall = "row->has_temperature ? rate * (row->temperature - reference) : 0.0f"
         else:
-            exponent = "-warm_up * (1.0f - expf(-row->time / time_constant))"
+            fall = "warm_up * (1.0f - decay(row->time * (1.0f / time_constant)))"
         code = f"""
-            const float change = expf({exponent}) - 1.0f;
+            const float fall = {fall};
+            const float change = (fall < 0.0f ? 1.0f / decay(-fall) : decay(fall)) - 1.0f;
             sum->level_change += change;
             sum->viscous_change += change;
         """
