@@ -99,7 +99,7 @@ class ForceFreeController:
         self.limits = limits or Limits()
         self.resolution = resolution or RESOLUTION[kind]
         self.start_torque = start_torque or 0.3 * self.model.friction_bound
-        self._law: Law = PaperLaw(
+        self.law: Law = PaperLaw(
             self.model,
             self.limits,
             self.period,
@@ -116,7 +116,7 @@ class ForceFreeController:
 
     def reset(self) -> None:
         """Start anew, as after construction: what was learned and trimmed is forgotten too."""
-        self._law.reset()
+        self.law.reset()
         self._clock = 0.0
         self._command = self.limits.clip(0.0)
         self._known = False
@@ -174,18 +174,18 @@ class ForceFreeController:
         if self._previous is None:
             if sample.temperature is None and self.model.needs_temperature:
                 self.model.drop("thermal_drift", "no temperature was given")
-            self._law.begin(sample.position)
+            self.law.begin(sample.position)
             if not self._known:
-                self._command = self._law.anchor
+                self._command = self.law.anchor
             self._known = True
-        self._command = self._bounded(self._law.wish(sample))
+        self._command = self._bounded(self.law.wish(sample))
         self._previous = sample
         return self._command
 
     @property
     def status(self) -> Status:
         """What the last step found and did."""
-        load, law = self.model.load, self._law
+        load, law = self.model.load, self.law
         faulty = self._fault is not None
         starting = self._previous is None
         return Status(
@@ -226,8 +226,8 @@ class ForceFreeController:
         if self._fault is not None:
             held = "holds the last safe position" if self._known else "has no safe position yet, send nothing"
             return f"{self._fault.message}; {held}; call recover() to go on"
-        cut = self._limited + self._law.limited
-        return self._law.doing + (f", cut by the limit of {', '.join(cut)}" if cut else "")
+        cut = self._limited + self.law.limited
+        return self.law.doing + (f", cut by the limit of {', '.join(cut)}" if cut else "")
 
 
 def _float(value: Any) -> float:

@@ -303,9 +303,12 @@ def _constants(
 
 
 def _law(controller: ForceFreeController) -> PaperLaw:
-    law = controller._law
+    """The law, if it is the one that the templates hold."""
+    law = controller.law
     if not isinstance(law, PaperLaw):
-        raise InputError("this control law has no C form", remedy="export the paper's law")
+        raise InputError(
+            "the C holds the paper's control law only", place="controller.mode", remedy='set mode = "paper"'
+        )
     return law
 
 
