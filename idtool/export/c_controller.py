@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -104,9 +105,11 @@ def export_c(
     paths = {folder / file: text for file, text in texts.items()}
     for path in paths:
         refuse_existing(path, force)
-    for path, text in paths.items():
-        with atomic_write(path) as stream:
+    with ExitStack() as together:
+        for path, text in paths.items():
+            stream = together.enter_context(atomic_write(path))
             stream.write(text)
+            stream.flush()  # a full disk shows before the first file is put in its place
     return ExportedC(tuple(paths), carried, notes)
 
 
