@@ -2,12 +2,13 @@
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
 #   make study-accuracy, study-diagnosis, study-measured    pages of docs/ from many sessions (an hour or so)
+# make study-board measures the exported C on a simulated Arduino Uno (needs avr-gcc, avr-libc, simavr).
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests bench study-accuracy study-diagnosis study-measured clean
+.PHONY: demo test lint types tests bench study-accuracy study-diagnosis study-measured study-board clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -40,6 +41,9 @@ study-diagnosis: $(VENV)/.ready-dev
 
 study-measured: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.measured
+
+study-board: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.board
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit("ffc-id needs Python 3.11 or newer: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else 0'

@@ -28,8 +28,9 @@ from collections import deque
 from typing import Any
 
 from idtool.control.guard import Fault, Guard, Limits, Measurement, State, Status
+from idtool.control.law import Law
 from idtool.control.online import OnlineModel
-from idtool.control.sensing import HandSense
+from idtool.control.paper import PaperLaw
 from idtool.parameters import Controller, Parameters
 
 #: The paper's gains (its Table 5): K_r in s, K_c in rad/s per N m. On a linear axis the yielding that
@@ -40,20 +41,6 @@ LOOP_GAIN = {"rotary": 1.68, "linear": 0.0192 / 5.56}
 DEFAULT_PERIOD_S = 0.01
 #: Smallest step of a position sensor: 4096 counts a turn; 10 micrometres on a linear axis.
 RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
-#: A torque that falls so fast that it is gone within this time is a hand that lets go, s.
-RELEASE_S = 0.04
-#: For how long after that nothing is taken for a hand, s.
-_BRAKE_S = 0.05
-#: Slower than this an axis is stopping, not moving, in resolutions per second.
-_REST_COUNTS_PER_S = 33.0
-#: A fall per period below this share of the starting torque is noise.
-_FALL_NOISE = 0.5
-#: Below this share of the starting torque a guided axis stops; so many samples above it start it.
-_STOP_SHARE = 0.7
-_START_SAMPLES = 2
-#: How fast the servo's time constant is trimmed, 1/s, and by how much at most.
-_TRIM_RATE = 3.0
-_TRIM_RANGE = 5.0
 
 
 def gains(parameters: Parameters, period: float) -> Controller:
@@ -111,39 +98,36 @@ class ForceFreeController:
         self.period = float(period_s or chosen.period)
         self.limits = limits or Limits()
         self.resolution = resolution or RESOLUTION[kind]
-        self.servo_time = servo_time_s
         self.start_torque = start_torque or 0.3 * self.model.friction_bound
-        self._settle = settle_s
-        self._sense = HandSense(self.model, self.period, filter_s, self.resolution)
+        self.law: Law = PaperLaw(
+            self.model,
+            self.limits,
+            self.period,
+            self.resolution,
+            chosen,
+            servo_time=servo_time_s,
+            filter_time=filter_s,
+            settle=settle_s,
+            start_torque=self.start_torque,
+        )
         self._guard = Guard(self.limits, self.period, self.resolution, "m" if kind == "linear" else "rad")
-        self._rest_speed = _REST_COUNTS_PER_S * self.resolution
         self._history: deque[Measurement] = deque(maxlen=50)
         self.reset()
 
     def reset(self) -> None:
-        """Start anew, as after construction: what was trimmed is forgotten too."""
-        self._lead_time = self.servo_time
+        """Start anew, as after construction: what was learned and trimmed is forgotten too."""
+        self.law.reset()
         self._clock = 0.0
-        self._anchor = self._command = self.limits.clip(0.0)
+        self._command = self.limits.clip(0.0)
         self._known = False
-        self._begin()
+        self.recover()
 
     def recover(self) -> None:
         """Leave a fault: the next sample is trusted again, and the axis stays where it is then."""
-        self._begin()
-
-    def _begin(self) -> None:
-        self._sense.reset()
         self._guard.reset()
         self._history.clear()
-        self._state = State.STARTING
         self._fault: Fault | None = None
         self._previous: Measurement | None = None
-        self._begun_at = 0.0
-        self._wanted = 0.0
-        self._last_push = 0.0
-        self._pushed = 0
-        self._brake_until = 0.0
         self._limited: tuple[str, ...] = ()
 
     def step(
@@ -190,94 +174,34 @@ class ForceFreeController:
         if self._previous is None:
             if sample.temperature is None and self.model.needs_temperature:
                 self.model.drop("thermal_drift", "no temperature was given")
-            self._begun_at = sample.time
-            self._anchor = self.limits.clip(sample.position)
+            self.law.begin(sample.position)
             if not self._known:
-                self._command = self._anchor
+                self._command = self.law.anchor
             self._known = True
-        self._command = self._bounded(self._wished(sample))
+        self._command = self._bounded(self.law.wish(sample))
         self._previous = sample
         return self._command
 
     @property
     def status(self) -> Status:
         """What the last step found and did."""
-        load = self.model.load
+        load, law = self.model.load, self.law
+        faulty = self._fault is not None
+        starting = self._previous is None
         return Status(
-            state=self._state,
+            state=State.FAULT if faulty else State.STARTING if starting else law.state,
             message=self._message(),
             command_valid=self._known,
             position_command=self._command,
-            external_torque=self._sense.torque,
-            velocity_wanted=self._wanted,
+            external_torque=law.torque,
+            velocity_wanted=0.0 if faulty else law.wanted,
             gravity=load.gravity,
-            friction=load.friction + self._sense.slack,
+            friction=load.friction + law.extra,
             effects=load.effects,
-            limited=self._limited,
+            limited=self._limited + (() if faulty else law.limited),
             fault=self._fault,
             notes=tuple(self.model.skipped),
         )
-
-    def _wished(self, sample: Measurement) -> float:
-        """The command before the limits: hold the anchor, or lead the position by what yields."""
-        self._wanted = 0.0
-        if self._state is State.STARTING:
-            self._sense.listen(sample)
-            if sample.time - self._begun_at >= self._settle:
-                self._sense.settle()
-                self._state = State.RESTING
-            return self._anchor
-        torque = self._sense.feel(sample)
-        push = abs(torque)
-        falls = self._last_push - push
-        self._last_push = push
-        if self._state is State.RESTING:
-            # more than once: a single sample is noise, or what braking left in the filter
-            self._pushed = self._pushed + 1 if push > self.start_torque else 0
-            if sample.time < self._brake_until:
-                # the servo's own loops are still coming to rest: do not pull the axis back
-                self._anchor = self.limits.clip(sample.position)
-                return self._anchor
-            if self._pushed < _START_SAMPLES:
-                return self._anchor
-            self._state = State.GUIDING
-        elif self._state is State.GUIDING:
-            # an axis that speeds up takes torque for its inertia: that fall is no hand leaving
-            noise = _FALL_NOISE * self.start_torque
-            leaves = 0.0 if self._speeds_up(sample) else max(falls - noise, 0.0)
-            if push - leaves * RELEASE_S / self.period < _STOP_SHARE * self.start_torque:
-                self._state = State.STOPPING
-                self._brake_until = sample.time + _BRAKE_S
-        if self._state is State.STOPPING:
-            return self._brake(sample, push)
-        return self._lead(sample, torque)
-
-    def _speeds_up(self, sample: Measurement) -> bool:
-        return self._previous is not None and abs(sample.velocity) > abs(self._previous.velocity)
-
-    def _lead(self, sample: Measurement, torque: float) -> float:
-        """Eq. 11, solved for its own velocity."""
-        wanted = self.command_gain / (self.command_gain + self._lead_time) * self.loop_gain * torque
-        if abs(wanted) > self.limits.speed:
-            wanted = math.copysign(self.limits.speed, wanted)
-            self._limited += ("speed",)
-        self._wanted = wanted
-        if abs(wanted) > 2.0 * self._rest_speed:
-            missing = min(max((wanted - sample.velocity) / wanted, -1.0), 1.0)
-            trimmed = self._lead_time * (1.0 + _TRIM_RATE * self.period * missing)
-            low, high = self.servo_time / _TRIM_RANGE, self.servo_time * _TRIM_RANGE
-            self._lead_time = min(max(trimmed, low), high)
-        return sample.position + self._lead_time * wanted
-
-    def _brake(self, sample: Measurement, push: float) -> float:
-        """No lead until the axis stands; then the anchor is where it stands."""
-        if abs(sample.velocity) <= self._rest_speed:
-            self._state = State.RESTING
-            self._pushed = 0
-            self._anchor = self.limits.clip(sample.position)
-        elif sample.time > self._brake_until and push > self.start_torque:
-            self._state = State.GUIDING  # it was a hand that eased off, not one that left
-        return sample.position
 
     def _bounded(self, wished: float) -> float:
         """The command inside the limits."""
@@ -294,8 +218,6 @@ class ForceFreeController:
     def _fail(self, fault: Fault) -> float:
         """Latch a fault: hold the last position that was measured well."""
         self._fault = fault
-        self._state = State.FAULT
-        self._wanted = 0.0
         if self._previous is not None:
             self._command = self._bounded(self._previous.position)
         return self._command
@@ -304,15 +226,8 @@ class ForceFreeController:
         if self._fault is not None:
             held = "holds the last safe position" if self._known else "has no safe position yet, send nothing"
             return f"{self._fault.message}; {held}; call recover() to go on"
-        if self._state is State.STARTING:
-            return "reads the friction from the current, hands off"
-        if self._state is State.RESTING:
-            return "rests until a hand pushes"
-        if self._state is State.STOPPING:
-            return "stops, the hand let go"
-        return "follows the hand" + (
-            f", cut by the limit of {', '.join(self._limited)}" if self._limited else ""
-        )
+        cut = self._limited + self.law.limited
+        return self.law.doing + (f", cut by the limit of {', '.join(cut)}" if cut else "")
 
 
 def _float(value: Any) -> float:

@@ -17,6 +17,7 @@ class State(StrEnum):
 
     STARTING = "starting"  # reads the bristle from the current; hands off
     RESTING = "resting"  # holds its place until a hand pushes
+    TARING = "taring"  # moves by itself to learn its load; hands off
     GUIDING = "guiding"  # follows a hand
     STOPPING = "stopping"  # brakes after a hand that let go
     FAULT = "fault"  # holds the last safe position until `recover`

@@ -1,9 +1,8 @@
 """The identified model, one sample at a time.
 
 `OnlineModel` gives what the motor must carry at this instant: gravity, LuGre friction and every effect
-of the parameter file. It is the same model as `idtool.model.torque.predict`, row for row (a test holds
-the two together), but keeps the bristle's deflection between calls and works on plain floats, so that
-a sample costs microseconds and not a table.
+of the parameter file. The arithmetic is compiled (`load`), so a sample costs a microsecond; an effect
+that is not written out there is asked by its own class, one row at a time.
 """
 
 from __future__ import annotations
@@ -13,24 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from idtool.control import load as compiled
 from idtool.effects import registry
 from idtool.effects.base import Effect, Past, Values
 from idtool.errors import InputError
-from idtool.model.contribution import FIELDS, Contribution, Term
+from idtool.model.contribution import FIELDS, Term
 from idtool.model.motion import Motion
-from idtool.model.stribeck import EXPONENT
 from idtool.parameters import Parameters
-
-#: As in the batch model: effects never push the friction level below this share of its plain value.
-_LEVEL_FLOOR = 0.02
-#: Presliding travel assumed where the file has a friction level but no bristle, rad (m). Under an
-#: encoder count of any servo, so that friction then acts as plain Coulomb friction.
-_RIGID_PRESLIDING = 1e-4
-#: Below this exponent 1 - exp(-x) loses its digits and its series is exact enough.
-_SMALL = 1e-5
-
-#: level_change, level_torque, static_change, exponent_change of a Contribution, summed over effects
-_Changes = tuple[float, float, float, float]
 
 
 @dataclass(slots=True)
@@ -39,7 +27,7 @@ class Load:
 
     Attributes:
         gravity: gravity torque.
-        friction: LuGre friction with the tracked bristle.
+        bristle, viscous: LuGre friction with the tracked bristle, and its part in proportion to speed.
         effects: additive effects, inertia among them.
         level: friction level g at the present speed, effects included.
         saturation: relative loss of motor torque per torque, 1/(N m).
@@ -47,16 +35,22 @@ class Load:
     """
 
     gravity: float = 0.0
-    friction: float = 0.0
+    bristle: float = 0.0
+    viscous: float = 0.0
     effects: float = 0.0
     level: float = 0.0
     saturation: float = 0.0
     delay: float = 0.0
 
     @property
+    def friction(self) -> float:
+        """Whole friction, N m (N)."""
+        return self.bristle + self.viscous
+
+    @property
     def total(self) -> float:
         """Torque of the model, N m (N)."""
-        return self.gravity + self.friction + self.effects
+        return self.gravity + self.bristle + self.viscous + self.effects
 
 
 class OnlineModel:
@@ -76,30 +70,25 @@ class OnlineModel:
         _check(parameters)
         self.axis = parameters.axis
         self.torque_constant = float(parameters.axis.torque_constant or 0.0)
-        self._arm = parameters.gravity_model == "arm"
-        self._gravity = tuple(p.value for p in parameters.gravity.values())
-        static = parameters.static
-        self.coulomb = static["coulomb"].value
-        self.static = static["static"].value
-        self.stribeck_velocity = static["stribeck_velocity"].value
-        self.viscous = static["viscous"].value
-        if parameters.dynamic:
-            self.bristle_stiffness = parameters.dynamic["bristle_stiffness"].value
-            self.bristle_damping = parameters.dynamic["bristle_damping"].value
-        else:
-            self.bristle_stiffness = max(self.coulomb, self.static, 1e-9) / _RIGID_PRESLIDING
-            self.bristle_damping = 0.0
-        self._floor = _LEVEL_FLOOR * min(self.coulomb, self.static) + 1e-12
-        self._effects: list[tuple[Effect, Values]] = []
-        self._past: dict[str, Past] = {}
+        self._numbers = compiled.numbers_of(parameters)
+        self._memory = np.zeros(compiled.MEMORY)
+        self.coulomb, self.static, self.stribeck_velocity, self.viscous, self.bristle_stiffness = map(
+            float, self._numbers[compiled.COULOMB : compiled.SIGMA0 + 1]
+        )
+        self.bristle_damping = float(self._numbers[compiled.SIGMA1])
+        self._names: list[str] = []
+        self._outside: list[tuple[Effect, Values, Past | None]] = []
+        self._thermometer = False
         self.skipped: list[str] = []
         for entry in parameters.effects:
             effect = registry.get(entry.name)
-            self._effects.append((effect, effect.to_values(entry.values())))
-            if effect.memory:
-                self._past[effect.name] = Past(
-                    np.ones(1, dtype=bool), np.zeros(1), np.zeros(effect.memory), np.zeros(1)
-                )
+            values = effect.to_values(entry.values())
+            self._names.append(effect.name)
+            self._thermometer |= effect.name == "thermal_drift" and "rate" in values
+            if compiled.compiled(effect.name):
+                compiled.set_effect(self._numbers, effect.name, values, self.torque_constant)
+            else:
+                self._outside.append((effect, values, _past(effect)))
         self._warm = _Row(self.torque_constant, with_temperature=True)
         self._blind = _Row(self.torque_constant, with_temperature=False)
         self.load = Load()
@@ -110,35 +99,51 @@ class OnlineModel:
         """The most that friction can hold at rest, N m (N)."""
         return max(self.coulomb, self.static)
 
+    @property
+    def inertia(self) -> float:
+        """Inertia of the file, kg m^2 (kg); 0 where it has none."""
+        return float(self._numbers[compiled.INERTIA])
+
+    @property
+    def bristle(self) -> float:
+        """Deflection z, rad (m)."""
+        return self._bristle
+
+    @bristle.setter
+    def bristle(self, value: float) -> None:
+        self._bristle = value
+        self._memory[compiled.BRISTLE] = value
+
     def uses(self, effect: str) -> bool:
         """Whether the file holds that effect and it is compensated."""
-        return any(known.name == effect for known, _ in self._effects)
+        return effect in self._names
 
     @property
     def needs_temperature(self) -> bool:
         """Whether an effect follows a measured temperature."""
-        return any(known.name == "thermal_drift" and "rate" in values for known, values in self._effects)
+        return self._thermometer and self.uses("thermal_drift")
 
     def drop(self, effect: str, why: str) -> None:
         """Leave an effect out of the compensation and remember why."""
-        if self.uses(effect):
-            self._effects = [(known, values) for known, values in self._effects if known.name != effect]
-            self.skipped.append(f"{effect} is not compensated: {why}")
+        if not self.uses(effect):
+            return
+        self._names.remove(effect)
+        if compiled.compiled(effect):
+            compiled.clear_effect(self._numbers, effect)
+        self._outside = [known for known in self._outside if known[0].name != effect]
+        self.skipped.append(f"{effect} is not compensated: {why}")
 
     def reset(self) -> None:
         """Forget the motion; the bristle is straight and nothing has moved."""
-        for past in self._past.values():
-            past.first[0] = True
-        self.bristle = 0.0
-        self._last_velocity: float | None = None
-        self._last_changes: _Changes = (0.0, 0.0, 0.0, 0.0)
+        self._memory[:] = 0.0
+        self._bristle = 0.0
+        for _, _, past in self._outside:
+            if past is not None:
+                past.first[0] = True
 
     def gravity(self, position: float, payload: float, factor: float) -> float:
         """Gravity torque, N m (N)."""
-        first, second = self._gravity
-        if self._arm:
-            return first * math.sin(position) + second * math.cos(position)
-        return (first + second * payload) * factor
+        return float(compiled.gravity_of(self._numbers, position, payload)) * factor
 
     def update(
         self,
@@ -168,75 +173,81 @@ class OnlineModel:
         Returns:
             The load; the same object every time.
         """
-        load = self.load
-        factor = math.cos(tilt_alpha) * math.cos(tilt_beta)
-        load.gravity = self.gravity(position, payload, factor)
-        total = dict.fromkeys(FIELDS, 0.0)
-        if self._effects:
-            row = self._blind if temperature is None else self._warm
-            row.fill(
-                time,
-                position,
-                velocity,
-                acceleration,
-                payload,
-                factor,
-                tilt_alpha,
-                tilt_beta,
-                0.0 if temperature is None else temperature,
-                load.gravity,
-                self.gravity(position, payload, 1.0),
+        if self._outside:
+            self._ask_outside(
+                time, step, position, velocity, acceleration, payload, tilt_alpha, tilt_beta, temperature
             )
-            for effect, values in self._effects:
-                past = self._past.get(effect.name)
-                if past is None:
-                    _add(total, effect.contribute(row.motion, values))
-                    continue
-                past.step[0] = step
-                _add(total, effect.resume(row.motion, values, past))
-                past.first[0] = False
-        changes = (
-            total["level_change"],
-            total["level_torque"],
-            total["static_change"],
-            total["exponent_change"],
+        load = self.load
+        (
+            load.gravity,
+            load.bristle,
+            load.viscous,
+            load.effects,
+            load.level,
+            load.saturation,
+            load.delay,
+            self._bristle,
+        ) = compiled.carry(
+            self._numbers,
+            self._memory,
+            time,
+            step,
+            position,
+            velocity,
+            acceleration,
+            payload,
+            tilt_alpha,
+            tilt_beta,
+            math.nan if temperature is None else temperature,
+            math.nan if travel is None else travel,
         )
-        if self._last_velocity is not None:
-            # the bristle sees the mean of the step's two ends, as in the batch model
-            middle = 0.5 * (velocity + self._last_velocity) if travel is None else travel / max(step, 1e-9)
-            self._advance(middle, step, self._level(middle, _mean(changes, self._last_changes)))
-        self._last_velocity = velocity
-        self._last_changes = changes
-        load.level = self._level(velocity, changes)
-        pull = self.bristle_stiffness / load.level * abs(velocity)
-        load.friction = (1.0 + total["bristle_change"]) * (
-            (self.bristle_stiffness - self.bristle_damping * pull) * self.bristle
-            + self.bristle_damping * velocity
-        ) + self.viscous * (1.0 + total["viscous_change"]) * velocity
-        load.effects = total["torque"]
-        load.saturation = total["saturation"]
-        load.delay = total["delay"]
         return load
 
-    def _level(self, velocity: float, changes: _Changes) -> float:
-        """Friction level g, with what the effects change about it (scalar twin of the batch model's)."""
-        level_change, level_torque, static_change, exponent_change = changes
-        ratio = abs(velocity) / self.stribeck_velocity
-        exponent = EXPONENT + exponent_change
-        fade = math.exp(-min(ratio * ratio if exponent == 2.0 else ratio**exponent, 700.0))
-        plain = self.coulomb + (self.static * (1.0 + static_change) - self.coulomb) * fade
-        return max(plain * (1.0 + level_change) + level_torque, self._floor)
+    def _ask_outside(
+        self,
+        time: float,
+        step: float,
+        position: float,
+        velocity: float,
+        acceleration: float,
+        payload: float,
+        tilt_alpha: float,
+        tilt_beta: float,
+        temperature: float | None,
+    ) -> None:
+        """Effects that are not compiled: each by its own class, on a table of one row."""
+        factor = math.cos(tilt_alpha) * math.cos(tilt_beta)
+        row = self._blind if temperature is None else self._warm
+        row.fill(
+            time,
+            position,
+            velocity,
+            acceleration,
+            payload,
+            factor,
+            tilt_alpha,
+            tilt_beta,
+            0.0 if temperature is None else temperature,
+            self.gravity(position, payload, factor),
+            self.gravity(position, payload, 1.0),
+        )
+        total = [0.0] * len(FIELDS)
+        for effect, values, past in self._outside:
+            if past is None:
+                part = effect.contribute(row.motion, values)
+            else:
+                past.step[0] = step
+                part = effect.resume(row.motion, values, past)
+                past.first[0] = False
+            for k, name in enumerate(FIELDS):
+                total[k] += _number(getattr(part, name))
+        self._memory[compiled.OUTSIDE :] = total
 
-    def _advance(self, velocity: float, step: float, level: float) -> None:
-        """Exact step of the bristle for a velocity held over the step (see `idtool.model.lugre`)."""
-        rho = self.bristle_stiffness / level
-        x = rho * abs(velocity) * step
-        decay = math.exp(-min(x, 700.0))
-        if x > _SMALL:
-            forced = math.copysign((1.0 - decay) / rho, velocity)
-        else:
-            forced = velocity * step * (1.0 - 0.5 * x)
-        self.bristle = decay * self.bristle + forced
+
+def _past(effect: Effect) -> Past | None:
+    if not effect.memory:
+        return None
+    return Past(np.ones(1, dtype=bool), np.zeros(1), np.zeros(effect.memory), np.zeros(1))
 
 
 class _Row:
@@ -270,19 +281,6 @@ class _Row:
 
 def _number(term: Term) -> float:
     return term if isinstance(term, float) else float(np.asarray(term).flat[0])
-
-
-def _add(total: dict[str, float], part: Contribution) -> None:
-    for name in FIELDS:
-        term = getattr(part, name)
-        if not (isinstance(term, float) and term == 0.0):
-            total[name] += _number(term)
-
-
-def _mean(a: _Changes, b: _Changes) -> _Changes:
-    if a == b:
-        return a
-    return (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]), 0.5 * (a[3] + b[3]))
 
 
 def _check(parameters: Parameters) -> None:

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
@@ -24,6 +24,17 @@ _ONSET = 0.1
 
 
 @numba.njit(cache=True)
+def free_share(behind: float, position: float, velocity: float, half: float) -> tuple[float, float]:
+    """Play operator: where the part behind the gap is, and 1 where the motor moves free inside the gap
+    (`half` of which lies on either side), 0 in contact."""
+    behind = min(max(behind, position - half), position + half)
+    depth = (position - behind) / half
+    if velocity < 0.0:
+        depth = -depth  # only the face ahead can be met; the other is being left
+    return behind, min(max((1.0 - depth) / _ONSET, 0.0), 1.0)
+
+
+@numba.njit(cache=True)
 def _apart(
     position: Array,
     velocity: Array,
@@ -33,7 +44,7 @@ def _apart(
     memory: Array,
     out: Array,
 ) -> None:
-    """Play operator: 1 where the motor moves free inside the gap, 0 in contact."""
+    """`free_share` of every row."""
     behind = memory[0]
     begun = 0
     for k in range(position.shape[0]):
@@ -41,11 +52,7 @@ def _apart(
         if first[k]:
             behind = q - half * start[begun]
             begun += 1
-        behind = min(max(behind, q - half), q + half)
-        depth = (q - behind) / half
-        if velocity[k] < 0.0:
-            depth = -depth  # only the face ahead can be met; the other is being left
-        out[k] = min(max((1.0 - depth) / _ONSET, 0.0), 1.0)
+        behind, out[k] = free_share(behind, q, velocity[k], half)
     memory[0] = behind
 
 
@@ -89,6 +96,25 @@ class Backlash(Effect):
             free = np.exp(-np.abs(motion.load) / values["load_scale"])
             share = share * free + values["share_under_load"] * (1.0 - free)
         return Contribution(level_change=-share * apart, bristle_change=-values["share_at_once"] * apart)
+
+    def in_c(self, values: Values) -> CForm:
+        share = "const float share = share_behind_gap;"
+        if "share_under_load" in values and "load_scale" in values:
+            share = """const float unloaded = decay(fabsf(row->load) * (1.0f / load_scale));
+            const float share = share_behind_gap * unloaded + share_under_load * (1.0f - unloaded);"""
+        code = f"""
+            /* the part behind the gap is dragged along; only the face ahead can be met */
+            if (row->first) memory[0] = row->position;
+            memory[0] = clamp(memory[0], row->position - half, row->position + half);
+            float depth = (row->position - memory[0]) * (1.0f / half);
+            if (row->velocity < 0.0f) depth = -depth;
+            const float apart = clamp((1.0f - depth) * (1.0f / onset), 0.0f, 1.0f);
+            {share}
+            sum->level_change -= share * apart;
+            sum->bristle_change -= share_at_once * apart;
+        """
+        constants = {**values, "half": 0.5 * math.exp(values["log_gap"]), "onset": _ONSET}
+        return CForm(code, constants)
 
     def constants(self, motion: Motion) -> dict[str, float]:
         scale = _load_scale(motion)

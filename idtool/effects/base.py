@@ -108,6 +108,29 @@ class Wave:
     highest: float
 
 
+@dataclass(frozen=True)
+class CForm:
+    """An effect as C99 statements in single precision, for a controller on a board.
+
+    Attributes:
+        code: statements. They read `row->` (position, velocity, acceleration, step, time, payload,
+            tilt_alpha, tilt_beta, temperature, has_temperature, gravity_factor, load, load_upright,
+            torque_constant; units as in `Motion`), add to `sum->` (the fields of `Contribution`), and keep
+            what they must remember in `memory[0]` to `memory[Effect.memory - 1]`; `row->first` is true
+            where that starts anew. Of functions there are those of libm that end in f,
+            clamp(x, low, high), and faster than libm's decay(x) = exp(-x) for x >= 0 and
+            sine_and_cosine(angle, &sine, &cosine).
+        constants: the numbers that the code calls by name.
+        follows_temperature: does nothing without a thermometer.
+        looks_back_s: how far into the past a delay of `sum->delay` reaches, s.
+    """
+
+    code: str
+    constants: Values
+    follows_temperature: bool = False
+    looks_back_s: float = 0.0
+
+
 class Effect(ABC):
     """One physical cause. Sub-classes are final and hold no state.
 
@@ -153,6 +176,10 @@ class Effect(ABC):
         if start is None:
             return self.contribute(motion, values)
         return self.resume(motion, values, Past.none(motion, self.memory, start))
+
+    def in_c(self, values: Values) -> CForm | None:
+        """As `contribute` (or `resume`) at `values`, in C; None if the effect cannot be put on a board."""
+        return None
 
     def constants(self, motion: Motion) -> dict[str, float]:
         """Numbers that the data set once (a reference temperature) and no fit varies."""

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
@@ -85,6 +85,18 @@ class BreakawayDwell(Effect):
             age,
         )
         return Contribution(static_change=values["gain"] * age)
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            const float speed = fabsf(row->velocity);
+            if (row->first) memory[0] = 0.0f;
+            else if (speed < rest_speed)
+                memory[0] += (1.0f - memory[0]) * (1.0f - decay(row->step * (1.0f / time_constant)));
+            else memory[0] *= decay(row->step * speed * (1.0f / wear));
+            sum->static_change += gain * memory[0];
+        """
+        times = {"time_constant": math.exp(values["log_time_constant"]), "wear": math.exp(values["log_wear"])}
+        return CForm(code, {**values, **times})
 
     def constants(self, motion: Motion) -> dict[str, float]:
         speed = np.abs(motion.velocity)

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
@@ -18,6 +18,25 @@ _FREQUENCIES_HZ = (1.2, 1.7, 2.3, 3.1, 4.0, 5.0, 6.2, 7.7, 9.5, 12.0, 15.0, 20.0
 _START_RATIOS = (0.03, 0.15)
 #: A step longer than this part of a period is done in several.
 _SUBSTEP_RAD = 0.2
+
+
+@numba.njit(cache=True)
+def swing(
+    twist: float, rate: float, mean: float, step: float, omega: float, ratio: float
+) -> tuple[float, float]:
+    """Twist e = load - motor and its rate after a step at a mean acceleration of the motor.
+
+    e'' + 2 ratio omega e' + omega^2 e = -mean, by the mid-point rule, which neither damps nor excites.
+    """
+    parts = math.ceil(omega * step / _SUBSTEP_RAD)
+    h = step / max(parts, 1)
+    for _ in range(parts):
+        pull = 2.0 * ratio * omega + 0.5 * h * omega * omega
+        drive = -mean - omega * omega * twist
+        middle = (rate + 0.5 * h * drive) / (1.0 + 0.5 * h * pull)
+        twist += h * middle
+        rate = 2.0 * middle - rate
+    return twist, rate
 
 
 @numba.njit(cache=True)
@@ -32,9 +51,7 @@ def _lag(
 ) -> None:
     """Acceleration of the load less that of the motor.
 
-    The twist e = load - motor obeys e'' + 2 ratio omega e' + omega^2 e = -a. The acceleration is held
-    at its mean over a step, and e and e' are advanced by the mid-point rule, which neither damps nor
-    excites the oscillation.
+    The acceleration is held at its mean over a step, see `swing`.
     """
     twist, rate, last = memory[0], memory[1], memory[2]
     for k in range(acceleration.shape[0]):
@@ -44,14 +61,7 @@ def _lag(
             twist, rate = -a / (omega * omega), 0.0
         else:
             mean = 0.5 * (a + last)
-            parts = math.ceil(omega * step[k] / _SUBSTEP_RAD)
-            h = step[k] / max(parts, 1)
-            for _ in range(parts):
-                pull = 2.0 * ratio * omega + 0.5 * h * omega * omega
-                drive = -mean - omega * omega * twist
-                middle = (rate + 0.5 * h * drive) / (1.0 + 0.5 * h * pull)
-                twist += h * middle
-                rate = 2.0 * middle - rate
+            twist, rate = swing(twist, rate, mean, step[k], omega, ratio)
         last = a
         out[k] = -omega * omega * twist - 2.0 * ratio * omega * rate - a
     memory[0], memory[1], memory[2] = twist, rate, last
@@ -88,6 +98,38 @@ class Compliance(Effect):
         omega = math.exp(values["log_omega"])
         _lag(motion.acceleration, past.first, past.step, omega, values["damping_ratio"], past.memory, lag)
         return Contribution(torque=values["load_inertia"] * lag)
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            /* memory: twist of the spring, its rate, the last acceleration; mid-point rule */
+            const float a = row->acceleration;
+            if (row->first) {
+                memory[0] = -a / omega_2;
+                memory[1] = 0.0f;
+            } else {
+                const float mean = 0.5f * (a + memory[2]);
+                const float parts = ceilf(omega * row->step / substep);
+                const float h = row->step / (parts < 1.0f ? 1.0f : parts);
+                const float share = 1.0f / (1.0f + 0.5f * h * (drag + 0.5f * h * omega_2));
+                for (float part = 0.0f; part < parts; part += 1.0f) {
+                    const float drive = -mean - omega_2 * memory[0];
+                    const float middle = (memory[1] + 0.5f * h * drive) * share;
+                    memory[0] += h * middle;
+                    memory[1] = 2.0f * middle - memory[1];
+                }
+            }
+            memory[2] = a;
+            sum->torque += load_inertia * (-omega_2 * memory[0] - drag * memory[1] - a);
+        """
+        omega = math.exp(values["log_omega"])
+        constants = {
+            "omega": omega,
+            "omega_2": omega * omega,
+            "drag": 2.0 * values["damping_ratio"] * omega,
+            "load_inertia": values["load_inertia"],
+            "substep": _SUBSTEP_RAD,
+        }
+        return CForm(code, constants)
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
         return [

@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -36,6 +36,13 @@ class DriveBackdrive(Effect):
         raising = motion.velocity * motion.load > 0
         mu = np.where(raising, values["mu_drive"], values["mu_backdrive"])
         return Contribution(level_torque=mu * np.abs(motion.load))
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            const float mu = row->velocity * row->load > 0.0f ? mu_drive : mu_backdrive;
+            sum->level_torque += mu * fabsf(row->load);
+        """
+        return CForm(code, values)
 
     def untestable(self, motion: Motion) -> str | None:
         assert motion.load is not None

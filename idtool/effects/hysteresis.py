@@ -10,7 +10,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
@@ -66,6 +66,15 @@ class Hysteresis(Effect):
         reach = math.exp(values["log_reach"])
         _stretch(motion.position, past.first, past.start, reach, past.memory, stretch)
         return Contribution(torque=values["yield"] * stretch)
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            if (row->first) memory[0] = 0.0f;
+            else memory[0] = clamp(memory[0] + (row->position - memory[1]) * (1.0f / reach), -1.0f, 1.0f);
+            memory[1] = row->position;
+            sum->torque += yield * memory[0];
+        """
+        return CForm(code, {**values, "reach": math.exp(values["log_reach"])})
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         longest = math.log(max(_LONGEST * float(np.ptp(motion.position)), 1e-6))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import final
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -24,3 +24,6 @@ class Inertia(Effect):
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return Contribution(torque=values["inertia"] * motion.acceleration)
+
+    def in_c(self, values: Values) -> CForm:
+        return CForm("sum->torque += inertia * row->acceleration;", values)

@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -27,6 +27,9 @@ class LoadDependentFriction(Effect):
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         assert motion.load is not None
         return Contribution(level_torque=values["mu"] * np.abs(motion.load))
+
+    def in_c(self, values: Values) -> CForm:
+        return CForm("sum->level_torque += mu * fabsf(row->load);", values)
 
     def untestable(self, motion: Motion) -> str | None:
         assert motion.load is not None

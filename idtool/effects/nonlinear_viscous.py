@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -25,3 +25,6 @@ class NonlinearViscous(Effect):
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return Contribution(torque=values["quadratic"] * np.abs(motion.velocity) * motion.velocity)
+
+    def in_c(self, values: Values) -> CForm:
+        return CForm("sum->torque += quadratic * fabsf(row->velocity) * row->velocity;", values)

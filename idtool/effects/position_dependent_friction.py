@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -36,6 +36,13 @@ class PositionDependentFriction(Effect):
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         x = np.clip((motion.position - values["center"]) / values["half_stroke"], -1.0, 1.0)
         return Contribution(level_change=values["slope_1"] * x + values["slope_2"] * (2.0 * x * x - 1.0))
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            const float x = clamp((row->position - center) * (1.0f / half_stroke), -1.0f, 1.0f);
+            sum->level_change += slope_1 * x + slope_2 * (2.0f * x * x - 1.0f);
+        """
+        return CForm(code, values)
 
     def constants(self, motion: Motion) -> dict[str, float]:
         low, high = float(np.min(motion.position)), float(np.max(motion.position))

@@ -8,7 +8,7 @@ from typing import final
 import numba
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values, Wave
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, Wave
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
@@ -62,6 +62,15 @@ class PositionRipple(Effect):
         strengths = np.array([[values[f"sin_{k}"], values[f"cos_{k}"]] for k in _HARMONICS])
         _harmonics(motion.position, values["cycles"], strengths, torque)
         return Contribution(torque=torque)
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            float s, c;
+            sine_and_cosine(cycles * row->position, &s, &c);
+            /* the double angle by s and c: sin 2x = 2 s c, cos 2x = 1 - 2 s s */
+            sum->torque += s * (sin_1 + 2.0f * sin_2 * c - 2.0f * cos_2 * s) + cos_1 * c + cos_2;
+        """
+        return CForm(code, values)
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
         return [{"cycles": self.wave(motion).lowest}]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import final
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -29,6 +29,9 @@ class PositionStiffness(Effect):
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return Contribution(torque=values["stiffness"] * motion.position + values["pull"])
+
+    def in_c(self, values: Values) -> CForm:
+        return CForm("sum->torque += stiffness * row->position + pull;", values)
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         stiffness = values["stiffness"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import final
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 from idtool.model.stribeck import EXPONENT
@@ -24,3 +24,6 @@ class StribeckShape(Effect):
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return Contribution(exponent_change=values["exponent"] - EXPONENT)
+
+    def in_c(self, values: Values) -> CForm:
+        return CForm("sum->exponent_change += change;", {"change": values["exponent"] - EXPONENT})

@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values, varies
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, varies
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
@@ -45,6 +45,20 @@ class ThermalDrift(Effect):
             exponent = -values["warm_up"] * -np.expm1(-motion.time / values["time_constant"])
         change = np.expm1(exponent) * np.ones(len(motion))
         return Contribution(level_change=change, viscous_change=change)
+
+    def in_c(self, values: Values) -> CForm:
+        if "rate" in values:
+            fall = "row->has_temperature ? rate * (row->temperature - reference) : 0.0f"
+        else:
+            fall = "warm_up * (1.0f - decay(row->time * (1.0f / time_constant)))"
+        code = f"""
+            const float fall = {fall};
+            const float change = (fall < 0.0f ? 1.0f / decay(-fall) : decay(fall)) - 1.0f;
+            sum->level_change += change;
+            sum->viscous_change += change;
+        """
+        absent = {"reference": 0.0, "warm_up": 0.0, "time_constant": 1.0}
+        return CForm(code, {**absent, **values}, follows_temperature="rate" in values)
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         return self.coordinates[:1] if varies(motion.temperature, LEAST_SPAN_K) else self.coordinates[1:]

@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -37,6 +37,15 @@ class TiltMisalignment(Effect):
         true = np.cos(motion.tilt_alpha + values["alpha"]) * np.cos(beta + values["beta"])
         recorded = np.cos(motion.tilt_alpha) * np.cos(beta)
         return Contribution(torque=motion.load_upright * (true - recorded))
+
+    def in_c(self, values: Values) -> CForm:
+        code = """
+            float cosine_alpha, cosine_beta;
+            sine_and_cosine(row->tilt_alpha + alpha, 0, &cosine_alpha);
+            sine_and_cosine(row->tilt_beta + beta, 0, &cosine_beta);
+            sum->torque += row->load_upright * (cosine_alpha * cosine_beta - row->gravity_factor);
+        """
+        return CForm(code, values)
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         """A tilt that stays at zero shows an error only in second order: leave that angle at zero."""

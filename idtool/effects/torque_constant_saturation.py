@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import final
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -25,3 +25,6 @@ class TorqueConstantSaturation(Effect):
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         assert motion.torque_constant is not None
         return Contribution(saturation=values["kappa"] / motion.torque_constant)
+
+    def in_c(self, values: Values) -> CForm:
+        return CForm("sum->saturation += kappa / row->torque_constant;", values)

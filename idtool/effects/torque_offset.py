@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -27,6 +27,9 @@ class TorqueOffset(Effect):
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return Contribution(torque=np.full(len(motion), values["offset"]))
+
+    def in_c(self, values: Values) -> CForm:
+        return CForm("sum->torque += offset;", values)
 
     def untestable(self, motion: Motion) -> str | None:
         factor = motion.gravity_factor

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import final
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
@@ -23,3 +23,6 @@ class TransportDelay(Effect):
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return Contribution(delay=values["delay"])
+
+    def in_c(self, values: Values) -> CForm:
+        return CForm("sum->delay += delay;", values, looks_back_s=abs(values["delay"]))

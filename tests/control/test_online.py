@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from idtool.model import gravity
 from idtool.model.contribution import Contribution, combine
 from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
-from idtool.parameters import Parameters
+from idtool.parameters import Parameter, Parameters
 
 from .double import BENCH, PAPER, parameters
 
@@ -128,10 +130,16 @@ def test_a_file_without_a_bristle_acts_as_plain_friction() -> None:
     assert load.friction == pytest.approx(steady, rel=1e-6)
 
 
+def test_an_arm_carries_its_weight_whatever_the_tilt_columns_say() -> None:
+    """As in the batch model, whose regressors of an arm are sin q and cos q alone."""
+    weight = {"sin": Parameter(0.3), "cos": Parameter(-0.1)}
+    model = OnlineModel(replace(parameters(BENCH), gravity_model="arm", gravity=weight))
+    load = model.update(0.0, 0.01, 0.5, 0.0, 0.0, 0.0, 0.7, 0.2, None)
+    assert load.gravity == pytest.approx(0.3 * np.sin(0.5) - 0.1 * np.cos(0.5))
+
+
 @pytest.mark.parametrize("missing", ["axis", "gravity", "static"])
 def test_what_a_controller_cannot_do_without_is_said(missing: str) -> None:
-    from dataclasses import replace
-
     from idtool.axis import Axis
 
     file = parameters()

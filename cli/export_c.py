@@ -1,0 +1,89 @@
+"""`ffc-id export c`: the force-free controller for a microcontroller."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import Output, force_option, output_options
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@click.command()
+@click.option("-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file.")
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="Folder, made if missing.",
+)
+@click.option("--name", default="ffc", show_default=True, metavar="PREFIX", help="Begins symbols and files.")
+@click.option("--without", multiple=True, metavar="EFFECT", help="Leave this effect out; may be repeated.")
+@click.option(
+    "--period",
+    metavar="S",
+    type=click.FloatRange(1e-4, 1.0),
+    help="Control period (default: the file's, or 0.01).",
+)
+@click.option(
+    "--range",
+    "reach",
+    nargs=2,
+    type=float,
+    metavar="LOW HIGH",
+    help="Positions that may be commanded, rad or m (default: any).",
+)
+@force_option
+@output_options
+def export_c(
+    params: Path,
+    folder: Path,
+    name: str,
+    without: Sequence[str],
+    period: float | None,
+    reach: tuple[float, float] | None,
+    force: bool,
+    output: Output,
+) -> None:
+    """The force-free controller as C99: PREFIX.h, PREFIX.c and an Arduino sketch.
+
+    Single precision, no allocation, nothing but libm. It carries gravity, friction and effects of the
+    parameter file and does, sample by sample, what `ffc-id teach` does. How to put it on a board:
+    docs/board.md.
+
+    \b
+    ffc-id export c -p result/params.toml -o guide --range -1.5 1.5
+    """
+    from idtool.control import Limits
+    from idtool.export.c_controller import export_c as run
+    from idtool.parameters import Parameters
+
+    limits = None if reach is None else Limits(position_min=reach[0], position_max=reach[1])
+    result = run(
+        Parameters.read(params),
+        folder,
+        name=name,
+        without=without,
+        period_s=period,
+        limits=limits,
+        source=params.name,
+        force=force,
+    )
+    for note in result.notes:
+        output.say(f"note: {note}.")
+
+    def show(console: Console) -> None:
+        click.echo(f"effects: {', '.join(result.effects) or 'none'}")
+        for file in result.files:
+            click.echo(f"written: {file}")
+
+    output.result(
+        {"files": [str(f) for f in result.files], "effects": result.effects, "notes": result.notes}, show
+    )

@@ -1,0 +1,90 @@
+"""What the model leaves open, learned while nobody touches: a Kalman filter of four numbers.
+
+    tau_left = o + b F_bristle + v F_viscous + zeta + noise
+
+o is a constant load that nobody told of (a payload, an offset), b and v are how far the friction level
+and the viscous friction are off, relatively, and zeta is torque in a bristle whose deflection nobody saw;
+it fades as the axis travels, which is what tells it from a load. Before anything is learned, each is zero
+give or take its prior standard deviation. The filter's covariance says how far the model can be wrong at
+this very motion; that, and not the model's best guess, decides what may be given to a hand.
+
+Linear regression by Kalman's recursion (Kalman 1960; Astrom & Wittenmark 1995, section 2.2).
+"""
+
+from __future__ import annotations
+
+import math
+
+LOAD, LEVEL, VISCOUS, BRISTLE = range(4)
+
+
+class Certainty:
+    """Mean and covariance of the four numbers.
+
+    Attributes:
+        mean: o (N m or N), b, v (relative), zeta (N m or N).
+    """
+
+    def __init__(self, load: float, level: float, viscous: float, bristle: float) -> None:
+        """Prior standard deviations: N m (N), relative, relative, N m (N)."""
+        self._prior = (load, level, viscous, bristle)
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the prior."""
+        self.mean = [0.0] * 4
+        self._cov = [[0.0] * 4 for _ in range(4)]
+        for k, deviation in enumerate(self._prior):
+            self._cov[k][k] = deviation * deviation
+
+    def unsettle_bristle(self) -> None:
+        """The bristle's deflection is unknown again, as after a fault."""
+        self.fade(0.0)
+        self._cov[BRISTLE][BRISTLE] = self._prior[BRISTLE] ** 2
+
+    def fade(self, share: float) -> None:
+        """After a travel that keeps `share` of a bristle's deflection."""
+        p = self._cov
+        self.mean[BRISTLE] *= share
+        last = p[BRISTLE]
+        for k in range(3):
+            last[k] *= share
+            p[k][BRISTLE] = last[k]
+        last[BRISTLE] *= share * share
+
+    def correction(self, bristle: float, viscous: float) -> float:
+        """What is to be added to the model's torque, N m (N), at these friction torques of the model."""
+        m = self.mean
+        return m[0] + m[1] * bristle + m[2] * viscous + m[3]
+
+    def deviation(self, bristle: float, viscous: float) -> float:
+        """Standard deviation of the corrected model, N m (N), at these friction torques."""
+        a, b, c, d = self._cov
+        variance = (
+            a[0]
+            + d[3]
+            + 2.0 * a[3]
+            + bristle * (bristle * b[1] + 2.0 * (a[1] + b[3]))
+            + viscous * (viscous * c[2] + 2.0 * (a[2] + c[3] + bristle * b[2]))
+        )
+        return math.sqrt(variance) if variance > 0.0 else 0.0
+
+    def learn(self, left: float, bristle: float, viscous: float, noise: float) -> None:
+        """Take in what is left of the uncorrected model while no hand touches.
+
+        Args:
+            left: K i less the model's torque, N m (N).
+            bristle, viscous: the model's friction torques, N m (N).
+            noise: standard deviation of `left`, N m (N).
+        """
+        p, row = self._cov, (1.0, bristle, viscous, 1.0)
+        spread = [sum(p[j][k] * row[k] for k in range(4)) for j in range(4)]
+        total = sum(row[k] * spread[k] for k in range(4)) + noise * noise
+        if not total > 0.0:
+            return
+        surprise = left - self.correction(bristle, viscous)
+        for j in range(4):
+            gain = spread[j] / total
+            self.mean[j] += gain * surprise
+            for k in range(4):
+                p[j][k] -= gain * spread[k]

@@ -1,0 +1,1 @@
+"""A parameter file as other programs and boards read it."""

@@ -1,0 +1,83 @@
+"""`ffc-id export c`, the real program."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from support import ffc_id
+
+from idtool.parameters import Parameter, Parameters
+from studies.board.__main__ import with_effects
+
+
+@pytest.fixture
+def params(tmp_path: Path) -> Path:
+    path = tmp_path / "params.toml"
+    with_effects("inertia", "position_ripple").write(path)
+    return path
+
+
+def test_writes_header_source_and_sketch(params: Path, tmp_path: Path) -> None:
+    done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", "--range", "-1.5", "1.5")
+    assert done.returncode == 0, done.stderr
+    assert sorted(file.name for file in (tmp_path / "guide").iterdir()) == ["ffc.c", "ffc.h", "guide.ino"]
+    assert "#define POSITION_MAX 1.5f" in (tmp_path / "guide" / "ffc.c").read_text()
+    assert "effects: inertia, position_ripple" in done.stdout
+
+
+def test_json_is_one_document(params: Path, tmp_path: Path) -> None:
+    arguments = ["--without", "inertia", "--period", "0.005", "--json"]
+    done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", *arguments)
+    document = json.loads(done.stdout)
+    assert document["effects"] == ["position_ripple"]
+    assert [Path(file).name for file in document["files"]] == ["ffc.h", "ffc.c", "guide.ino"]
+    assert any("inertia" in note for note in document["notes"])
+    assert "PERIOD_US 5000UL" in (tmp_path / "guide" / "ffc.h").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["--name", "Not C"], 2, "C symbols"),
+        (["--without", "inertai"], 2, 'did you mean "inertia"'),
+        (["--range", "1", "-1"], 3, "range"),
+        (["--period", "0"], 2, "--period"),
+    ],
+)
+def test_mistakes_are_one_sentence(
+    params: Path, tmp_path: Path, arguments: list[str], code: int, words: str
+) -> None:
+    done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", *arguments)
+    assert done.returncode == code
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "guide").exists()
+
+
+def test_refuses_to_overwrite_unasked(params: Path, tmp_path: Path) -> None:
+    first, second = (ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide") for _ in range(2))
+    assert (first.returncode, second.returncode) == (0, 3)
+    assert "--force" in second.stderr
+    assert ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", "--force").returncode == 0
+
+
+def test_a_file_that_cannot_carry_a_controller_says_what_it_lacks(tmp_path: Path) -> None:
+    whole = with_effects()
+    path = tmp_path / "params.toml"
+    Parameters(
+        whole.axis, whole.gravity_model, {n: Parameter(p.value) for n, p in whole.gravity.items()}
+    ).write(path)
+    done = ffc_id("export", "c", "-p", path, "-o", tmp_path / "guide")
+    assert done.returncode == 3
+    assert "friction" in done.stderr
+
+
+def test_help_of_a_group_names_its_commands() -> None:
+    done = ffc_id("export", "--help")
+    assert done.returncode == 0
+    assert "C99" in done.stdout
+    wrong = ffc_id("export", "d")
+    assert wrong.returncode == 2
+    assert "no command" in wrong.stderr

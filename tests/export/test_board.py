@@ -1,0 +1,30 @@
+"""The exported C on a simulated Arduino Uno: the same commands as here, in time, and small enough."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from idtool.effects import registry
+from studies.board.__main__ import with_effects
+from studies.board.files import EFFECTS
+from studies.board.measure import CLOCK_HZ, host_commands, measure, missing
+
+pytestmark = pytest.mark.skipif(missing() is not None, reason=f"no {missing()} here")
+
+
+def test_the_base_model_steps_in_a_millisecond_and_under_a_kilobyte(tmp_path: Path) -> None:
+    figures = measure(with_effects(), tmp_path)
+    half = len(figures.cycles) // 2
+    assert max(figures.cycles[:half]) < 1e-3 * CLOCK_HZ
+    assert figures.ram < 1024
+    assert set(figures.states) == {0, 1, 2, 3}
+
+
+def test_every_effect_at_once_fits_and_commands_what_it_commands_here(tmp_path: Path) -> None:
+    assert set(EFFECTS) == set(registry.names()) - {"external_periodic"}
+    figures = measure(with_effects(*EFFECTS), tmp_path)
+    assert figures.ram < 1024
+    assert figures.flash < 16_384
+    assert figures.commands == pytest.approx(host_commands(tmp_path), rel=1e-4, abs=1e-5)
