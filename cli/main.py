@@ -29,6 +29,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "diagnose": ("diagnose", "diagnose", "Find the effect that the model lacks; error before and after."),
     "identify": ("diagnose", "identify", "All fits and the diagnosis in one go."),
     "predict": ("predict", "predict", "Predict the torque of logs with a parameter file."),
+    "export": ("export", "export", "Write the model as MuJoCo, URDF, ROS 2 or JSON read it."),
     "report": ("report", "report", "Make the fit report: one HTML page and its figures."),
     "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
 }
