@@ -228,9 +228,9 @@ def test_a_simplified_law_is_fitted_to_the_speeds_of_the_logs() -> None:
         # what was fitted to these speeds is better there than what was fitted to the others
         other = found[2.0 if top == 0.1 else 0.1].plan.model
         assert errors["exported"] < simple.errors(other, [logs[top]])["sweep"]["rmse"]
-    values = {name: p.value for name, p in found[2.0].plan.model.static.items()}
-    assert values["coulomb"] == pytest.approx(STATIC["coulomb"], rel=0.05)
-    assert values["viscous"] == pytest.approx(STATIC["viscous"], rel=0.05)
+    slow, fast = (found[top].plan.model.static["viscous"].value for top in (0.1, 2.0))
+    # fast motion shows the viscous friction itself, slow motion with reversals what the bristle does
+    assert abs(fast - STATIC["viscous"]) < 0.1 * abs(slow - STATIC["viscous"])
 
 
 def test_a_law_that_is_simple_already_stays() -> None:
