@@ -64,8 +64,8 @@ def page(fleet: Fleet, name: str) -> str:
 def label(key: str) -> tuple[str, str]:
     """What a parameter is called, and its unit.
 
-    >>> label("inertia.inertia_kg_m2"), label("coulomb_n")
-    (('inertia: inertia', 'kg m²'), ('coulomb', 'N'))
+    >>> label("position_ripple.phase_1_rad"), label("inertia.inertia_kg_m2")
+    (('position ripple: phase 1', 'rad'), ('inertia', 'kg m²'))
     """
     effect, _, base = key.rpartition(".")
     endings = [(suffix, dim, k) for dim, pair in SUFFIXES.items() for k, suffix in enumerate(pair) if suffix]
@@ -75,8 +75,8 @@ def label(key: str) -> tuple[str, str]:
         suffix, dimension, linear = max(fitting, key=lambda one: len(one[0]))
         unit = unit_text(dimension, "linear" if linear else "rotary")
         base = base.removesuffix(f"_{suffix}")
-    words = text.words(base)
-    return (f"{text.words(effect)}: {words}" if effect else words), unit
+    name = text.words(base)
+    return (f"{text.words(effect)}: {name}" if effect not in ("", base) else name), unit
 
 
 def _line(line: ParameterLine) -> dict[str, str]:
