@@ -7,12 +7,14 @@ gives the session to another worker.
 
 from __future__ import annotations
 
+import gzip
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from idtool.errors import InputError
@@ -53,13 +55,18 @@ def open_engine(scheduler: str | None, workers: int | None) -> Iterator[Engine]:
 
 @contextmanager
 def _local(workers: int) -> Iterator[Engine]:
-    threads = ThreadPoolExecutor(workers)
+    threads = ThreadPoolExecutor(workers, initializer=_deaf)
     try:
         yield Engine(
             lambda task: threads.submit(_alone, task), workers, counted(workers, "process", "processes")
         )
+    except BaseException:  # interrupted, for one: nobody waits for sessions that nobody keeps
+        threads.shutdown(wait=False, cancel_futures=True)
+        for process in multiprocessing.active_children():
+            process.terminate()
+        raise
     finally:
-        threads.shutdown(cancel_futures=True)  # interrupted: what has not begun is dropped
+        threads.shutdown()
 
 
 def _alone(task: Task) -> Outcome:
@@ -67,6 +74,12 @@ def _alone(task: Task) -> Outcome:
     # not forked: threads of this process may hold locks at any moment
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as process:
         return process.submit(identify_session, task).result()
+
+
+def _deaf() -> None:
+    """An interrupt is for the main thread: processes inherit from this one that it is not for them."""
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
 @contextmanager
@@ -89,12 +102,17 @@ def _cluster(address: str) -> Iterator[Engine]:
         executor = client.get_executor(pure=False)
         try:
             yield Engine(
-                lambda task: executor.submit(identify_session, task),
+                lambda task: executor.submit(identify_session, _packed(task)),
                 2 * cores,
                 f"the cluster at {address} ({counted(cores, 'thread')})",
             )
         finally:
             executor.shutdown(wait=False)  # which cancels what is not done
+
+
+def _packed(task: Task) -> Task:
+    """The session as it goes over the network; a log is read gzipped or not."""
+    return replace(task, logs={name: gzip.compress(content, 1) for name, content in task.logs.items()})
 
 
 def _check_workers(client: Any, address: str) -> int:

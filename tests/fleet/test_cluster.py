@@ -83,6 +83,27 @@ def test_a_worker_killed_at_work_costs_nothing(tmp_path: Path, cluster: Callable
         assert (tmp_path / "out" / "sessions" / f"A{k}_2026-01-0{k + 1}" / "params.toml").exists()
 
 
+def test_a_scheduler_that_dies_is_said_and_finished_sessions_are_kept(
+    tmp_path: Path, cluster: Callable[[int], str]
+) -> None:
+    sessions = tmp_path / "sessions"
+    for k in range(4):
+        session(sessions / f"A{k}", seed=k)
+    address = cluster(1)
+
+    def kill(said: str) -> None:
+        if said.startswith("[1/4]"):
+            with distributed.Client(address, set_as_default=False) as client:
+                pid = client.run_on_scheduler(os.getpid)
+            os.kill(pid, signal.SIGKILL)
+
+    with pytest.raises(InputError, match="the cluster went away; start it and run the command again"):
+        run_fleet(sessions, tmp_path / "out", QUICK, scheduler=address, tell=kill)
+    told: list[str] = []
+    assert not run_fleet(sessions, tmp_path / "out", QUICK, workers=2, tell=told.append).failed
+    assert told[0] == "1 of 4 sessions were done before"
+
+
 def test_no_cluster_and_no_workers(
     tmp_path: Path, cluster: Callable[[int], str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
