@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from multiprocessing import resource_tracker
 from typing import Any
 
 from idtool.errors import InputError
@@ -79,6 +80,7 @@ def _alone(task: Task) -> Outcome:
 def _deaf() -> None:
     """An interrupt is for the main thread: processes inherit from this one that it is not for them."""
     if hasattr(signal, "pthread_sigmask"):
+        resource_tracker.ensure_running()  # what starts it later would undo the next line
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
