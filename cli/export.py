@@ -1,10 +1,10 @@
-"""`ffc-id export`: what a parameter file becomes for other programs; each kind is imported when used."""
+"""`ffc-id export`: a parameter file as something else; each form is a sub-command imported when used."""
 
 from __future__ import annotations
 
-import importlib
-
 import click
+
+from .lazy import LazyGroup
 
 #: sub-command -> (module beside this one, function, help line)
 COMMANDS: dict[str, tuple[str, str, str]] = {
@@ -15,22 +15,10 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
 }
 
 
-class _LazyGroup(click.Group):
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
-            return None
-        module, function, _ = COMMANDS[cmd_name]
-        command: click.Command = getattr(importlib.import_module(f"idtool.cli.{module}"), function)
-        return command
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, _, text) in COMMANDS.items()])
-
-
-@click.command(cls=_LazyGroup)
+@click.command(cls=LazyGroup, commands_of=COMMANDS)
 def export() -> None:
-    """Write a parameter file as another program reads it."""
+    """Turn a parameter file into what other programs and boards use.
+
+    \b
+    ffc-id export mujoco -p result/params.toml -o axis.xml sine.csv
+    """

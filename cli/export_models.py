@@ -106,8 +106,7 @@ def _run(
     output: Output,
 ) -> None:
     from idtool.atomic import atomic_write, refuse_existing
-    from idtool.export import export
-    from idtool.export.targets import error_lines
+    from idtool.export.targets import error_lines, export
     from idtool.parameters import Parameters
     from idtool.units import unit_text
 

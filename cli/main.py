@@ -5,12 +5,13 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import sys
 from typing import Any
 
 import click
+
+from .lazy import LazyGroup
 
 #: command -> (module beside this one, function, help line)
 COMMANDS: dict[str, tuple[str, str, str]] = {
@@ -30,37 +31,10 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "identify": ("diagnose", "identify", "All fits and the diagnosis in one go."),
     "fleet": ("fleet", "fleet", "Identify many sessions in parallel; compare the units."),
     "predict": ("predict", "predict", "Predict the torque of logs with a parameter file."),
-    "export": ("export", "export", "Write the model as MuJoCo, URDF, ROS 2 or JSON read it."),
     "report": ("report", "report", "Make the fit report: one HTML page and its figures."),
     "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
+    "export": ("export", "export", "Turn a parameter file into what other programs and boards read."),
 }
-
-
-class LazyGroup(click.Group):
-    """A click group that knows its commands by name and imports one only to run it."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
-            return None
-        module, function, _ = COMMANDS[cmd_name]
-        command: click.Command = getattr(importlib.import_module(f"idtool.cli.{module}"), function)
-        return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            from idtool.errors import nearest
-
-            ctx.fail(f'no command "{args[0]}"; {nearest(args[0], COMMANDS)}')
-        return super().resolve_command(ctx, args)
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, _, text) in COMMANDS.items()])
 
 
 def _version(ctx: click.Context, _: click.Parameter, value: bool) -> None:
@@ -73,6 +47,7 @@ def _version(ctx: click.Context, _: click.Parameter, value: bool) -> None:
 
 @click.command(
     cls=LazyGroup,
+    commands_of=COMMANDS,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit codes: 0 done, 2 usage, 3 bad input, 4 rig or device fault, 130 interrupted.",
 )

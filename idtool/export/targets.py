@@ -1,4 +1,8 @@
-"""Every target, and how a parameter file becomes one."""
+"""Every target of the model itself, and how a parameter file becomes one.
+
+exported = export("mujoco", Parameters.read("params.toml"), [Log.read("sine.csv")])
+exported.text, exported.plan.lost, exported.errors
+"""
 
 from __future__ import annotations
 

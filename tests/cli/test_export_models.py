@@ -78,7 +78,7 @@ def test_each_target_says_what_it_lacks_and_costs(folder: Path, target: str) -> 
         (["urdf", "-p", "params.toml", "-o", "out", "no.csv"], 3, "no.csv: no such file"),
         (["urdf", "-p", "params.toml", "-o", "out", "--name", "a b"], 2, "is no name for a joint"),
         (["mujoco", "-p", "params.toml", "-o", "out", "--friction", "lugre"], 2, "is not one of"),
-        (["gazebo", "-p", "params.toml", "-o", "out"], 2, "No such command"),
+        (["gazebo", "-p", "params.toml", "-o", "out"], 2, 'no command "gazebo"; known are '),
         (["urdf", "-o", "out"], 2, "Missing option"),
     ],
 )

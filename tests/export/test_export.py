@@ -19,8 +19,9 @@ from scipy.integrate import cumulative_trapezoid
 from idtool.axis import Axis
 from idtool.effects import registry
 from idtool.errors import InputError, UsageError
-from idtool.export import TARGETS, export, simple
+from idtool.export import simple
 from idtool.export.base import number
+from idtool.export.targets import TARGETS, export
 from idtool.export.xml_text import document
 from idtool.log import Log
 from idtool.model.contribution import Contribution, combine

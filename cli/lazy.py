@@ -1,0 +1,43 @@
+"""A group of commands that are imported only when they are used, so that `--help` answers at once."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
+import click
+
+
+class LazyGroup(click.Group):
+    """A click group that knows its commands by name and imports one only to run it."""
+
+    def __init__(
+        self, *args: Any, commands_of: Mapping[str, tuple[str, str, str]] | None = None, **kwargs: Any
+    ) -> None:
+        """`commands_of`: command -> (module beside this one, function, help line)."""
+        super().__init__(*args, **kwargs)
+        self._known = dict(commands_of or {})
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self._known)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in self._known:
+            return None
+        module, function, _ = self._known[cmd_name]
+        command: click.Command = getattr(importlib.import_module(f"idtool.cli.{module}"), function)
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in self._known and not args[0].startswith("-"):
+            from idtool.errors import nearest
+
+            ctx.fail(f'no command "{args[0]}"; {nearest(args[0], self._known)}')
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, _, text) in self._known.items()])
