@@ -72,12 +72,15 @@ def ros1_bag(folder: Path, **options: bool) -> Path:
     return folder / "run.bag"
 
 
-def _ros2_bag(folder: Path, plugin: str, **options: bool) -> Path:
-    from rosbags.rosbag2 import StoragePlugin, Writer
+def _ros2_bag(folder: Path, plugin: str, compression: str = "", **options: bool) -> Path:
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 
     typestore = get_typestore(Stores.ROS2_HUMBLE)
-    with Writer(folder / "run", version=9, storage_plugin=StoragePlugin[plugin]) as writer:
+    bag = Writer(folder / "run", version=9, storage_plugin=StoragePlugin[plugin])
+    if compression:
+        bag.set_compression(CompressionMode[compression], CompressionFormat.ZSTD)
+    with bag as writer:
         name = "sensor_msgs/msg/JointState"
         connection = writer.add_connection("/joint_states", name, typestore=typestore)
         for received, message in _states(typestore, **options):
@@ -91,6 +94,19 @@ def ros2_sqlite(folder: Path, **options: bool) -> Path:
 
 def ros2_mcap(folder: Path, **options: bool) -> Path:
     return _ros2_bag(folder, "MCAP", **options)
+
+
+def ros2_database(folder: Path, **options: bool) -> Path:
+    """The file of a bag without its folder's metadata."""
+    return next(_ros2_bag(folder, "SQLITE3", **options).glob("*.db3"))
+
+
+@pytest.mark.parametrize(
+    ("plugin", "compression"), [("SQLITE3", "FILE"), ("SQLITE3", "MESSAGE"), ("MCAP", "STORAGE")]
+)
+def test_compressed_bags(tmp_path: Path, plugin: str, compression: str) -> None:
+    frame = import_recording(_ros2_bag(tmp_path, plugin, compression), where={"joint": ["elbow"]}).log.frame
+    assert frame["position_rad"].tolist() == [angle(1, row) for row in range(ROWS)]
 
 
 JOINT_STATE_TEXT = """\
@@ -149,7 +165,7 @@ def mcap_of_ros1(folder: Path, *, stamped: bool = True, effort: bool = True) -> 
     return folder / "run1.mcap"
 
 
-BAGS = [ros1_bag, ros2_sqlite, ros2_mcap, mcap_alone, mcap_of_ros1]
+BAGS = [ros1_bag, ros2_sqlite, ros2_database, ros2_mcap, mcap_alone, mcap_of_ros1]
 
 
 @pytest.mark.parametrize("make", BAGS)
