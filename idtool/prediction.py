@@ -83,11 +83,20 @@ def explained(logs: Sequence[Log], parameters: Parameters) -> tuple[Recording, A
     Raises:
         InputError: logs of another axis, or an effect that needs a column that was not logged.
     """
-    _check_axis(logs, parameters)
-    recording = _loaded(record(logs), parameters)
+    recording = loaded(logs, parameters)
     model, x = model_of(recording, parameters)
     torque = model.contribution(x).torque
     return recording, np.broadcast_to(torque, len(recording.motion)).astype(float)
+
+
+def loaded(logs: Sequence[Log], parameters: Parameters) -> Recording:
+    """The logs as a fit sees them, with the load that the file's gravity makes.
+
+    Raises:
+        InputError: logs of another axis.
+    """
+    _check_axis(logs, parameters)
+    return _loaded(record(logs), parameters)
 
 
 def _check_axis(logs: Sequence[Log], parameters: Parameters) -> None:

@@ -15,12 +15,16 @@ from idtool.units import unit_text
 
 _LEVELS_ALIKE = 1e-6
 
+#: What of an effect a joint has (None: nothing), and a sentence on what is lost (None: nothing, or the usual
+#: sentence where the joint has nothing of it).
+Carries = Callable[[EffectEntry], tuple[EffectEntry | None, str | None]]
+
 
 def simulated(
     parameters: Parameters,
     logs: Sequence[Log],
     friction: str,
-    carries: Callable[[EffectEntry], tuple[EffectEntry | None, str | None]],
+    carries: Carries,
     *,
     bristle: bool,
 ) -> Plan:
@@ -30,8 +34,7 @@ def simulated(
         parameters: the whole model.
         logs: logs to fit a simplified law to; may be empty.
         friction: "auto" or "coulomb".
-        carries: for an effect of the file, what of it the joint has (None: nothing) and a sentence on what
-            is lost (None: nothing, or the usual sentence where the joint has nothing of it).
+        carries: for an effect of the file, what of it the joint has.
         bristle: whether the target has LuGre friction.
 
     Raises:
@@ -56,7 +59,7 @@ def simulated(
     if parameters.effect("inertia") is None:
         notes.append("the file holds no inertia, so that of your model's bodies is all there is")
     if bristle and friction == "auto" and simple.has_bristle(parameters):
-        return Plan(whole, (*lost, _uncertainty()), tuple(notes))
+        return _with_bristle(parameters, whole, logs, lost, notes, carries)
     lost += _law_lost(parameters)
     model, plain = simple.copied(whole), None
     if not logs:
@@ -73,6 +76,33 @@ def simulated(
         else:
             notes.append("Coulomb and viscous friction stand as in the parameter file; no fit was better")
     return Plan(model, (*lost, _uncertainty()), tuple(notes), plain)
+
+
+def _with_bristle(
+    parameters: Parameters,
+    whole: Parameters,
+    logs: Sequence[Log],
+    lost: list[str],
+    notes: list[str],
+    carries: Carries,
+) -> Plan:
+    """LuGre friction as it stands, or fitted to the logs where effects are lost and that is better."""
+    sentences = (*lost, _uncertainty())
+    if not logs or whole.effects == parameters.effects:
+        return Plan(whole, sentences, tuple(notes))
+    anew, dropped = simple.refitted(whole, logs), []
+    while refused := {entry.name for entry in anew.effects if not carries(entry)[0]}:
+        # fitted anew, a spring may push: do without it
+        fewer = tuple(entry for entry in anew.effects if entry.name not in refused)
+        anew = simple.refitted(replace(whole, effects=fewer), logs)
+        dropped += [registry.get(name).title.lower() for name in sorted(refused)]
+    if simple.total(simple.errors(anew, logs)) < simple.total(simple.errors(whole, logs)):
+        notes.append(
+            "all but gravity was fitted anew to the logs named below, since effects are missing here"
+        )
+        return Plan(anew, (*dropped, *sentences), tuple(notes), whole)
+    notes.append("the values stand as in the parameter file; no fit without the missing effects was better")
+    return Plan(whole, sentences, tuple(notes))
 
 
 def _law_lost(parameters: Parameters) -> list[str]:

@@ -1,4 +1,4 @@
-"""Coulomb and viscous friction in place of a richer law, and what a model costs in torque.
+"""A model that lacks something of the whole one, fitted anew to logs, and what it costs in torque.
 
 The values that stand in a parameter file are those of the whole curve: its Coulomb level is what
 friction tends to at high speed, without the rise at low speed and without the bristle. Copied into a law
@@ -16,13 +16,16 @@ from typing import Any
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from idtool.fit.model import Scales
+from idtool.effects import registry
+from idtool.fit.joint import solve
+from idtool.fit.model import JointModel, Scales, Spec
+from idtool.fit.results import dynamic_parameters, effect_entries, static_parameters
 from idtool.log import Log
 from idtool.model.contribution import Contribution
 from idtool.model.torque import Friction
 from idtool.model.torque import predict as predict_torque
-from idtool.parameters import Parameter, Parameters
-from idtool.prediction import explained, predict
+from idtool.parameters import GRAVITY_MODELS, Parameter, Parameters
+from idtool.prediction import explained, loaded, predict
 
 _SMALLEST = 1e-9
 
@@ -34,8 +37,7 @@ def has_bristle(parameters: Parameters) -> bool:
 
 def copied(parameters: Parameters) -> Parameters:
     """Coulomb and viscous friction with the values of the file."""
-    static = parameters.static
-    return _with(parameters, static["coulomb"].value, static["viscous"].value)
+    return _with(parameters, parameters.static["coulomb"], parameters.static["viscous"])
 
 
 def fitted(parameters: Parameters, logs: Sequence[Log]) -> tuple[Parameters, float]:
@@ -60,17 +62,49 @@ def fitted(parameters: Parameters, logs: Sequence[Log]) -> tuple[Parameters, flo
     measured = recording.filtered(recording.torque - rest)
     scale = np.linalg.norm(columns, axis=0) + _SMALLEST
     found = lsq_linear(columns / scale, measured, bounds=(0.0, math.inf)).x / scale
-    return _with(parameters, float(found[0]), float(found[1])), scales.speed
+    return _with(parameters, Parameter(float(found[0])), Parameter(float(found[1]))), scales.speed
 
 
-def _with(parameters: Parameters, coulomb: float, viscous: float) -> Parameters:
-    coulomb = max(coulomb, _SMALLEST)
-    old = parameters.static.get("stribeck_velocity", Parameter(1.0))
+def refitted(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
+    """LuGre friction and effects fitted anew, by the joint least squares of `identify` from where they stand.
+
+    For a model that lacks effects of the one whose values it has: what these took up must go elsewhere.
+
+    Args:
+        parameters: the model; its gravity is kept, and so are the period of a ripple and what is zero.
+        logs: logs of the axis.
+
+    Raises:
+        InputError: logs of another axis, or without a column that an effect needs.
+    """
+    recording = loaded(logs, parameters)
+    effects = [registry.get(entry.name) for entry in parameters.effects]
+    columns = tuple(GRAVITY_MODELS[parameters.gravity_model]) if parameters.gravity_model else ()
+    model = JointModel.build(recording, Spec("lugre", parameters.gravity_model, columns, tuple(effects)))
+    values = {name: one.value for name, one in (parameters.static | parameters.dynamic).items()}
+    values |= {f"gravity.{name}": one.value for name, one in parameters.gravity.items()}
+    for effect, entry in zip(effects, parameters.effects, strict=True):
+        found = effect.to_values(entry.values())
+        values |= {f"{effect.name}.{name}": value for name, value in found.items()}
+    kept = ("gravity.", "position_ripple.cycles")
+    held = {name for name in model.names if name.startswith(kept) or values[name] == 0.0}
+    fit = solve(model, model.coordinates(values), held=frozenset(held))
+    return replace(
+        parameters,
+        static=static_parameters(fit),
+        dynamic=dynamic_parameters(fit),
+        effects=effect_entries(fit),
+    )
+
+
+def _with(parameters: Parameters, coulomb: Parameter, viscous: Parameter) -> Parameters:
+    coulomb = replace(coulomb, value=max(coulomb.value, _SMALLEST))
+    speed = parameters.static.get("stribeck_velocity", Parameter(1.0))
     static = {
-        "coulomb": Parameter(coulomb),
-        "static": Parameter(coulomb),
-        "stribeck_velocity": Parameter(old.value),
-        "viscous": Parameter(viscous),
+        "coulomb": coulomb,
+        "static": coulomb,
+        "stribeck_velocity": Parameter(speed.value),
+        "viscous": viscous,
     }
     return replace(parameters, static=static, dynamic={})
 

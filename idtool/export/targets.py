@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -54,9 +55,20 @@ def export(
     if not _NAME.match(joint):
         raise UsageError(f"{joint!r} is no name for a joint; use letters, digits and underscores.")
     plan = TARGETS[target].plan(parameters, logs, friction)
+    plan = replace(plan, notes=(*plan.notes, *_doubts(plan.model)))
     errors = _errors(parameters, plan, logs) if logs else {}
     remarks = _remarks(TARGETS[target], parameters, plan, logs, errors)
     return Exported(target, TARGETS[target].render(plan, remarks, joint), plan, errors)
+
+
+def _doubts(model: Parameters) -> list[str]:
+    """What of the model the data did not determine."""
+    entries = {
+        f"{entry.name} {name}": one for entry in model.effects for name, one in entry.parameters.items()
+    }
+    values = model.gravity | model.static | model.dynamic | entries
+    doubted = [name.replace("_", " ") for name, one in values.items() if one.at_bound or not one.identified]
+    return [f"the data did not determine: {', '.join(doubted)}"] if doubted else []
 
 
 def _errors(parameters: Parameters, plan: Plan, logs: Sequence[Log]) -> dict[str, dict[str, dict[str, Any]]]:

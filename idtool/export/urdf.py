@@ -45,7 +45,8 @@ class Urdf(Target):
         element = ET.SubElement(root, "joint", name=joint, type="continuous" if rotary else "prismatic")
         ET.SubElement(element, "parent", link=f"{joint}_base")
         ET.SubElement(element, "child", link=f"{joint}_link")
-        ET.SubElement(element, "axis", xyz="0 0 1")
+        # a slide lies flat: gravity would act on a mass that stands for an inertia
+        ET.SubElement(element, "axis", xyz="0 0 1" if rotary else "1 0 0")
         if not rotary:  # a prismatic joint must have limits; these are no more than a place for yours
             ET.SubElement(element, "limit", lower="-1.0", upper="1.0", effort="1000.0", velocity="10.0")
         friction = {"damping": static["viscous"].value, "friction": static["coulomb"].value}

@@ -234,6 +234,34 @@ def test_a_simplified_law_is_fitted_to_the_speeds_of_the_logs() -> None:
     assert abs(fast - STATIC["viscous"]) < 0.1 * abs(slow - STATIC["viscous"])
 
 
+def test_what_a_missing_effect_took_up_goes_elsewhere() -> None:
+    """An offset and an asymmetry that MuJoCo lacks: the spring that it has takes up what it can."""
+    spring = {"position_stiffness": {"stiffness": 0.1, "neutral": 0.2}}
+    lacking = {"direction_asymmetry": {"asymmetry": 0.03}, "torque_offset": {"offset": 0.03}}
+    ripple = {"position_ripple": RIPPLE}
+    parameters = axis(INERTIA | spring | ripple | lacking)
+    logs = [log_of(parameters)]
+    exported = export("mujoco", parameters, logs)
+    errors = {model: value["sweep"]["rmse"] for model, value in exported.errors.items()}
+    assert errors["full"] == pytest.approx(0.002, rel=0.1)
+    assert errors["full"] < errors["exported"] < 0.9 * errors["copied"]
+    assert any("fitted anew" in note for note in exported.plan.notes)
+    assert exported.plan.model.gravity == parameters.gravity
+    kept = exported.plan.model.effect("position_ripple")
+    assert kept
+    assert kept.values()["amplitude_2"] == 0.0
+    assert {entry.name for entry in exported.plan.model.effects} == {"inertia", *spring, *ripple}
+
+
+def test_values_that_the_data_did_not_determine_are_named() -> None:
+    parameters = axis()
+    doubtful = {**parameters.static, "viscous": Parameter(0.1, identified=False)}
+    for target in TARGETS:
+        assert "the data did not determine" not in export(target, parameters).text
+        text = export(target, replace(parameters, static=doubtful)).text
+        assert "the data did not determine: viscous" in text
+
+
 def test_a_law_that_is_simple_already_stays() -> None:
     static = STATIC | {"static": STATIC["coulomb"]}
     parameters = axis(dynamic=False, static=static)
