@@ -9,6 +9,10 @@ from .lazy import LazyGroup
 #: sub-command -> (module beside this one, function, help line)
 COMMANDS: dict[str, tuple[str, str, str]] = {
     "c": ("export_c", "export_c", "The force-free controller as C99, with an Arduino sketch."),
+    "mujoco": ("export_models", "mujoco", "MuJoCo: joint and actuator, with LuGre friction (MJCF)."),
+    "urdf": ("export_models", "urdf", "URDF: Coulomb and viscous friction of a joint."),
+    "ros2": ("export_models", "ros2", "ROS 2 parameter file (YAML)."),
+    "json": ("export_models", "plain_json", "The whole parameter file as JSON."),
 }
 
 
@@ -18,4 +22,5 @@ def export() -> None:
 
     \b
     ffc-id export c -p result/params.toml -o board
+    ffc-id export mujoco -p result/params.toml -o axis.xml sine.csv
     """

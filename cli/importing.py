@@ -95,10 +95,14 @@ def import_recording(
     unwrap: float | None,
     force: bool,
 ) -> None:
-    """Turn a recording from elsewhere (CSV, gzipped or not, Parquet, MATLAB .mat) into a log.
+    """Turn a recording from elsewhere into a log: CSV, Parquet, MATLAB, ROS 1 and 2 bags, MCAP, BAM.
 
     Columns are guessed by their names and the units in them; --map and --unit correct the guess.
     Repeat --map, --unit and --where as needed; --where of one column twice takes either value.
+
+    \b
+    ffc-id import run.csv -o log.csv --unit position=deg --torque-constant 2.67
+    ffc-id import my_bag/ -o log.csv --where joint=elbow
     """
     from idtool.atomic import refuse_existing
     from idtool.importing import import_recording as convert

@@ -29,10 +29,11 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "fit-dynamic": ("fit", "fit_dynamic", "Recover sigma0 and sigma1 of the LuGre model."),
     "diagnose": ("diagnose", "diagnose", "Find the effect that the model lacks; error before and after."),
     "identify": ("diagnose", "identify", "All fits and the diagnosis in one go."),
+    "fleet": ("fleet", "fleet", "Identify many sessions in parallel; compare the units."),
     "predict": ("predict", "predict", "Predict the torque of logs with a parameter file."),
     "report": ("report", "report", "Make the fit report: one HTML page and its figures."),
     "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
-    "export": ("export", "export", "Turn a parameter file into C for a board."),
+    "export": ("export", "export", "Turn a parameter file into what other programs and boards use."),
 }
 
 

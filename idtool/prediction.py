@@ -55,18 +55,7 @@ def predict(logs: Sequence[Log], parameters: Parameters) -> Prediction:
         InputError: logs of another axis, a file with nothing in it, or an effect that needs a column
             that was not logged.
     """
-    for log in logs:
-        if log.axis.kind != parameters.axis.kind or (
-            log.axis.torque_constant is not None
-            and parameters.axis.torque_constant is not None
-            and not math.isclose(log.axis.torque_constant, parameters.axis.torque_constant, rel_tol=1e-9)
-        ):
-            raise InputError(
-                "is of another axis than the parameter file (kind or torque constant differs)",
-                file=log.source,
-                place="[axis]",
-                remedy="give logs of that axis",
-            )
+    _check_axis(logs, parameters)
     if not parameters.static and not parameters.gravity:
         raise InputError(
             "the parameter file holds neither gravity nor friction", remedy="make it with ffc-id identify"
@@ -79,6 +68,50 @@ def predict(logs: Sequence[Log], parameters: Parameters) -> Prediction:
     torque = predict_torque(recording.motion, friction, effect, start).torque
     notes = [*_notes(parameters), *recording.remarks]
     return Prediction(_frame(recording, logs, torque), _errors(recording, torque), notes)
+
+
+def explained(logs: Sequence[Log], parameters: Parameters) -> tuple[Recording, Array]:
+    """The logs as a fit sees them, and the torque of gravity and effects on every row, without friction.
+
+    Args:
+        logs: logs of the axis that the file describes.
+        parameters: the file; its friction is not used.
+
+    Returns:
+        The recording, and the torque, shape (rows,).
+
+    Raises:
+        InputError: logs of another axis, or an effect that needs a column that was not logged.
+    """
+    recording = loaded(logs, parameters)
+    model, x = model_of(recording, parameters)
+    torque = model.contribution(x).torque
+    return recording, np.broadcast_to(torque, len(recording.motion)).astype(float)
+
+
+def loaded(logs: Sequence[Log], parameters: Parameters) -> Recording:
+    """The logs as a fit sees them, with the load that the file's gravity makes.
+
+    Raises:
+        InputError: logs of another axis.
+    """
+    _check_axis(logs, parameters)
+    return _loaded(record(logs), parameters)
+
+
+def _check_axis(logs: Sequence[Log], parameters: Parameters) -> None:
+    for log in logs:
+        if log.axis.kind != parameters.axis.kind or (
+            log.axis.torque_constant is not None
+            and parameters.axis.torque_constant is not None
+            and not math.isclose(log.axis.torque_constant, parameters.axis.torque_constant, rel_tol=1e-9)
+        ):
+            raise InputError(
+                "is of another axis than the parameter file (kind or torque constant differs)",
+                file=log.source,
+                place="[axis]",
+                remedy="give logs of that axis",
+            )
 
 
 def model_of(recording: Recording, parameters: Parameters) -> tuple[JointModel, Array]:

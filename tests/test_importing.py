@@ -302,11 +302,11 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "no header": ("1,2,3\n4,5,6\n", {}, "has no header row"),
     "binary": (bytes(range(256)) * 4, {}, "is neither text, Parquet nor a MATLAB file"),
     "excel": (b"PK\x03\x04" + bytes(99), {}, "zip archive"),
-    "hdf5": (b"\x89HDF\r\n\x1a\n" + bytes(99), {}, "in MATLAB save it with -v7"),
+    "hdf5": (b"\x89HDF\r\n\x1a\n" + bytes(99), {}, "is a damaged HDF5 file"),
     "numpy": (b"\x93NUMPY" + bytes(99), {}, "NumPy array"),
     "parquet": (b"PAR1" + bytes(99), {}, "damaged Parquet"),
     "matlab": (b"MATLAB 5.0 MAT-file" + bytes(200), {}, "not a MATLAB file that can be read"),
-    "matlab 7.3": (b"MATLAB 7.3 MAT-file" + bytes(200), {}, "MATLAB v7.3"),
+    "matlab 7.3": (b"MATLAB 7.3 MAT-file" + bytes(200), {}, "is a damaged HDF5 file"),
     "no time": (
         "q,tau\n1,2\n",
         {},

@@ -48,6 +48,22 @@ def keep_where(frame: pd.DataFrame, where: Mapping[str, Sequence[str]], file: Pa
     return frame.reset_index(drop=True)
 
 
+def require_single(frame: pd.DataFrame, names: Sequence[str], file: Path) -> None:
+    """Refuse rows of several axes; which is wanted, `--where` says.
+
+    Raises:
+        InputError: a column that tells axes apart holds several values.
+    """
+    for name in names:
+        there = [str(value) for value in pd.unique(frame[name])]
+        if len(there) > 1:
+            raise InputError(
+                f"holds {len(there)} {name}s ({', '.join(there[:8])})",
+                file=file,
+                remedy=f"choose one with --where {name}={there[0]}",
+            )
+
+
 def _equal(column: pd.Series[Any], value: str) -> np.ndarray:
     if pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column):
         try:

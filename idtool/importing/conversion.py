@@ -53,6 +53,9 @@ _DIMENSIONS: dict[str, tuple[str, str]] = {
     "supply_voltage": ("voltage", "voltage"),
 }
 
+#: Where a format itself says that its numbers are SI, whatever the kind of axis.
+SI_UNITS = "SI"
+
 _SCALED = re.compile(r"^([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
 _COUNTS = re.compile(r"^(?:count|counts|tick|ticks)(?:/s)?:(\d+(?:\.\d+)?)$")
 
@@ -90,7 +93,10 @@ def dimension(role: str, kind: Kind) -> str | None:
 
 def named_unit(text: str, role: str, kind: Kind) -> Unit | None:
     """The unit that a column's name ends in, if it is one of the role's."""
-    factors = _FACTORS.get(dimension(role, kind) or "", {})
+    what = dimension(role, kind)
+    if text == SI_UNITS:
+        return Unit(si_unit(role, kind), 1.0) if what else None
+    factors = _FACTORS.get(what or "", {})
     name = canonical(text)
     return Unit(text, factors[name], _OFFSETS.get(name, 0.0)) if name in factors else None
 

@@ -26,6 +26,7 @@ from idtool.importing.names import (
     role_of,
 )
 from idtool.importing.sources import read_table
+from idtool.importing.table import Table
 from idtool.log import Log
 from idtool.log_format import columns_of
 from idtool.units import Kind, torque_name
@@ -77,7 +78,7 @@ def import_recording(
     """Read a recording and make it a log.
 
     Args:
-        path: CSV (any common separator, gzipped or not), Parquet or MATLAB (up to v7) file.
+        path: a file of any format in docs/import.md, or the folder of a ROS 2 bag.
         mapping: column of a log, or role ("position") -> column of the recording; the rest is guessed.
         units: role -> unit of its column ("deg", "count:4096", "0.229rpm"); else the name tells.
         trial_by: column whose values part the trials.
@@ -92,14 +93,16 @@ def import_recording(
         UsageError: options that make no sense.
     """
     file = Path(path)
-    table, header, notes = read_table(file)
-    table = cleaning.keep_where(table, where or {}, file)
+    source = read_table(file)
+    header, notes = source.header, source.notes
+    table = cleaning.keep_where(source.frame, where or {}, file)
+    cleaning.require_single(table, source.single, file)
     stated: dict[str, Kind] = {f"--kind {kind}": kind} if kind else {}
-    chosen, given = _given(table, mapping or {}, stated, file)
+    chosen, given = _given(source, table, mapping or {}, stated, file)
     old_axis = Axis.from_table(header["axis"], file=file) if "axis" in header else None
     if old_axis and not stated:
         stated["its [axis] table"] = old_axis.kind
-    free = [m for name in table.columns if name not in given and (m := meaning(str(name)))]
+    free = [m for name in table.columns if name not in given and (m := _meaning(source, str(name)))]
     axis_kind = choose_kind([*free, *chosen.values()], stated, file)
     check_kind(chosen.values(), axis_kind, file)
     _fill(chosen, free, axis_kind, file)
@@ -108,19 +111,25 @@ def import_recording(
         chosen["trial"] = Meaning(trial_by, "trial")
     _drop_empty(chosen, table, notes)
     _require(chosen, table, axis_kind, file)
-    taken = _units(chosen, given, units or {}, axis_kind, table, file)
+    taken = _units(chosen, given, units or {}, source.presumed, axis_kind, table, file)
     frame, kept = _convert(table, taken, axis_kind, unwrap, file, notes)
     axis = _axis(axis_kind, torque_constant, old_axis, taken, file)
     rows = len(frame)
     frame = _clean(frame, taken, file, notes)
     _remark(frame, taken, axis_kind, unwrap, notes)
-    experiment = experiment or str(header.get("experiment", ""))
-    log = Log(frame, axis, experiment, _provenance(file, taken, where, trial_by, unwrap), str(file))
+    experiment = experiment or source.experiment or str(header.get("experiment", ""))
+    provenance = _provenance(file, taken, where, trial_by, unwrap) | source.facts
+    log = Log(frame, axis, experiment, provenance, str(file))
     return Imported(log, taken, tuple(kept), tuple(notes), rows)
 
 
+def _meaning(source: Table, name: str) -> Meaning | None:
+    """What a column means: as its format says, else as its name does."""
+    return source.meanings.get(name) or meaning(name)
+
+
 def _given(
-    table: pd.DataFrame, mapping: Mapping[str, str], stated: dict[str, Kind], file: Path
+    table_source: Table, table: pd.DataFrame, mapping: Mapping[str, str], stated: dict[str, Kind], file: Path
 ) -> tuple[dict[str, Meaning], set[str]]:
     """Role -> column as `mapping` says, and the columns that are thereby spoken for."""
     chosen: dict[str, Meaning] = {}
@@ -131,7 +140,7 @@ def _given(
             raise UsageError(f"--map names the {role} twice; name it once.")
         if implied:
             stated[f"--map {left}"] = implied
-        told = meaning(source)
+        told = _meaning(table_source, source)
         same = told is not None and told.role == role.removesuffix("_command")
         chosen[role] = Meaning(
             source, role, told.unit if told and same else "", bool(told and told.commanded)
@@ -167,7 +176,8 @@ def _drop_empty(chosen: dict[str, Meaning], table: pd.DataFrame, notes: list[str
 
 def _require(chosen: Mapping[str, Meaning], table: pd.DataFrame, kind: Kind, file: Path) -> None:
     names = columns_of(kind)
-    there = ", ".join(str(name) for name in list(table.columns)[:12])
+    filled = [str(name) for name in table.columns if table[name].notna().any()]
+    there = ", ".join(filled[:12])
     for roles in (("time",), ("position", "velocity"), ("torque", "current")):
         if not any(role in chosen for role in roles):
             words = " or ".join(torque_name(kind) if role == "torque" else role for role in roles)
@@ -182,6 +192,7 @@ def _units(
     chosen: Mapping[str, Meaning],
     given: set[str],
     units: Mapping[str, str],
+    presumed: Mapping[str, str],
     kind: Kind,
     table: pd.DataFrame,
     file: Path,
@@ -205,6 +216,8 @@ def _units(
         unit = named or Unit(si_unit(role, kind), 1.0)
         if role in stated:
             unit, why = given_unit(stated[role], role, kind), "given"
+        elif not named and item.source in presumed and kind == "rotary":
+            unit, why = given_unit(presumed[item.source], role, kind), "presumed"
         elif not named and dimension(role, kind) and item.source not in given:
             why = "presumed"
             if role == "time":

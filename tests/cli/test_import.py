@@ -93,3 +93,33 @@ def test_refusals(recording: Path, tmp_path: Path, arguments: list[str], code: i
         assert done.stderr.count("\n") == 1
     assert [file.name for file in tmp_path.iterdir()] == ["run.csv"]
     assert recording.read_text() == GOOD
+
+
+def test_a_joint_of_a_bag(tmp_path: Path) -> None:
+    from mcap_ros2.writer import Writer
+
+    text = (
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"
+        + "=" * 80
+        + "\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+        + "=" * 80
+        + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+    )
+    with open(tmp_path / "run.mcap", "wb") as stream, Writer(stream) as writer:
+        schema = writer.register_msgdef("sensor_msgs/msg/JointState", text)
+        for k in range(5):
+            message = {
+                "header": {"stamp": {"sec": 1, "nanosec": k * 1_000_000}, "frame_id": ""},
+                "name": ["a", "b"],
+                "position": [k, -k],
+                "velocity": [1, 2],
+                "effort": [3, 4],
+            }
+            writer.write_message("/joint_states", schema, message)
+    done = ffc_id("import", "run.mcap", "-o", "log.csv", cwd=tmp_path)
+    assert done.returncode == 3
+    assert done.stderr == "ffc-id: run.mcap: holds 2 joints (a, b); choose one with --where joint=a.\n"
+    done = ffc_id("import", "run.mcap", "-o", "log.csv", "--where", "joint=b", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "torque_nm       from effort [N m]" in done.stderr
+    assert Log.read(tmp_path / "log.csv").frame["position_rad"].tolist() == [0, -1, -2, -3, -4]

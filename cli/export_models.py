@@ -1,0 +1,138 @@
+"""`ffc-id export mujoco|urdf|ros2|json`: the model as simulators and other programs read it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import Output, force_option, output_options
+from .diagnose import read_logs
+from .fit import constant_option
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+Command = Callable[..., None]
+
+_friction_option = click.option(
+    "--friction",
+    type=click.Choice(("auto", "coulomb")),
+    default="auto",
+    show_default=True,
+    help="auto: the richest law that the target has; coulomb: Coulomb and viscous.",
+)
+
+
+def _shared(command: Command) -> Command:
+    """The arguments and options that every target takes."""
+    logs = click.argument("logs", nargs=-1, type=click.Path(path_type=Path), metavar="[LOG]...")
+    params = click.option(
+        "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file."
+    )
+    out = click.option(
+        "-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="File to write."
+    )
+    name = click.option("--name", "joint", default="axis", show_default=True, help="Name of the joint.")
+    for option in (output_options, force_option, constant_option, name, out, params, logs):
+        command = option(command)
+    return command
+
+
+@click.command(short_help="MuJoCo: joint and actuator, with LuGre friction (MJCF).")
+@_friction_option
+@_shared
+def mujoco(friction: str, **options: Any) -> None:
+    """Write a MuJoCo model (MJCF) of the joint: armature, damping and friction.
+
+    LuGre friction becomes that of MuJoCo's dcmotor actuator (MuJoCo 3.12 or newer); --friction coulomb
+    writes frictionloss instead. With logs, simplified friction is fitted to their range of speeds, and the
+    torque error of the whole and the exported model is stated.
+
+    \b
+    ffc-id export mujoco -p result/params.toml -o axis.xml sine.csv
+    """
+    _run("mujoco", friction, **options)
+
+
+@click.command(short_help="URDF: Coulomb and viscous friction of a joint.")
+@_shared
+def urdf(**options: Any) -> None:
+    """Write a URDF of one joint with <dynamics damping friction>.
+
+    With logs, the two numbers are fitted to their range of speeds, and the torque error of the whole and
+    the exported model is stated.
+
+    \b
+    ffc-id export urdf -p result/params.toml -o axis.urdf sine.csv
+    """
+    _run("urdf", "auto", **options)
+
+
+@click.command(short_help="ROS 2 parameter file (YAML).")
+@_shared
+def ros2(**options: Any) -> None:
+    """Write every value as a ROS 2 parameter file (YAML), for a node of your own.
+
+    \b
+    ffc-id export ros2 -p result/params.toml -o axis.yaml
+    """
+    _run("ros2", "auto", **options)
+
+
+@click.command("json", short_help="The whole parameter file as JSON.")
+@_shared
+def plain_json(**options: Any) -> None:
+    """Write the whole parameter file as JSON, with errors and intervals.
+
+    \b
+    ffc-id export json -p result/params.toml -o params.json
+    """
+    _run("json", "auto", **options)
+
+
+def _run(
+    target: str,
+    friction: str,
+    *,
+    logs: Sequence[Path],
+    params: Path,
+    out: Path,
+    joint: str,
+    torque_constant: float | None,
+    force: bool,
+    output: Output,
+) -> None:
+    from idtool.atomic import atomic_write, refuse_existing
+    from idtool.export.targets import error_lines, export
+    from idtool.parameters import Parameters
+    from idtool.units import unit_text
+
+    parameters = Parameters.read(params)
+    refuse_existing(out, force)
+    read = read_logs(logs, torque_constant or parameters.axis.torque_constant, output) if logs else []
+    exported = export(target, parameters, read, joint=joint, friction=friction)
+    with atomic_write(out) as stream:
+        stream.write(exported.text)
+
+    def show(console: Console) -> None:
+        for sentence in exported.plan.lost:
+            click.echo(f"not carried: {sentence}")
+        for note in exported.plan.notes:
+            click.echo(f"note: {note}.")
+        for line in error_lines(exported.errors, parameters.axis.kind):
+            click.echo(line)
+        click.echo(f"written: {out}")
+
+    document = {
+        "schema": "ffc-id/export/1",
+        "target": target,
+        "file": str(out),
+        "not_carried": list(exported.plan.lost),
+        "notes": list(exported.plan.notes),
+        "unit": unit_text("torque", parameters.axis.kind),
+        "errors": exported.errors,
+    }
+    output.result(document, show)

@@ -1,0 +1,97 @@
+"""`ffc-id fleet`: many sessions at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import Output, output_options, seed_option
+from .diagnose import gravity_option
+from .fit import constant_option, friction_option, optimizer_option
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from idtool.fleet import Fleet
+
+
+@click.command()
+@click.argument("sessions", type=click.Path(path_type=Path), metavar="SESSIONS/")
+@click.option(
+    "-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="Folder of the results."
+)
+@click.option(
+    "-j", "--workers", type=click.IntRange(1), help="Processes on this machine; all processors if not given."
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers do it (tcp://HOST:8786).")
+@click.option("--again", is_flag=True, help="Do sessions again that are done and unchanged.")
+@friction_option
+@gravity_option
+@optimizer_option
+@constant_option
+@seed_option
+@output_options
+def fleet(
+    sessions: Path,
+    out: Path,
+    workers: int | None,
+    scheduler: str | None,
+    again: bool,
+    friction: str,
+    gravity: str,
+    optimizer: str,
+    torque_constant: float | None,
+    seed: int,
+    output: Output,
+) -> None:
+    """Identify every session of a folder in parallel; compare the units.
+
+    Each folder in SESSIONS/ with logs in it is one session. Results go to OUT/sessions/NAME, then
+    OUT/summary.csv, OUT/summary.json and OUT/fleet.html sum them up: spread between units, units that
+    stand out, drift over dates. A session that fails stops no other; the command then ends with code 3.
+    Run again, it does only what is missing, failed or changed.
+
+    \b
+    ffc-id fleet sessions/ -o fleet
+    ffc-id fleet sessions/ -o fleet --scheduler tcp://10.0.0.5:8786
+    """
+    from idtool.fleet import Options, run_fleet
+    from idtool.fleet.summary import document
+
+    if scheduler and workers:
+        raise click.UsageError("--workers is for this machine, --scheduler for a cluster; give one of them.")
+    options = Options(friction, gravity, optimizer, seed, torque_constant)
+    result = run_fleet(
+        sessions, out, options, workers=workers, scheduler=scheduler, again=again, tell=output.say
+    )
+    output.result(document(result), lambda console: _show(console, result, out))
+    if result.failed:
+        click.get_current_context().exit(3)
+
+
+def _show(console: Console, result: Fleet, out: Path) -> None:
+    from rich.table import Table
+
+    from idtool.fleet.page import label
+    from idtool.report.text import number, percent
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("parameter", overflow="fold")
+    for heading in ("median", "spread"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    table.add_column("stands out", overflow="fold")
+    for line in result.parameters:
+        name, unit = label(line.key)
+        spread = percent(line.spread / abs(line.median), 1) if line.spread and line.median else "–"
+        remarks = [*line.outlying_units, *line.outlying_sessions]
+        if line.drifts:
+            remarks.append(f"drifts by {number(line.drift, 2)} a year")
+        table.add_row(name, number(line.median), spread, unit, ", ".join(remarks))
+    console.print(table)
+    for row in result.failed:
+        click.echo(f"failed: {row.error}")
+    done = len(result.sessions) - len(result.failed)
+    click.echo(f"{done} of {len(result.sessions)} sessions; page: {out / 'fleet.html'}")

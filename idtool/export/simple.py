@@ -1,0 +1,120 @@
+"""A model that lacks something of the whole one, fitted anew to logs, and what it costs in torque.
+
+The values that stand in a parameter file are those of the whole curve: its Coulomb level is what
+friction tends to at high speed, without the rise at low speed and without the bristle. Copied into a law
+that has nothing else they are seldom the best. Where logs are given the two numbers are fitted anew, by
+linear least squares over the speeds of these logs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from idtool.effects import registry
+from idtool.fit.joint import solve
+from idtool.fit.model import JointModel, Scales, Spec
+from idtool.fit.results import dynamic_parameters, effect_entries, static_parameters
+from idtool.log import Log
+from idtool.model.contribution import Contribution
+from idtool.model.torque import Friction
+from idtool.model.torque import predict as predict_torque
+from idtool.parameters import GRAVITY_MODELS, Parameter, Parameters
+from idtool.prediction import explained, loaded, predict
+
+_SMALLEST = 1e-9
+
+
+def has_bristle(parameters: Parameters) -> bool:
+    """Whether the file holds a LuGre bristle that the data saw."""
+    return bool(parameters.dynamic) and not parameters.dynamic["bristle_stiffness"].at_bound
+
+
+def copied(parameters: Parameters) -> Parameters:
+    """Coulomb and viscous friction with the values of the file."""
+    return _with(parameters, parameters.static["coulomb"], parameters.static["viscous"])
+
+
+def fitted(parameters: Parameters, logs: Sequence[Log]) -> tuple[Parameters, float]:
+    """Coulomb and viscous friction that fits the logs best, beside gravity and effects as they stand.
+
+    Args:
+        parameters: gravity and effects of the model to be completed; its friction is not used.
+        logs: logs of the axis.
+
+    Returns:
+        The model, and the highest speed of the logs, rad/s (m/s), beyond which it is a guess.
+
+    Raises:
+        InputError: logs of another axis, or without a column that an effect needs.
+    """
+    recording, rest = explained(logs, replace(parameters, static={}, dynamic={}))
+    motion, scales = recording.motion, Scales.of(recording)
+    # the sign of the speed, with the start of each reversal no sharper than the position shows
+    unit = Friction(1.0, 1.0, scales.slowest, 0.0, 1.0 / scales.shortest_bend, 0.0)
+    sign = predict_torque(motion, unit, Contribution(), np.zeros(motion.trials)).torque
+    columns = recording.filtered_columns(sign, motion.velocity)
+    measured = recording.filtered(recording.torque - rest)
+    scale = np.linalg.norm(columns, axis=0) + _SMALLEST
+    found = lsq_linear(columns / scale, measured, bounds=(0.0, math.inf)).x / scale
+    return _with(parameters, Parameter(float(found[0])), Parameter(float(found[1]))), scales.speed
+
+
+def refitted(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
+    """LuGre friction and effects fitted anew, by the joint least squares of `identify` from where they stand.
+
+    For a model that lacks effects of the one whose values it has: what these took up must go elsewhere.
+
+    Args:
+        parameters: the model; its gravity is kept, and so are the period of a ripple and what is zero.
+        logs: logs of the axis.
+
+    Raises:
+        InputError: logs of another axis, or without a column that an effect needs.
+    """
+    recording = loaded(logs, parameters)
+    effects = [registry.get(entry.name) for entry in parameters.effects]
+    columns = tuple(GRAVITY_MODELS[parameters.gravity_model]) if parameters.gravity_model else ()
+    model = JointModel.build(recording, Spec("lugre", parameters.gravity_model, columns, tuple(effects)))
+    values = {name: one.value for name, one in (parameters.static | parameters.dynamic).items()}
+    values |= {f"gravity.{name}": one.value for name, one in parameters.gravity.items()}
+    for effect, entry in zip(effects, parameters.effects, strict=True):
+        found = effect.to_values(entry.values())
+        values |= {f"{effect.name}.{name}": value for name, value in found.items()}
+    kept = ("gravity.", "position_ripple.cycles")
+    held = {name for name in model.names if name.startswith(kept) or values[name] == 0.0}
+    fit = solve(model, model.coordinates(values), held=frozenset(held))
+    return replace(
+        parameters,
+        static=static_parameters(fit),
+        dynamic=dynamic_parameters(fit),
+        effects=effect_entries(fit),
+    )
+
+
+def _with(parameters: Parameters, coulomb: Parameter, viscous: Parameter) -> Parameters:
+    coulomb = replace(coulomb, value=max(coulomb.value, _SMALLEST))
+    speed = parameters.static.get("stribeck_velocity", Parameter(1.0))
+    static = {
+        "coulomb": coulomb,
+        "static": coulomb,
+        "stribeck_velocity": Parameter(speed.value),
+        "viscous": viscous,
+    }
+    return replace(parameters, static=static, dynamic={})
+
+
+def errors(parameters: Parameters, logs: Sequence[Log]) -> dict[str, dict[str, Any]]:
+    """Torque error of a model on logs, per experiment, as `ffc-id predict` computes it."""
+    return predict(logs, parameters).errors
+
+
+def total(found: dict[str, dict[str, Any]]) -> float:
+    """Root-mean-square error over all experiments together."""
+    rows = sum(int(error["rows"]) for error in found.values())
+    return math.sqrt(sum(float(error["rmse"]) ** 2 * int(error["rows"]) for error in found.values()) / rows)

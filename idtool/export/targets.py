@@ -1,0 +1,122 @@
+"""Every target of the model itself, and how a parameter file becomes one.
+
+exported = export("mujoco", Parameters.read("params.toml"), [Log.read("sine.csv")])
+exported.text, exported.plan.lost, exported.errors
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from idtool.errors import InputError, UsageError, nearest
+from idtool.export import simple
+from idtool.export.base import Exported, Plan, Target
+from idtool.export.mujoco import Mujoco
+from idtool.export.plain_json import PlainJson
+from idtool.export.ros2 import Ros2
+from idtool.export.urdf import Urdf
+from idtool.log import Log
+from idtool.parameters import Parameters
+from idtool.units import Kind, unit_text
+
+TARGETS: dict[str, Target] = {t.name: t for t in (Mujoco(), Urdf(), Ros2(), PlainJson())}
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+
+
+def export(
+    target: str,
+    parameters: Parameters,
+    logs: Sequence[Log] = (),
+    *,
+    joint: str = "axis",
+    friction: str = "auto",
+) -> Exported:
+    """A parameter file for another program.
+
+    Args:
+        target: a key of `TARGETS`.
+        parameters: the whole model.
+        logs: logs of the axis: a simplified friction law is fitted to them, and the torque errors of the
+            whole and the exported model are stated.
+        joint: name of the joint in the file.
+        friction: "auto" for the richest law that the file can hold, "coulomb" for Coulomb and viscous.
+
+    Raises:
+        InputError: an unknown target, a parameter file without friction, logs of another axis.
+        UsageError: a name that the target cannot hold.
+    """
+    if target not in TARGETS:
+        raise InputError(f"unknown target {target!r}", remedy=nearest(target, TARGETS))
+    if not _NAME.match(joint):
+        raise UsageError(f"{joint!r} is no name for a joint; use letters, digits and underscores.")
+    plan = TARGETS[target].plan(parameters, logs, friction)
+    plan = replace(plan, notes=(*plan.notes, *_doubts(plan.model)))
+    errors = _errors(parameters, plan, logs) if logs else {}
+    remarks = _remarks(TARGETS[target], parameters, plan, logs, errors)
+    return Exported(target, TARGETS[target].render(plan, remarks, joint), plan, errors)
+
+
+def _doubts(model: Parameters) -> list[str]:
+    """What of the model the data did not determine."""
+    entries = {
+        f"{entry.name} {name}": one for entry in model.effects for name, one in entry.parameters.items()
+    }
+    values = model.gravity | model.static | model.dynamic | entries
+    doubted = [name.replace("_", " ") for name, one in values.items() if one.at_bound or not one.identified]
+    return [f"the data did not determine: {', '.join(doubted)}"] if doubted else []
+
+
+def _errors(parameters: Parameters, plan: Plan, logs: Sequence[Log]) -> dict[str, dict[str, dict[str, Any]]]:
+    found = {"full": simple.errors(parameters, logs)}
+    if plan.model is not parameters:
+        found["exported"] = simple.errors(plan.model, logs)
+    if plan.copied:
+        found["copied"] = simple.errors(plan.copied, logs)
+    return found
+
+
+_MODELS = {
+    "full": "the whole model",
+    "exported": "the model of this file",
+    "copied": "the same with copied values",
+}
+
+
+def error_lines(errors: dict[str, dict[str, dict[str, Any]]], kind: Kind) -> list[str]:
+    """One line per model: its error on each experiment."""
+    unit = unit_text("torque", kind)
+    return [
+        f"{_MODELS[model]}: "
+        + ", ".join(
+            f"{name or 'log'} {error['rmse']:.4g} {unit} ({error['relative_percent']:.3g} %)"
+            for name, error in found.items()
+        )
+        for model, found in errors.items()
+    ]
+
+
+def _remarks(
+    target: Target,
+    parameters: Parameters,
+    plan: Plan,
+    logs: Sequence[Log],
+    errors: dict[str, dict[str, dict[str, Any]]],
+) -> list[str]:
+    """What a reader of the file must know, one line each."""
+    kind = parameters.axis.kind
+    lines = [f"Exported by ffc-id for {target.title}. Units are SI."]
+    if constant := parameters.axis.torque_constant:
+        unit = unit_text("torque_constant", kind)
+        lines.append(f"Torque is the torque constant, {constant:.6g} {unit}, times the current.")
+    lines += [f"Note: {note}." for note in plan.notes]
+    lines += [f"Not carried: {sentence}." for sentence in plan.lost]
+    if errors:
+        names = ", ".join(Path(log.source).name for log in logs if log.source)
+        lines.append(f"Torque error (root mean square, share of the torque) on {names or 'the logs'}:")
+        lines += [f"  {line}" for line in error_lines(errors, kind)]
+    return lines

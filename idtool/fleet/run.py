@@ -1,0 +1,179 @@
+"""Identify every session of a folder, keep what was done, and sum it up.
+
+    OUT/sessions/NAME/    params.toml, diagnosis.json, evidence.* and session.json, written last
+    OUT/summary.csv       one row per session
+    OUT/summary.json      the same, and the statistics
+    OUT/fleet.html        one page
+
+A session whose logs and options have not changed since it was done is not done again.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from idtool import __version__
+from idtool.atomic import atomic_write
+from idtool.errors import InputError
+from idtool.fleet.engine import Engine, open_engine
+from idtool.fleet.page import page
+from idtool.fleet.session import find_sessions, load
+from idtool.fleet.summary import Fleet, SessionRow, document, summarise, table
+from idtool.fleet.work import Outcome
+from idtool.report.text import counted
+from idtool.results import FILES, make_folder, write_json
+
+__all__ = ["Fleet", "Options", "run_fleet"]
+
+SESSIONS = "sessions"
+RECORD = "session.json"
+PAGE = "fleet.html"
+RECORD_SCHEMA = "ffc-id/fleet-session/1"
+_KILLED = "its process was killed, perhaps for lack of memory; run the command again to retry it."
+
+
+@dataclass(frozen=True)
+class Options:
+    """How each session is identified; see `idtool.identify`."""
+
+    friction: str = "lugre"
+    gravity: str = "auto"
+    optimizer: str = "direct"
+    seed: int = 0
+    torque_constant: float | None = None
+
+
+def run_fleet(
+    folder: Path,
+    out: Path,
+    options: Options | None = None,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    again: bool = False,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Fleet:
+    """Identify every session in `folder` and sum them up in `out`.
+
+    Args:
+        folder: holds one folder per session.
+        out: made if missing; what it holds of unchanged sessions is used.
+        options: of the identification.
+        workers: processes on this machine; all processors if None.
+        scheduler: address of a Dask scheduler, whose workers do it instead.
+        again: do every session again.
+        tell: called with a sentence as each session ends.
+
+    Raises:
+        InputError: no sessions, `out` cannot be written, or no cluster answers. A session that fails
+            raises nothing: it is in the summary with its sentence.
+    """
+    options = options or Options()
+    sessions = find_sessions(folder)
+    if out.resolve() == folder.resolve():
+        raise InputError("is the folder of sessions itself", file=out, remedy="name another with -o")
+    make_folder(out / SESSIONS)
+    rows: dict[str, SessionRow] = {}
+    pending = list(_unfinished(sessions, out, options, again, rows))
+    if rows:
+        tell(f"{len(rows)} of {len(sessions)} sessions were done before")
+    if pending:
+        with open_engine(scheduler, workers) as engine:
+            tell(f"{counted(len(pending), 'session')} on {engine.name}")
+            for path, fingerprint, outcome in _work(engine, pending, options):
+                rows[path.name] = _keep(out, path.name, fingerprint, outcome)
+                said = f"failed: {outcome.error}" if outcome.error else outcome.verdict
+                tell(f"[{len(rows)}/{len(sessions)}] {path.name}: {said}")
+    fleet = summarise([rows[path.name] for path in sessions], out / SESSIONS)
+    with atomic_write(out / "summary.csv") as stream:
+        table(fleet).to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
+    write_json(out / "summary.json", document(fleet))
+    with atomic_write(out / PAGE) as stream:
+        stream.write(page(fleet, out.resolve().name))
+    return fleet
+
+
+def _unfinished(
+    sessions: list[Path], out: Path, options: Options, again: bool, rows: dict[str, SessionRow]
+) -> Iterator[Path]:
+    """The sessions to be done; those that are done already go into `rows`."""
+    for path in sessions:
+        row = None if again else _kept(path, out, options)
+        if row is None:
+            yield path
+        else:
+            rows[path.name] = row
+
+
+def _kept(path: Path, out: Path, options: Options) -> SessionRow | None:
+    """The row of a session that was done before, if nothing has changed since."""
+    try:
+        record = json.loads((out / SESSIONS / path.name / RECORD).read_text("utf-8"))
+        if record["schema"] != RECORD_SCHEMA or record["error"]:
+            return None
+        if record["fingerprint"] != load(path, asdict(options)).fingerprint(__version__):
+            return None
+        return SessionRow(**{key: record[key] for key in SessionRow.__dataclass_fields__})
+    except (OSError, ValueError, KeyError, TypeError, InputError):
+        return None  # missing or half of another version: to be done
+
+
+def _work(engine: Engine, sessions: list[Path], options: Options) -> Iterator[tuple[Path, str, Outcome]]:
+    """Session, fingerprint and outcome, as they end; at most `width` are loaded at a time."""
+    waiting = iter(sessions)
+    running: dict[Future[Outcome], tuple[Path, str]] = {}
+    while True:
+        while len(running) < engine.width and (path := next(waiting, None)):
+            try:
+                task = load(path, asdict(options))
+            except InputError as error:
+                yield path, "", Outcome(str(error))
+                continue
+            running[engine.submit(task)] = path, task.fingerprint(__version__)
+        if not running:
+            return
+        for future in wait(running, return_when=FIRST_COMPLETED).done:
+            path, fingerprint = running.pop(future)
+            yield path, fingerprint, _outcome(future, path.name)
+
+
+def _outcome(future: Future[Outcome], name: str) -> Outcome:
+    try:
+        return future.result()
+    except CancelledError as error:
+        raise InputError(
+            "the cluster went away",
+            place="--scheduler",
+            remedy="start it and run the command again; finished sessions are kept",
+        ) from error
+    except Exception:  # of either engine: the process died, or Dask gave up after several workers did
+        return Outcome(f"{name}: {_KILLED}")
+
+
+def _keep(out: Path, name: str, fingerprint: str, outcome: Outcome) -> SessionRow:
+    """Write what became of a session; the record last, so that half a session is none."""
+    folder = out / SESSIONS / name
+    make_folder(folder)
+    for file in (RECORD, *FILES):  # of an earlier run
+        (folder / file).unlink(missing_ok=True)
+    for file, content in outcome.files.items():
+        with atomic_write(folder / file, "wb") as stream:
+            stream.write(content)
+    values: dict[str, Any] = {key: value for key, value in asdict(outcome).items() if key != "files"}
+    row = SessionRow(session=name, **values)
+    write_json(
+        folder / RECORD,
+        {
+            "schema": RECORD_SCHEMA,
+            "fingerprint": fingerprint,
+            "finished": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+            **asdict(row),
+        },
+    )
+    return row

@@ -1,0 +1,85 @@
+"""Logs of BAM, Rhoban's "better actuator models" (https://github.com/Rhoban/bam): a pendulum on a servo.
+
+One JSON object a run: what was run (`mass`, `length`, `kp`, `vin`, `motor`, `trajectory`, ...) and
+`entries`, a list of samples in rad, rad/s and s. Which current they hold depends on the servo's recorder:
+`measured_current` (A), `present_current` (mA), or on an eRob `control` (A) beside `torque_demand`. The
+older recorders of DYNAMIXEL and Feetech servos keep the duty cycle (`load`) only.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from idtool.errors import InputError
+from idtool.importing.names import Meaning
+from idtool.importing.table import Table
+
+_MEANINGS: tuple[Meaning, ...] = (
+    Meaning("timestamp", "time", "s"),
+    Meaning("position", "position", "rad"),
+    Meaning("speed", "velocity", "rad/s"),
+    Meaning("goal_position", "position", "rad", commanded=True),
+    Meaning("temp", "temperature", "degC"),
+    Meaning("input_volts", "supply_voltage", "V"),
+)
+#: The measured current first; a recorder has one of them, or sets it and reads it back.
+_CURRENTS: tuple[tuple[str, str], ...] = (("measured_current", "A"), ("present_current", "mA"))
+
+
+def read(raw: bytes, file: Path) -> Table:
+    """The entries of a BAM log, and what was run as facts.
+
+    Raises:
+        InputError: not JSON, not BAM's layout, or a log without any current.
+    """
+    try:
+        content = json.loads(raw)
+    except (ValueError, RecursionError) as error:
+        raise InputError(
+            "is JSON that cannot be read", file=file, remedy="copy it again from where it was recorded"
+        ) from error
+    entries = content.get("entries") if isinstance(content, dict) else None
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise InputError(
+            'is JSON without a list of "entries", so no log of BAM', file=file, remedy="export it as CSV"
+        )
+    frame = pd.DataFrame(entries)
+    if missing := [name for name in ("timestamp", "position") if len(frame) and name not in frame]:
+        raise InputError(
+            f'its entries have no "{missing[0]}", so it is no log of BAM',
+            file=file,
+            remedy="export it as CSV",
+        )
+    meanings = {item.source: item for item in _MEANINGS if item.source in frame}
+    if current := _current(frame):
+        meanings[current.source] = current
+    elif len(frame):
+        raise InputError(
+            "holds no measured current, only the duty cycle of the motor (its recorder kept no other)",
+            file=file,
+            remedy="record present_current or measured_current with a newer BAM, or log the current",
+        )
+    notes = []
+    if "torque_enable" in frame and (off := int((~frame["torque_enable"].astype(bool)).sum())):
+        notes.append(f"the drive was off in {off} rows; --where torque_enable=True leaves them out")
+    facts = {key: value for key, value in content.items() if key != "entries" and _plain(value)}
+    experiment = str(content.get("trajectory", ""))
+    return Table(frame, notes=notes, meanings=meanings, experiment=experiment, facts={"bam": facts})
+
+
+def _current(frame: pd.DataFrame) -> Meaning | None:
+    for name, unit in _CURRENTS:
+        if name in frame:
+            return Meaning(name, "current", unit)
+    # an eRob's recorder writes the current that its drive reports under this name
+    return Meaning("control", "current", "A") if {"control", "torque_demand"} <= set(frame) else None
+
+
+def _plain(value: Any) -> bool:
+    """Whether TOML can hold it and it says something."""
+    return isinstance(value, str | bool | int | float) and not isinstance(value, Mapping)

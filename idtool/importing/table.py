@@ -1,0 +1,36 @@
+"""What a reader of a foreign format hands on: the table, and what the format itself says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import pandas as pd
+
+from idtool.importing.names import Meaning
+
+
+@dataclass(frozen=True)
+class Table:
+    """A recording as one table.
+
+    Attributes:
+        frame: the rows; columns as the recording names them.
+        header: the header of a log of ours, else empty.
+        notes: what a person should know, one sentence each without a full stop.
+        meanings: columns whose meaning the format fixes, whatever their names look like.
+        presumed: column -> unit that such files usually have, to be confirmed with --unit.
+        single: columns that tell one axis from another; a log holds one value of each.
+        experiment: what the recording says it is, "" if nothing.
+        facts: further facts that the recording states, for the header of the log.
+    """
+
+    frame: pd.DataFrame
+    header: Mapping[str, Any] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    meanings: Mapping[str, Meaning] = field(default_factory=dict)
+    presumed: Mapping[str, str] = field(default_factory=dict)
+    single: tuple[str, ...] = ()
+    experiment: str = ""
+    facts: dict[str, Any] = field(default_factory=dict)

@@ -1,0 +1,138 @@
+"""Tables of text: CSV with any common separator, decimal mark and encoding."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import warnings
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from idtool.errors import InputError
+from idtool.log_format import parse_header
+
+
+def read_csv(raw: bytes, file: Path, cut: bool, notes: list[str]) -> tuple[pd.DataFrame, dict[str, Any]]:
+    """The table and, if it is a log of ours, its header.
+
+    Args:
+        raw: the unpacked bytes.
+        file: for messages.
+        cut: the file was cut short; its last line is not whole.
+        notes: what was mended is added here.
+
+    Raises:
+        InputError: no text, no header row, no data, or no table.
+    """
+    text = _decode(raw, file)
+    if not text.strip():
+        raise InputError("the file is empty", file=file, remedy="record it again")
+    lines = text.split("\n")
+    while lines and not lines[-1].strip():
+        lines.pop()
+    if cut and len(lines) > 1:
+        lines.pop()
+    start = next(
+        (k for k, line in enumerate(lines) if line.strip() and not line.startswith(("#", "%"))), None
+    )
+    if start is None:
+        raise InputError("has no data rows", file=file, remedy="record it again")
+    comments = [line[1:].removeprefix(" ") for line in lines[:start]]
+    delimiter = _delimiter(lines[start])
+    names = _fields(lines[start], delimiter)
+    if all(_number(name) for name in names):  # numpy.savetxt puts the names into a comment line
+        above = _fields(comments[-1], delimiter) if comments else []
+        if len(above) != len(names) or any(map(_number, above)):
+            raise InputError(
+                "has no header row",
+                file=file,
+                place=f"line {start + 1}",
+                remedy="name the columns in a first row",
+            )
+        names, body = above, lines[start:]
+    else:
+        body = lines[start + 1 :]
+    header = parse_header(comments, file)
+    width = len(names)
+    if body and len(_fields(body[-1], delimiter)) < width:
+        body.pop()
+        notes.append("dropped a half-written last row")
+    names = [name or f"unnamed_{index + 1}" for index, name in enumerate(names)]
+    if not body:
+        raise InputError("has no data rows", file=file, remedy="record it again")
+    return _table(names, body, delimiter, file, len(lines) - len(body)), header
+
+
+def _decode(raw: bytes, file: Path) -> str:
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        encodings = ["utf-16"]
+    else:
+        encodings = ["utf-8-sig", "latin-1"]  # every byte is a character of the second: control ones tell
+    for encoding in encodings:
+        try:
+            text = raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if not re.search("[\x00-\x08\x0e-\x1f]", text[:100_000]) and "\0" not in text:
+            return text.replace("\r\n", "\n").replace("\r", "\n")
+    raise InputError(
+        "is neither text, Parquet nor a MATLAB file", file=file, remedy="export the recording as CSV"
+    )
+
+
+def _delimiter(line: str) -> str:
+    counts = {mark: line.count(mark) for mark in (";", "\t", ",")}
+    best = max(counts, key=lambda mark: counts[mark])
+    return best if counts[best] else " "
+
+
+def _fields(line: str, delimiter: str) -> list[str]:
+    if delimiter == " ":
+        return line.split()
+    try:
+        return [
+            field.strip()
+            for field in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+        ]
+    except csv.Error:
+        return [field.strip() for field in line.split(delimiter)]
+
+
+def _number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _table(names: list[str], body: list[str], delimiter: str, file: Path, first: int) -> pd.DataFrame:
+    lines = "\n".join(body) + "\n"
+    decimal = "," if delimiter in ";\t" and re.search(r"(?:^|[;\t])\s*-?\d+,\d", lines, re.MULTILINE) else "."
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            frame = pd.read_csv(
+                io.StringIO(lines),
+                header=None,
+                names=range(len(names)),
+                index_col=False,
+                sep=r"\s+" if delimiter == " " else delimiter,
+                decimal=decimal,
+                skipinitialspace=True,
+                skip_blank_lines=True,
+                low_memory=False,
+            )
+    except (pd.errors.ParserError, ValueError, OverflowError) as error:
+        place = re.search(r"line (\d+)", str(error))
+        raise InputError(
+            "a row has too many fields" if place else "is not a table",
+            file=file,
+            place=f"line {int(place[1]) + first}" if place else None,
+            remedy="mend or delete that row" if place else "export the recording as CSV",
+        ) from error
+    frame.columns = pd.Index(names)
+    return frame

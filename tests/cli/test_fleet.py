@@ -1,0 +1,99 @@
+"""`ffc-id fleet`: the real program, its words, exit codes and files."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.fleet.doubles import broken, session
+
+
+def _program() -> tuple[Callable[..., subprocess.CompletedProcess[str]], Path]:
+    """The runner beside this file; test folders are no packages."""
+    spec = importlib.util.spec_from_file_location("cli_support", Path(__file__).with_name("support.py"))
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module.ffc_id, module.PROGRAM
+
+
+ffc_id, PROGRAM = _program()
+QUICK = ("--friction", "coulomb", "--gravity", "none")
+
+
+def test_a_fleet_with_a_bad_session(tmp_path: Path) -> None:
+    for k in range(2):
+        session(tmp_path / "sessions" / f"A{k}_2026-01-01", seed=k)
+    broken(tmp_path / "sessions" / "bad")
+    done = ffc_id("fleet", "sessions", "-o", "out", *QUICK, cwd=tmp_path, timeout=240)
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+    assert "[3/3]" in done.stderr
+    assert "failed: bad/sine.csv: needs a column" in done.stdout
+    assert done.stdout.endswith("2 of 3 sessions; page: out/fleet.html\n")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "fleet.html",
+        "sessions",
+        "summary.csv",
+        "summary.json",
+    ]
+    again = ffc_id("fleet", "sessions", "-o", "out", *QUICK, "--json", "-q", cwd=tmp_path, timeout=240)
+    assert (again.returncode, again.stderr) == (3, "")
+    document = json.loads(again.stdout)
+    assert document == json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert document["failed"] == ["bad"]
+    page = ffc_id("report", "out/sessions/A0_2026-01-01", cwd=tmp_path, timeout=240)
+    assert page.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "expected"),
+    [
+        (["absent", "-o", "out"], 3, "ffc-id: absent: no such folder; name the folder"),
+        (["sessions", "-o", "sessions"], 3, "is the folder of sessions itself"),
+        (["sessions", "-o", "out", "-j", "0"], 2, "0 is not in the range"),
+        (["sessions", "-o", "out", "-j", "2", "--scheduler", "x"], 2, "give one of them."),
+        (["sessions"], 2, "Missing option '-o'"),
+    ],
+)
+def test_refusals(tmp_path: Path, arguments: list[str], code: int, expected: str) -> None:
+    session(tmp_path / "sessions" / "A")
+    done = ffc_id("fleet", *arguments, cwd=tmp_path)
+    assert done.returncode == code
+    assert expected in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_interrupt_ends_it_and_its_processes(tmp_path: Path) -> None:
+    for k in range(6):
+        session(tmp_path / "sessions" / f"A{k}", seed=k)
+    arguments = [str(PROGRAM), "fleet", "sessions", "-o", "out", "-j", "1", *QUICK]
+    process = subprocess.Popen(
+        arguments,
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    first = tmp_path / "out" / "sessions" / "A0" / "session.json"
+    while not first.exists() and process.poll() is None:
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGINT)
+    _, told = process.communicate(timeout=120)  # ends when every process of it has let go of its pipes
+    assert process.returncode == 130
+    assert "interrupted." in told
+    assert "Traceback" not in told
+    assert not (tmp_path / "out" / "fleet.html").exists()

@@ -1,0 +1,356 @@
+"""Exports: what the files hold, what they say they lack, and that MuJoCo computes the very model."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import cumulative_trapezoid
+
+from idtool.axis import Axis
+from idtool.effects import registry
+from idtool.errors import InputError, UsageError
+from idtool.export import simple
+from idtool.export.base import number
+from idtool.export.targets import TARGETS, export
+from idtool.export.xml_text import document
+from idtool.log import Log
+from idtool.model.contribution import Contribution, combine
+from idtool.model.motion import Array, Motion
+from idtool.model.torque import Friction, predict
+from idtool.parameters import EffectEntry, Parameter, Parameters
+from idtool.units import Kind
+
+STATIC = {"coulomb": 0.08, "static": 0.115, "stribeck_velocity": 0.08, "viscous": 0.12}
+DYNAMIC = {"bristle_stiffness": 8.0, "bristle_damping": 0.2}
+INERTIA = {"inertia": {"inertia": 0.008}}
+RIPPLE = {"cycles": 7.5, "amplitude_1": 0.03, "phase_1": 0.4, "amplitude_2": 0.0, "phase_2": 0.0}
+EFFECTS = INERTIA | {
+    "nonlinear_viscous": {"quadratic": 0.05},
+    "position_stiffness": {"stiffness": 0.1, "neutral": 0.2},
+    "position_ripple": RIPPLE,
+}
+
+
+def axis(
+    effects: dict[str, dict[str, float]] | None = None,
+    *,
+    kind: Kind = "rotary",
+    dynamic: bool = True,
+    static: dict[str, float] | None = None,
+) -> Parameters:
+    entries = tuple(
+        EffectEntry(name, {key: Parameter(value) for key, value in values.items()})
+        for name, values in (INERTIA if effects is None else effects).items()
+    )
+    return Parameters(
+        axis=Axis(kind, 2.67),
+        gravity_model="slide",
+        gravity={"base": Parameter(0.2), "per_payload": Parameter(0.4)},
+        static={name: Parameter(value) for name, value in (static or STATIC).items()},
+        dynamic={name: Parameter(value) for name, value in DYNAMIC.items()} if dynamic else {},
+        effects=entries,
+    )
+
+
+def friction(parameters: Parameters) -> Friction:
+    values = {name: p.value for name, p in (parameters.static | parameters.dynamic).items()}
+    return Friction(**({"bristle_stiffness": 1e4, "bristle_damping": 0.0} | values))
+
+
+def torque(parameters: Parameters, motion: Motion) -> Array:
+    """The model of the package, without gravity."""
+    parts = [
+        registry.get(e.name).contribute(motion, registry.get(e.name).to_values(e.values()))
+        for e in parameters.effects
+    ]
+    effect = combine([Contribution(), *parts])
+    return predict(motion, friction(parameters), effect, np.zeros(motion.trials)).torque
+
+
+def motion_of(time: Array, position: Array, velocity: Array, acceleration: Array) -> Motion:
+    trial = np.zeros(len(time), dtype=np.intp)
+    return Motion(time, trial, position, velocity, acceleration, torque_constant=2.67)
+
+
+# --- MuJoCo ---------------------------------------------------------------------------------------------
+
+
+def simulate(text: str, step: float, drive: Callable[[float], float]) -> tuple[Motion, Array]:
+    """Three seconds in MuJoCo under a torque: the motion and the torque of every step."""
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.timestep = step
+    data = mujoco.MjData(model)
+    rows = np.empty((round(3.0 / step), 4))
+    for k in range(len(rows)):
+        data.ctrl[0] = drive(k * step)
+        rows[k] = k * step, data.qpos[0], data.qvel[0], data.ctrl[0]
+        mujoco.mj_step(model, data)
+    time, position, velocity, applied = rows.T
+    return motion_of(time, position, velocity, np.gradient(velocity, step)), applied
+
+
+def drive(t: float) -> float:
+    return 0.25 * np.sin(2 * np.pi * 0.7 * t) + 0.1 * np.sin(2 * np.pi * 2.3 * t)
+
+
+@pytest.mark.parametrize("kind", ["rotary", "linear"])
+@pytest.mark.parametrize("effects", [INERTIA, EFFECTS], ids=["LuGre", "and effects"])
+def test_mujoco_computes_the_same_model(kind: Kind, effects: dict[str, dict[str, float]]) -> None:
+    """The difference is that of the time step: it shrinks with it."""
+    parameters = axis(effects, kind=kind)
+    text = export("mujoco", parameters).text
+    error = {}
+    for step in (1e-3, 2e-4):
+        motion, applied = simulate(text, step, drive)
+        assert np.abs(motion.velocity).max() > 1.0
+        left = applied - torque(parameters, motion)
+        error[step] = float(np.sqrt(np.mean(left**2)) / np.sqrt(np.mean(applied**2)))
+    assert error[1e-3] < 0.015
+    assert error[2e-4] < 0.25 * error[1e-3]
+
+
+def test_mujoco_rising_stribeck_curve() -> None:
+    parameters = axis(static=STATIC | {"coulomb": 0.115, "static": 0.08})
+    motion, applied = simulate(export("mujoco", parameters).text, 2e-4, drive)
+    left = applied - torque(parameters, motion)
+    assert np.sqrt(np.mean(left**2)) < 0.005 * np.sqrt(np.mean(applied**2))
+
+
+def test_mujoco_sticks_until_break_away() -> None:
+    """Under a torque that rises to less than the static level the bristle only bends; then it slides."""
+    text = export("mujoco", axis()).text
+    held, _ = simulate(text, 5e-4, lambda t: 0.1 * t / 3)
+    slides, _ = simulate(text, 5e-4, lambda t: 0.13 * t / 3)
+    assert np.abs(held.position).max() < 2 * STATIC["static"] / DYNAMIC["bristle_stiffness"]
+    assert slides.position[-1] > 4 * STATIC["static"] / DYNAMIC["bristle_stiffness"]
+
+
+def test_mujoco_coulomb_and_viscous() -> None:
+    parameters = axis()
+    exported = export("mujoco", parameters, friction="coulomb")
+    motion, applied = simulate(exported.text, 2e-4, drive)
+    moving = np.abs(motion.velocity) > 0.05
+    model = (
+        STATIC["coulomb"] * np.sign(motion.velocity)
+        + STATIC["viscous"] * motion.velocity
+        + 0.008 * motion.acceleration
+    )
+    left = (applied - model)[moving]
+    assert np.sqrt(np.mean(left**2)) < 0.02 * np.sqrt(np.mean(applied**2))
+    lost = "\n".join(exported.plan.lost)
+    assert "the Stribeck curve: a static level of 0.115 N m beside the Coulomb level of 0.08 N m" in lost
+    assert "the bristle of the LuGre model" in lost
+    assert "with logs they are fitted" in "\n".join(exported.plan.notes)
+    joint = ET.fromstring(exported.text).find(".//joint")
+    assert joint is not None
+    assert (joint.get("frictionloss"), joint.get("damping")) == ("0.08", "0.12")
+
+
+def test_what_mujoco_cannot_carry_is_said_in_the_file() -> None:
+    extra = {
+        "torque_offset": {"offset": 0.01},
+        "transport_delay": {"delay": 0.002},
+        "position_ripple": RIPPLE | {"amplitude_2": 0.004},
+    }
+    exported = export("mujoco", axis(INERTIA | extra))
+    for text in (
+        "gravity: the masses of your model carry it",
+        "torque offset: b",
+        "transport delay:",
+        "the second harmonic of the position ripple, of amplitude 0.004",
+        "standard errors",
+    ):
+        assert any(text in sentence for sentence in exported.plan.lost)
+        assert f"Not carried: {text}" in exported.text
+    names = {entry.name for entry in exported.plan.model.effects}
+    assert names == {"inertia", "position_ripple"}
+
+
+def test_a_stiffness_at_its_bound_is_no_bristle() -> None:
+    parameters = axis()
+    stuck = {**parameters.dynamic, "bristle_stiffness": Parameter(1e5, at_bound=True)}
+    exported = export("mujoco", replace(parameters, dynamic=stuck))
+    assert "dcmotor" not in exported.text.split("-->")[1]
+    assert "frictionloss" in exported.text.split("-->")[1]
+    assert not any("bristle" in sentence for sentence in exported.plan.lost)
+
+
+# --- Simplified friction ---------------------------------------------------------------------------------
+
+
+def log_of(parameters: Parameters, top_speed: float = 0.4, noise: float = 0.002) -> Log:
+    """Forty seconds of speeds both ways, on its side (no gravity), as the model of the package has it."""
+    time = np.arange(4000) * 0.01
+    speed = 2 * np.pi * 0.25
+    velocity = top_speed * np.sin(speed * time) * np.sin(0.1 * time)
+    position = cumulative_trapezoid(velocity, time, initial=0.0)
+    motion = motion_of(time, position, velocity, np.gradient(velocity, 0.01))
+    measured = torque(parameters, motion) + noise * np.random.default_rng(0).standard_normal(len(time))
+    frame = pd.DataFrame(
+        {
+            "trial": 0,
+            "time_s": time,
+            "position_rad": position,
+            "velocity_rad_s": velocity,
+            "torque_nm": measured,
+            "tilt_alpha_rad": np.pi / 2,
+            "tilt_beta_rad": 0.0,
+            "payload_kg": 0.0,
+        }
+    )
+    return Log(frame, parameters.axis, "sweep", {}, "/data/sweep.csv")
+
+
+def test_a_simplified_law_is_fitted_to_the_speeds_of_the_logs() -> None:
+    parameters = axis()
+    logs = {top: log_of(parameters, top) for top in (0.1, 2.0)}
+    found = {top: export("urdf", parameters, [log]) for top, log in logs.items()}
+    for top, exported in found.items():
+        errors = {model: value["sweep"]["rmse"] for model, value in exported.errors.items()}
+        assert errors["full"] == pytest.approx(0.002, rel=0.1)
+        assert errors["full"] < errors["exported"] < errors["copied"]
+        assert f"{errors['exported']:.4g} N m" in exported.text
+        assert "sweep.csv" in exported.text
+        assert "/data" not in exported.text
+        stated = re.search(r"for speeds up to (\S+) rad/s", " ".join(exported.plan.notes))
+        assert stated
+        assert float(stated[1]) == pytest.approx(logs[top].frame["velocity_rad_s"].abs().max(), rel=0.02)
+        # what was fitted to these speeds is better there than what was fitted to the others
+        other = found[2.0 if top == 0.1 else 0.1].plan.model
+        assert errors["exported"] < simple.errors(other, [logs[top]])["sweep"]["rmse"]
+    slow, fast = (found[top].plan.model.static["viscous"].value for top in (0.1, 2.0))
+    # fast motion shows the viscous friction itself, slow motion with reversals what the bristle does
+    assert abs(fast - STATIC["viscous"]) < 0.1 * abs(slow - STATIC["viscous"])
+
+
+def test_what_a_missing_effect_took_up_goes_elsewhere() -> None:
+    """An offset and an asymmetry that MuJoCo lacks: the spring that it has takes up what it can."""
+    spring = {"position_stiffness": {"stiffness": 0.1, "neutral": 0.2}}
+    lacking = {"direction_asymmetry": {"asymmetry": 0.03}, "torque_offset": {"offset": 0.03}}
+    ripple = {"position_ripple": RIPPLE}
+    parameters = axis(INERTIA | spring | ripple | lacking)
+    logs = [log_of(parameters)]
+    exported = export("mujoco", parameters, logs)
+    errors = {model: value["sweep"]["rmse"] for model, value in exported.errors.items()}
+    assert errors["full"] == pytest.approx(0.002, rel=0.1)
+    assert errors["full"] < errors["exported"] < 0.9 * errors["copied"]
+    assert any("fitted anew" in note for note in exported.plan.notes)
+    assert exported.plan.model.gravity == parameters.gravity
+    kept = exported.plan.model.effect("position_ripple")
+    assert kept
+    assert kept.values()["amplitude_2"] == 0.0
+    assert {entry.name for entry in exported.plan.model.effects} == {"inertia", *spring, *ripple}
+
+
+def test_values_that_the_data_did_not_determine_are_named() -> None:
+    parameters = axis()
+    doubtful = {**parameters.static, "viscous": Parameter(0.1, identified=False)}
+    for target in TARGETS:
+        assert "the data did not determine" not in export(target, parameters).text
+        text = export(target, replace(parameters, static=doubtful)).text
+        assert "the data did not determine: viscous" in text
+
+
+def test_a_law_that_is_simple_already_stays() -> None:
+    static = STATIC | {"static": STATIC["coulomb"]}
+    parameters = axis(dynamic=False, static=static)
+    exported = export("urdf", parameters, [log_of(parameters)])
+    dynamics = ET.fromstring(exported.text).find(".//dynamics")
+    assert dynamics is not None
+    assert float(dynamics.get("friction") or 0) == pytest.approx(0.08, rel=0.03)
+    assert float(dynamics.get("damping") or 0) == pytest.approx(0.12, rel=0.03)
+    assert not any("Stribeck" in sentence for sentence in exported.plan.lost)
+
+
+def test_the_whole_model_needs_no_second_error() -> None:
+    parameters = axis()
+    logs = [log_of(parameters)]
+    assert set(export("json", parameters, logs).errors) == {"full"}
+    exported = export("mujoco", parameters, logs)
+    assert exported.errors["exported"] == exported.errors["full"]
+    lacking = export("mujoco", axis(INERTIA | {"torque_offset": {"offset": 0.05}}), logs)
+    assert lacking.errors["exported"] != lacking.errors["full"]
+
+
+# --- URDF, ROS 2, JSON -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("kind", "joint_type"), [("rotary", "continuous"), ("linear", "prismatic")])
+def test_urdf_is_read_by_a_program_that_reads_urdf(kind: Kind, joint_type: str) -> None:
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+    text = export("urdf", axis(kind=kind), joint="elbow").text
+    joint = ET.fromstring(text).find("joint")
+    assert joint is not None
+    assert (joint.get("name"), joint.get("type")) == ("elbow", joint_type)
+    model = mujoco.MjModel.from_xml_string(text)
+    assert model.dof_damping[0] == pytest.approx(0.12)
+    assert model.dof_frictionloss[0] == pytest.approx(0.08)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert model.dof_M0[0] == pytest.approx(0.008)
+
+
+def test_ros2_parameters() -> None:
+    yaml = pytest.importorskip("yaml")
+    parameters = axis(INERTIA | {"transport_delay": {"delay": 1e-5}}, static=STATIC | {"viscous": 1.0})
+    text = export("ros2", parameters, joint="elbow").text
+    values = yaml.safe_load(text)["/**"]["ros__parameters"]["elbow"]
+    assert values["kind"] == "rotary"
+    assert values["friction"]["static"]["coulomb_nm"] == 0.08
+    # ROS 2 refuses an integer or a text where a node declared a double
+    assert isinstance(values["friction"]["static"]["viscous_nm_s_per_rad"], float)
+    assert values["effects"]["transport_delay"] == {"delay_s": 1e-5}
+    assert values["effects"]["inertia"] == {"inertia_kg_m2": 0.008}
+
+
+def test_json_is_the_whole_file() -> None:
+    parameters = axis()
+    found = json.loads(export("json", parameters, joint="elbow").text)
+    assert found["name"] == "elbow"
+    assert found["parameters"] == parameters.to_document()
+
+
+# --- Refusals and texts ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_names_that_are_none(target: str) -> None:
+    for name in ("", "a b", "1a", 'x"', "a--b"):
+        with pytest.raises(UsageError, match="is no name for a joint"):
+            export(target, axis(), joint=name)
+
+
+def test_refusals() -> None:
+    with pytest.raises(InputError, match='did you mean "mujoco"'):
+        export("mujco", axis())
+    for target in ("mujoco", "urdf"):
+        with pytest.raises(InputError, match="holds no friction; fit it first"):
+            export(target, replace(axis(), static={}))
+    other = replace(log_of(axis()), axis=Axis("rotary", 1.0))
+    with pytest.raises(InputError, match="is of another axis"):
+        export("urdf", axis(), [other])
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_are_floats_to_every_reader(value: float) -> None:
+    yaml = pytest.importorskip("yaml")
+    text = number(value)
+    assert float(text) == pytest.approx(value, rel=1e-8, abs=0)
+    assert isinstance(yaml.safe_load(text), float)
+
+
+@given(st.lists(st.text(st.characters(codec="utf-8", exclude_categories=["C"])), max_size=4))
+def test_any_remark_fits_an_xml_comment(remarks: list[Any]) -> None:
+    root = ET.fromstring(document(ET.Element("robot", name="x"), remarks))
+    assert root.tag == "robot"

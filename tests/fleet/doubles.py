@@ -1,0 +1,71 @@
+"""Sessions of made-up axes, and a worker that dies."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from idtool.axis import Axis
+from idtool.fleet import Options
+from idtool.fleet.session import Task
+from idtool.fleet.work import Outcome, identify_session
+from idtool.log import Log
+
+#: The quickest way to identify: Coulomb and viscous friction, inertia.
+QUICK = Options(friction="coulomb", gravity="none")
+
+
+def session(
+    folder: Path,
+    *,
+    coulomb: float = 0.08,
+    viscous: float = 0.12,
+    seed: int = 0,
+    unit: str = "",
+    date: str = "",
+) -> Path:
+    """A folder with one log of six sines."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(200) * 0.01
+    trials = []
+    for trial in range(6):
+        speed = 2 * np.pi * (0.4 + 0.2 * trial)
+        reach = 0.4 / (1 + 0.3 * trial)
+        velocity = reach * speed * np.cos(speed * time)
+        torque = (
+            coulomb * np.sign(velocity) + viscous * velocity - 0.01 * reach * speed**2 * np.sin(speed * time)
+        )
+        trials.append(
+            pd.DataFrame(
+                {
+                    "trial": trial,
+                    "time_s": time,
+                    "position_rad": reach * np.sin(speed * time),
+                    "velocity_rad_s": velocity,
+                    "torque_nm": torque + 0.002 * rng.standard_normal(len(time)),
+                }
+            )
+        )
+    folder.mkdir(parents=True)
+    axis = Axis("rotary", extra={"unit": unit} if unit else {})
+    header = {"date": date} if date else {}
+    Log(pd.concat(trials, ignore_index=True), axis, "sine", header).write(folder / "sine.csv")
+    return folder
+
+
+def broken(folder: Path) -> Path:
+    """A folder whose log lacks a column."""
+    folder.mkdir(parents=True)
+    (folder / "sine.csv").write_text("time_s,position_rad\n0,1\n1,2\n")
+    return folder
+
+
+def dies_of(task: Task) -> Outcome:
+    """As `identify_session`, but the session named "dies" takes its process with it."""
+    if task.name == "dies":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return identify_session(task)

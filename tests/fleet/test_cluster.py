@@ -1,0 +1,116 @@
+"""A fleet on a Dask cluster of real processes, one of which is killed at work."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from idtool.errors import InputError
+from idtool.fleet import run_fleet
+from tests.fleet.doubles import QUICK, broken, session
+
+distributed = pytest.importorskip("distributed", reason="the extra [fleet] is not installed")
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Callable[[int], str]]:
+    """Starts a scheduler and so many workers of one thread; gives the address."""
+    file = tmp_path / "scheduler.json"
+    with ExitStack() as running:
+
+        def start(part: str, *arguments: str) -> None:
+            process = subprocess.Popen(
+                [sys.executable, "-m", f"distributed.cli.dask_{part}", *arguments, "--no-dashboard"],
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                cwd=tmp_path,
+            )
+            running.callback(process.wait)
+            running.callback(process.kill)
+
+        def begin(workers: int) -> str:
+            start("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
+            for _ in range(workers):
+                start("worker", "--scheduler-file", str(file), "--nthreads", "1", "--no-nanny")
+            for _ in range(600):
+                if file.exists():
+                    break
+                time.sleep(0.1)
+            with distributed.Client(scheduler_file=str(file), set_as_default=False) as client:
+                if workers:
+                    client.wait_for_workers(workers, timeout=60)
+                return str(client.scheduler.address)
+
+        yield begin
+
+
+def test_a_worker_killed_at_work_costs_nothing(tmp_path: Path, cluster: Callable[[int], str]) -> None:
+    sessions = tmp_path / "sessions"
+    for k in range(5):
+        session(sessions / f"A{k}_2026-01-0{k + 1}", coulomb=0.08 + 0.002 * k, seed=k)
+    broken(sessions / "bad")
+    address = cluster(2)
+    killed: list[str] = []
+
+    def kill_one(_: str) -> None:
+        """Once a session is under way on a worker, kill that worker."""
+        with distributed.Client(address, set_as_default=False) as client:
+            busy = [worker for worker, tasks in client.processing().items() if tasks]
+            if not killed and busy:
+                pids = client.run(os.getpid)
+                os.kill(pids[busy[0]], signal.SIGKILL)
+                killed.append(busy[0])
+
+    fleet = run_fleet(sessions, tmp_path / "out", QUICK, scheduler=address, tell=kill_one)
+    assert len(killed) == 1
+    with distributed.Client(address, set_as_default=False) as client:
+        left = client.run(os.getpid)
+        assert len(left) == 1
+        assert killed[0] not in left
+    assert [row.session for row in fleet.failed] == ["bad"]
+    values = {line.key: line for line in fleet.parameters}["coulomb_nm"]
+    assert (values.units, values.sessions) == (5, 5)
+    assert values.median == pytest.approx(0.084, rel=0.1)
+    for k in range(5):
+        assert (tmp_path / "out" / "sessions" / f"A{k}_2026-01-0{k + 1}" / "params.toml").exists()
+
+
+def test_a_scheduler_that_dies_is_said_and_finished_sessions_are_kept(
+    tmp_path: Path, cluster: Callable[[int], str]
+) -> None:
+    sessions = tmp_path / "sessions"
+    for k in range(4):
+        session(sessions / f"A{k}", seed=k)
+    address = cluster(1)
+
+    def kill(said: str) -> None:
+        if said.startswith("[1/4]"):
+            with distributed.Client(address, set_as_default=False) as client:
+                pid = client.run_on_scheduler(os.getpid)
+            os.kill(pid, signal.SIGKILL)
+
+    with pytest.raises(InputError, match="the cluster went away; start it and run the command again"):
+        run_fleet(sessions, tmp_path / "out", QUICK, scheduler=address, tell=kill)
+    told: list[str] = []
+    assert not run_fleet(sessions, tmp_path / "out", QUICK, workers=2, tell=told.append).failed
+    assert told[0] == "1 of 4 sessions were done before"
+
+
+def test_no_cluster_and_no_workers(
+    tmp_path: Path, cluster: Callable[[int], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session(tmp_path / "sessions" / "A")
+    monkeypatch.setattr("idtool.fleet.engine._START_TIMEOUT_S", 2)
+    for address in ("tcp://127.0.0.1:1", "nonsense://x"):
+        with pytest.raises(InputError, match="--scheduler: no Dask scheduler answers at"):
+            run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, scheduler=address)
+    with pytest.raises(InputError, match="has no workers; start dask worker"):
+        run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, scheduler=cluster(0))

@@ -1,0 +1,157 @@
+"""A fleet on this machine: what is done, kept, done again, and what a failure leaves alone."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from idtool.errors import InputError
+from idtool.fleet import Options, engine, run_fleet
+from idtool.fleet.session import Task, find_sessions, identity, load
+from idtool.fleet.work import identify_session
+from idtool.log import Log
+from idtool.parameters import Parameters
+from tests.fleet.doubles import QUICK, broken, dies_of, session
+
+
+def test_failures_stop_no_other_and_what_is_done_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sessions = tmp_path / "sessions"
+    session(sessions / "A_2026-01-01", seed=1)
+    session(sessions / "dies", seed=2)
+    broken(sessions / "bad")
+    monkeypatch.setattr(engine, "identify_session", dies_of)
+    told: list[str] = []
+    fleet = run_fleet(sessions, tmp_path / "out", QUICK, workers=2, tell=told.append)
+    rows = {row.session: row for row in fleet.sessions}
+    assert list(rows) == ["A_2026-01-01", "bad", "dies"]
+    assert (rows["A_2026-01-01"].error, rows["A_2026-01-01"].unit, rows["A_2026-01-01"].date) == (
+        "", "A", "2026-01-01",
+    )  # fmt: skip
+    assert rows["bad"].error.startswith('bad/sine.csv: needs a column "current_a" or "torque_nm"')
+    assert rows["dies"].error.startswith("dies: its process was killed, perhaps for lack of memory")
+    assert [row.session for row in fleet.failed] == ["bad", "dies"]
+    assert told[0] == "3 sessions on 2 processes"
+    done = tmp_path / "out" / "sessions" / "A_2026-01-01"
+    assert Parameters.read(done / "params.toml").static["coulomb"].value == pytest.approx(0.08, rel=0.1)
+    assert str(tmp_path) not in (done / "params.toml").read_text()
+    assert "A_2026-01-01/sine.csv" in (done / "params.toml").read_text()
+
+    # the machine has its memory back, and somebody mends the bad log
+    monkeypatch.undo()
+    (sessions / "bad" / "sine.csv").unlink()
+    (sessions / "bad").rmdir()
+    session(sessions / "bad", seed=3)
+    before = (done / "params.toml").stat().st_mtime_ns
+    told.clear()
+    fleet = run_fleet(sessions, tmp_path / "out", QUICK, workers=2, tell=told.append)
+    assert told[:2] == ["1 of 3 sessions were done before", "2 sessions on 2 processes"]
+    assert not fleet.failed
+    assert (done / "params.toml").stat().st_mtime_ns == before
+
+    # nothing has changed: no process is started
+    told.clear()
+    assert run_fleet(sessions, tmp_path / "out", QUICK, tell=told.append).sessions == fleet.sessions
+    assert told == ["3 of 3 sessions were done before"]
+    page = (tmp_path / "out" / "fleet.html").read_text()
+    assert "3 of 3 identified, 3 units" in page
+    assert "http" not in page.replace("http-equiv", "")
+    table = pd.read_csv(tmp_path / "out" / "summary.csv")
+    assert table["session"].tolist() == ["A_2026-01-01", "bad", "dies"]
+    assert table["coulomb_nm"].to_numpy() == pytest.approx(0.08, rel=0.1)
+    document = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert document["schema"] == "ffc-id/fleet/1"
+    assert document["failed"] == []
+    assert {line["key"]: line["units"] for line in document["parameters"]}["coulomb_nm"] == 3
+
+
+def test_a_failure_leaves_no_result_of_an_earlier_run(tmp_path: Path) -> None:
+    folder = session(tmp_path / "sessions" / "A")
+    run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1)
+    result = tmp_path / "out" / "sessions" / "A"
+    assert (result / "params.toml").exists()
+    (folder / "sine.csv").write_text("nonsense\n")
+    fleet = run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1)
+    assert [row.session for row in fleet.failed] == ["A"]
+    assert sorted(path.name for path in result.iterdir()) == ["session.json"]
+
+
+@pytest.mark.parametrize("damage", ["{", "[]", '{"schema": "other"}', '{"schema": "ffc-id/fleet-session/1"}'])
+def test_a_damaged_record_is_done_again(tmp_path: Path, damage: str) -> None:
+    session(tmp_path / "sessions" / "A")
+    record = tmp_path / "out" / "sessions" / "A" / "session.json"
+    record.parent.mkdir(parents=True)
+    record.write_text(damage)
+    told: list[str] = []
+    assert not run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1, tell=told.append).failed
+    assert told[0] == "1 session on 1 process"
+
+
+def task_of(name: str, *, unit: str = "", date: str = "", facts: str = "", folder: Path) -> Task:
+    session(folder / name, unit=unit, date=date)
+    if facts:
+        (folder / name / "session.toml").write_text(facts)
+    return load(folder / name, {})
+
+
+@pytest.mark.parametrize(
+    ("name", "header", "facts", "expected"),
+    [
+        ("A3_2026-03-01", ("", ""), "", ("A3", "2026-03-01")),
+        ("2026-03-01-A3", ("", ""), "", ("A3", "2026-03-01")),
+        ("2026-03-01", ("", ""), "", ("2026-03-01", "2026-03-01")),
+        ("elbow", ("", ""), "", ("elbow", "")),
+        ("elbow-20260301", ("", ""), "", ("elbow-20260301", "")),
+        ("A3_2026-13-41", ("", ""), "", ("A3", "")),
+        ("x", ("A3", "2026-03-01T10:00:00"), "", ("A3", "2026-03-01")),
+        ("x_2020-01-01", ("A3", "2026-03-01"), 'unit = "B1"\ndate = 2026-05-01\n', ("B1", "2026-05-01")),
+    ],
+)
+def test_whose_session_it_is_and_when(
+    tmp_path: Path, name: str, header: tuple[str, str], facts: str, expected: tuple[str, str]
+) -> None:
+    task = task_of(name, unit=header[0], date=header[1], facts=facts, folder=tmp_path)
+    unit, date = identity(task, [Log.read(tmp_path / name / "sine.csv")])
+    assert (unit, date.isoformat() if date else "") == expected
+
+
+@pytest.mark.parametrize(
+    ("facts", "expected"),
+    [
+        ("unit = 3", "A/session.toml, unit: 3 is no unit; write unit"),
+        ('date = "soon"', "A/session.toml, date: 'soon' is no date; write unit"),
+        ("colour = 1", "A/session.toml, colour: unknown key; write unit"),
+        ("unit", "A/session.toml: is not TOML; write unit"),
+    ],
+)
+def test_facts_that_cannot_be_used_fail_that_session(tmp_path: Path, facts: str, expected: str) -> None:
+    outcome = identify_session(task_of("A", facts=facts, folder=tmp_path))
+    assert outcome.error.startswith(expected)
+
+
+def test_a_fingerprint_is_of_all_that_matters(tmp_path: Path) -> None:
+    folder = session(tmp_path / "A")
+    whole = load(folder, {"seed": 0}).fingerprint("1")
+    assert load(folder, {"seed": 0}).fingerprint("1") == whole
+    assert load(folder, {"seed": 1}).fingerprint("1") != whole
+    assert load(folder, {"seed": 0}).fingerprint("2") != whole
+    (folder / "session.toml").write_text('unit = "B"')
+    assert load(folder, {"seed": 0}).fingerprint("1") != whole
+
+
+def test_refusals(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such folder"):
+        find_sessions(tmp_path / "absent")
+    with pytest.raises(InputError, match=r"holds no folder with logs \(\*\.csv\)"):
+        find_sessions(tmp_path)
+    folder = session(tmp_path / "A")
+    with pytest.raises(InputError, match="holds logs, but no folders with logs"):
+        find_sessions(folder)
+    with pytest.raises(InputError, match="is a file where a folder of sessions should be"):
+        find_sessions(folder / "sine.csv")
+    with pytest.raises(InputError, match="is the folder of sessions itself"):
+        run_fleet(tmp_path, tmp_path, Options())
