@@ -52,6 +52,24 @@ class Certainty:
             p[k][BRISTLE] = last[k]
         last[BRISTLE] *= share * share
 
+    def copy(self) -> Certainty:
+        """Another one that knows the same."""
+        other = Certainty(*self._prior)
+        other.mean = list(self.mean)
+        other._cov = [list(row) for row in self._cov]
+        return other
+
+    def shift(self, torque: float) -> None:
+        """Put a torque on the bristle, N m (N): what it holds was seen, not inferred."""
+        self.mean[BRISTLE] += torque
+
+    def drift(self, load: float, friction: float) -> None:
+        """The world may have changed by these standard deviations, N m (N) and relative; the prior bounds
+        what is ever unknown."""
+        for k, change in ((LOAD, load), (LEVEL, friction), (VISCOUS, friction)):
+            variance = self._cov[k][k]
+            self._cov[k][k] = min(variance + change * change, max(self._prior[k] ** 2, variance))
+
     def correction(self, bristle: float, viscous: float) -> float:
         """What is to be added to the model's torque, N m (N), at these friction torques of the model."""
         m = self.mean

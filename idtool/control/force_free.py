@@ -29,6 +29,7 @@ from typing import Any
 
 from idtool.control.guard import Fault, Guard, Limits, Measurement, State, Status
 from idtool.control.law import Law
+from idtool.control.light import LightLaw, LightSettings
 from idtool.control.online import OnlineModel
 from idtool.control.paper import PaperLaw
 from idtool.parameters import Controller, Parameters
@@ -41,6 +42,11 @@ LOOP_GAIN = {"rotary": 1.68, "linear": 0.0192 / 5.56}
 DEFAULT_PERIOD_S = 0.01
 #: Smallest step of a position sensor: 4096 counts a turn; 10 micrometres on a linear axis.
 RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
+#: One step of a DYNAMIXEL's current reading: what a sample is taken to be uncertain by, A.
+CURRENT_NOISE_A = 0.003
+#: How far a tare moves, rad (m), and how fast at most, rad/s (m/s).
+TARE_TRAVEL = {"rotary": 0.2, "linear": 0.01}
+TARE_SPEED = {"rotary": 0.4, "linear": 0.02}
 
 
 def gains(parameters: Parameters, period: float) -> Controller:
@@ -66,12 +72,15 @@ class ForceFreeController:
         parameters: Parameters,
         period_s: float | None = None,
         *,
+        mode: str = "paper",
         limits: Limits | None = None,
         servo_time_s: float = 0.05,
         filter_s: float = 0.015,
         settle_s: float = 0.2,
         start_torque: float | None = None,
         resolution: float | None = None,
+        friction_doubt: float = 0.15,
+        payload_doubt_kg: float = 0.05,
     ) -> None:
         """Read the file.
 
@@ -99,17 +108,38 @@ class ForceFreeController:
         self.limits = limits or Limits()
         self.resolution = resolution or RESOLUTION[kind]
         self.start_torque = start_torque or 0.3 * self.model.friction_bound
-        self._law: Law = PaperLaw(
-            self.model,
-            self.limits,
-            self.period,
-            self.resolution,
-            chosen,
-            servo_time=servo_time_s,
-            filter_time=filter_s,
-            settle=settle_s,
-            start_torque=self.start_torque,
-        )
+        if mode == "light":
+            noise = CURRENT_NOISE_A * self.model.torque_constant
+            payload = parameters.gravity.get("per_payload")
+            self._law: Law = LightLaw(
+                self.model,
+                self.limits,
+                self.period,
+                self.resolution,
+                LightSettings(
+                    yielding=self.loop_gain,
+                    start_torque=start_torque or 3.0 * noise,
+                    friction_doubt=friction_doubt,
+                    load_doubt=payload_doubt_kg * abs(payload.value) if payload else 0.0,
+                    noise=noise,
+                    servo_time=servo_time_s,
+                    settle=settle_s,
+                    tare_travel=TARE_TRAVEL[kind],
+                    tare_speed=TARE_SPEED[kind],
+                ),
+            )
+        else:
+            self._law = PaperLaw(
+                self.model,
+                self.limits,
+                self.period,
+                self.resolution,
+                chosen,
+                servo_time=servo_time_s,
+                filter_time=filter_s,
+                settle=settle_s,
+                start_torque=self.start_torque,
+            )
         self._guard = Guard(self.limits, self.period, self.resolution, "m" if kind == "linear" else "rad")
         self._history: deque[Measurement] = deque(maxlen=50)
         self.reset()
@@ -182,6 +212,17 @@ class ForceFreeController:
         self._previous = sample
         return self._command
 
+    def tare(self) -> bool:
+        """Learn the load and the friction of the moment: the axis moves to and fro by itself, hands off.
+
+        In mode "light", while the axis rests. It takes about three seconds of steps, in which
+        `status.state` is TARING; what came of it stands in `status.notes` if it was disturbed.
+
+        Returns:
+            Whether it begins.
+        """
+        return self._fault is None and self._previous is not None and self._law.tare()
+
     @property
     def status(self) -> Status:
         """What the last step found and did."""
@@ -200,7 +241,7 @@ class ForceFreeController:
             effects=load.effects,
             limited=self._limited + law.limited,
             fault=self._fault,
-            notes=tuple(self.model.skipped),
+            notes=(*self.model.skipped, *((law.note,) if law.note else ())),
         )
 
     def _bounded(self, wished: float) -> float:

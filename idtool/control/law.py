@@ -22,6 +22,7 @@ class Law(ABC):
         limited: limits that cut the wish at this sample.
         extra: friction that the law adds to the model's, N m (N).
         doubt: how far the model may be wrong at this motion, N m (N); 0 where the law does not ask.
+        note: something the user must know, a sentence; empty if there is nothing.
     """
 
     state: State
@@ -31,6 +32,7 @@ class Law(ABC):
     limited: tuple[str, ...] = ()
     extra: float = 0.0
     doubt: float = 0.0
+    note: str = ""
 
     def __init__(self, model: OnlineModel, limits: Limits, period: float, resolution: float) -> None:
         self.model = model
@@ -50,6 +52,10 @@ class Law(ABC):
     @abstractmethod
     def wish(self, sample: Measurement) -> float:
         """The command before the limits, rad (m)."""
+
+    def tare(self) -> bool:
+        """Move to and fro to learn load and friction; False where the law does not, or not now."""
+        return False
 
     @property
     def doing(self) -> str:

@@ -39,7 +39,7 @@ class HandSense:
         self._filter_time = filter_time
         self._resolution = resolution
         self._recent: deque[float] = deque(maxlen=max(2, round(_REST_WINDOW_S / period) + 1))
-        self._line = _DelayLine()
+        self._line = DelayLine()
         self.reset()
 
     def reset(self) -> None:
@@ -125,7 +125,7 @@ class HandSense:
         return len(recent) == recent.maxlen and max(recent) - min(recent) <= 1.01 * self._resolution
 
 
-class _DelayLine:
+class DelayLine:
     """What a signal was a short while ago, read between its samples."""
 
     def __init__(self) -> None:
