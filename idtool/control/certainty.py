@@ -59,9 +59,10 @@ class Certainty:
         other._cov = [list(row) for row in self._cov]
         return other
 
-    def shift(self, torque: float) -> None:
-        """Put a torque on the bristle, N m (N): what it holds was seen, not inferred."""
+    def shift(self, torque: float, deviation: float = 0.0) -> None:
+        """Put a torque on the bristle, N m (N), that is there give or take `deviation`."""
         self.mean[BRISTLE] += torque
+        self._cov[BRISTLE][BRISTLE] += deviation * deviation
 
     def drift(self, load: float, friction: float) -> None:
         """The world may have changed by these standard deviations, N m (N) and relative; the prior bounds

@@ -79,8 +79,8 @@ class ForceFreeController:
         settle_s: float = 0.2,
         start_torque: float | None = None,
         resolution: float | None = None,
-        friction_doubt: float = 0.15,
-        payload_doubt_kg: float = 0.05,
+        friction_doubt: float = 0.22,
+        payload_doubt_kg: float = 0.08,
     ) -> None:
         """Read the file.
 

@@ -38,10 +38,14 @@ _FAST_S, _SLOW_S = 0.015, 0.05
 _VIRTUAL_S = 0.03
 #: Share of the velocity's innovation that the estimate takes.
 _VELOCITY_GAIN = 0.7
+#: While an axis starts, friction that is not as modelled can look like a hand that lets go, s.
+_START_S = 0.1
 #: A torque of which less than this share is left from one period to the next is a hand that let go.
 _GONE = 0.4
 #: An axis brakes so long at least, then stands for so long, and then the zero is taken over so long, s.
-_BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.06, 0.12
+_BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
+#: A torque this far from its mean, in torque noises, changes.
+_STEADY = 5.0
 #: So many samples above the starting torque start a motion.
 _START_SAMPLES = 2
 #: How fast the zero follows at rest, in starting torques per second, and up to which share of it.
@@ -123,7 +127,10 @@ class LightLaw(Law):
         self.torque = self._quiet = self._raw = self._before = 0.0
         self.wanted = self.extra = self.doubt = 0.0
         self._account = 0.0
-        self._stand(State.STARTING, let_go=True)
+        self._let_go = True
+        self._known = False
+        self._tracked = 0.0
+        self._stand(State.STARTING)
         self.limited = ()
 
     @property
@@ -205,10 +212,9 @@ class LightLaw(Law):
         self._quiet += self._slow * (self._raw - self._quiet)
         return left
 
-    def _stand(self, state: State, *, let_go: bool) -> None:
+    def _stand(self, state: State) -> None:
         """Rest from now on, and take the zero once the drive stands too."""
         self.state = state
-        self._let_go = let_go
         self._armed = False
         self._since = self._mean = 0.0
         self._count = self._pushed = 0
@@ -219,36 +225,51 @@ class LightLaw(Law):
         if not self._armed:
             self._since += self.period
             stand, length = (0.0, self.settings.settle) if starting else (_STAND_S, _ZERO_S)
+            if not starting and self._since <= stand and self._let_go:
+                # the drive lets go of the torque that it held against the hand: do not pull the axis back
+                self.anchor = self.limits.clip(self._last.position if self._last else self.anchor)
             if self._since > stand:
+                if self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise:
+                    # it changes: listen anew, unless that can only be a hand that pushes again
+                    if self._known and abs(self._raw) > self.doubt + 2.0 * self.settings.start_torque:
+                        self.state, self._armed = State.RESTING, True
+                        return self.anchor
+                    self._count, self._since, self._mean = 0, stand, 0.0
                 self._count += 1
                 self._mean += (left - self._mean) / self._count
             if self._since >= stand + length:
                 self._zero()
             return self.anchor
         start = self.settings.start_torque
-        if abs(self._quiet) < _TRACK_SHARE * start:
-            slip = _TRACK_RATE * start * self.period
-            self._certainty.shift(-min(max(self._quiet, -slip), slip))
+        slip = min(max(-self._quiet, -_TRACK_RATE * start * self.period), _TRACK_RATE * start * self.period)
+        if abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start:
+            self._tracked += slip
+            self._certainty.shift(slip)
         # a hard push is taken at once, a light one after a longer look
-        pushed = abs(self.torque) > 2.0 * start or abs(self._quiet) > start
+        pushed = abs(self.torque) > 2.0 * start + self.doubt or abs(self._quiet) > start + self.doubt
         self._pushed = self._pushed + 1 if pushed else 0
         if self._pushed >= _START_SAMPLES:
             self.state = State.GUIDING
             self._x, self._w, self._w_before = self.anchor, 0.0, 0.0
-            self._account = 0.0
+            self._account = self._since = 0.0
         return self.anchor
 
     def _zero(self) -> None:
         """What the motor carries now is no hand: learn from it, and put what is left on the bristle."""
         load, settings = self.model.load, self.settings
-        self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
-        # a hand that eased off may still lean on the axis by less than would move it
-        noise = settings.noise if self._let_go else settings.noise + settings.start_torque
-        self._certainty.learn(self._mean, load.bristle, load.viscous, noise)
-        self._certainty.shift(self._mean - self._certainty.correction(load.bristle, load.viscous))
-        self.torque = self._quiet = 0.0
         self.state = State.RESTING
         self._armed = True
+        felt = self._certainty.correction(load.bristle, load.viscous) - self._mean
+        if abs(felt) > self.doubt + settings.start_torque and self._known:
+            return  # more than the model can be wrong by: the hand is still there, or again
+        self._known = True
+        self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
+        self._certainty.learn(self._mean, load.bristle, load.viscous, settings.noise)
+        rest = self._mean - self._certainty.correction(load.bristle, load.viscous)
+        # it may be a hand that still leans on the axis: when that leaves, nothing must start
+        self._certainty.shift(rest, abs(rest) / COVERAGE)
+        self._tracked = 0.0
+        self.torque = self._quiet = 0.0
 
     def _guide(self, sample: Measurement) -> float:
         """The admittance."""
@@ -265,7 +286,9 @@ class LightLaw(Law):
             self._account = speed = 0.0
         self._w = speed
         remains = self._raw if before > 0.0 else -self._raw
-        gone = abs(before) > self.settings.start_torque and remains < _GONE * abs(before)
+        least = self.settings.start_torque + self.doubt
+        self._since += self.period
+        gone = self._since > _START_S and abs(before) > least and remains < _GONE * abs(before)
         if gone or (certain == 0.0 and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
             self._since = 0.0
@@ -294,7 +317,8 @@ class LightLaw(Law):
         self._since += self.period
         self._w = 0.0
         if abs(sample.velocity) <= self.rest_speed and self._since >= _BRAKE_S:
-            self._stand(State.RESTING, let_go=self._let_go)
+            self._stand(State.RESTING)
+            self._armed = not self._let_go  # a hand that eased off may still lean on the axis: no zero then
             self.anchor = self.limits.clip(sample.position)
         return sample.position
 
@@ -314,7 +338,7 @@ class LightLaw(Law):
                 self._certainty = self._kept
                 self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
             self._w = 0.0
-            self._stand(State.RESTING, let_go=True)
+            self._stand(State.RESTING)
             return self.anchor
         place = self.anchor + self._way * reach * (1.0 - math.cos(angle))
         self._w = self._way * settings.tare_speed * math.sin(angle)
