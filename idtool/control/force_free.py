@@ -118,7 +118,7 @@ class ForceFreeController:
                 self.resolution,
                 LightSettings(
                     yielding=self.loop_gain,
-                    start_torque=start_torque or 3.0 * noise,
+                    start_torque=start_torque or 2.25 * noise,
                     friction_doubt=friction_doubt,
                     load_doubt=payload_doubt_kg * abs(payload.value) if payload else 0.0,
                     noise=noise,

@@ -35,15 +35,22 @@ _BRISTLE_PRIOR = 0.6
 #: Filters of the hand's torque: while it moves, and at rest, s.
 _FAST_S, _SLOW_S = 0.015, 0.05
 #: Time constant of the virtual mass, s.
-_VIRTUAL_S = 0.03
-#: Share of the velocity's innovation that the estimate takes.
-_VELOCITY_GAIN = 0.7
+_VIRTUAL_S = 0.1
+#: Share of the velocity's innovation that the estimate takes: what an axis was told to do is smooth and
+#: not late, what it is measured to do is neither.
+_VELOCITY_GAIN = 0.15
+#: How fast a servo's velocity follows, s.
+_FOLLOWS_S = 0.025
 #: While an axis starts, friction that is not as modelled can look like a hand that lets go, s.
 _START_S = 0.1
+MIX = 0.0
+NF = 1
 #: A torque of which less than this share is left from one period to the next is a hand that let go.
 _GONE = 0.4
 #: An axis brakes so long at least, then stands for so long, and then the zero is taken over so long, s.
 _BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
+#: So long the anchor follows an axis that was let go, s.
+_FOLLOW_S = 0.03
 #: A torque this far from its mean, in torque noises, changes.
 _STEADY = 5.0
 #: So many samples above the starting torque start a motion.
@@ -106,6 +113,7 @@ class LightLaw(Law):
         )
         self._fast = 1.0 - math.exp(-period / _FAST_S)
         self._slow = 1.0 - math.exp(-period / _SLOW_S)
+        self._follows = 1.0 - math.exp(-period / _FOLLOWS_S)
         self._virtual = 1.0 - math.exp(-period / _VIRTUAL_S)
         self._line = DelayLine()
         self.reset()
@@ -122,11 +130,12 @@ class LightLaw(Law):
         self._line.clear()
         self._certainty.unsettle_bristle()
         self.anchor = self._x = self.limits.clip(position)
-        self._w = self._w_before = self._seen = 0.0
+        self._w = self._nominal = self._seen = 0.0
         self._last: Measurement | None = None
-        self.torque = self._quiet = self._raw = self._before = 0.0
+        self.torque = self._quiet = self._raw = self._sharp = self._before = 0.0
         self.wanted = self.extra = self.doubt = 0.0
-        self._account = 0.0
+        self._account = self._level = 0.0
+        self._falling = 0
         self._let_go = True
         self._known = False
         self._tracked = 0.0
@@ -148,7 +157,7 @@ class LightLaw(Law):
         self._kept = self._certainty.copy()
         self._since = self._square = 0.0
         self._count = 0
-        self._w = self._w_before = 0.0
+        self._w = self._nominal = 0.0
         self._x = self.anchor
         self.state = State.TARING
         self.note = ""
@@ -174,9 +183,9 @@ class LightLaw(Law):
         step = sample.time - last.time
         step = step if step > 0.0 else self.period
         before = self._seen
-        # the axis does about what it was told: only what differs is taken from the coarse measurement
-        predicted = before + self._w - self._w_before
-        self._w_before = self._w
+        nominal = self._nominal
+        self._nominal += self._follows * (self._w - nominal)
+        predicted = before + self._nominal - nominal
         self._seen = predicted + _VELOCITY_GAIN * (sample.velocity - predicted)
         travel = sample.position - last.position
         model = self.model
@@ -207,6 +216,10 @@ class LightLaw(Law):
         self.extra = self._certainty.correction(load.bristle, load.viscous)
         self.doubt = COVERAGE * self._certainty.deviation(load.bristle, load.viscous)
         self._raw = self.extra - left
+        # a hand that lets go is looked for in the motion as measured, coarse but not smoothed
+        jolt = (sample.velocity - last.velocity - self._seen + before) / step
+        slip = sample.velocity - self._seen
+        self._sharp = self._raw + model.inertia * jolt + model.viscous * slip
         self._before = self.torque
         self.torque += self._fast * (self._raw - self.torque)
         self._quiet += self._slow * (self._raw - self._quiet)
@@ -225,7 +238,7 @@ class LightLaw(Law):
         if not self._armed:
             self._since += self.period
             stand, length = (0.0, self.settings.settle) if starting else (_STAND_S, _ZERO_S)
-            if not starting and self._since <= stand and self._let_go:
+            if not starting and self._since <= _FOLLOW_S and self._let_go:
                 # the drive lets go of the torque that it held against the hand: do not pull the axis back
                 self.anchor = self.limits.clip(self._last.position if self._last else self.anchor)
             if self._since > stand:
@@ -250,8 +263,9 @@ class LightLaw(Law):
         self._pushed = self._pushed + 1 if pushed else 0
         if self._pushed >= _START_SAMPLES:
             self.state = State.GUIDING
-            self._x, self._w, self._w_before = self.anchor, 0.0, 0.0
+            self._x, self._w = self.anchor, 0.0
             self._account = self._since = 0.0
+            self._falling = 0
         return self.anchor
 
     def _zero(self) -> None:
@@ -285,10 +299,8 @@ class LightLaw(Law):
         if self._account < 0.0:
             self._account = speed = 0.0
         self._w = speed
-        remains = self._raw if before > 0.0 else -self._raw
-        least = self.settings.start_torque + self.doubt
         self._since += self.period
-        gone = self._since > _START_S and abs(before) > least and remains < _GONE * abs(before)
+        gone = self._lets_go(before) and self._since > _START_S
         if gone or (certain == 0.0 and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
             self._since = 0.0
@@ -296,6 +308,17 @@ class LightLaw(Law):
             return self._brake(sample)
         self.wanted = speed
         return self._follow(sample)
+
+    def _lets_go(self, before: float) -> bool:
+        """Whether hardly anything is left of the torque that was there a moment ago."""
+        if self._falling == 0:
+            self._level = before
+        felt = MIX * self._sharp + (1 - MIX) * self._raw
+        remains = felt if self._level > 0.0 else -felt
+        level = abs(self._level)
+        fell = level > self.settings.start_torque + self.doubt and remains < _GONE * level
+        self._falling = self._falling + 1 if fell else 0
+        return self._falling >= NF
 
     def _follow(self, sample: Measurement) -> float:
         """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
