@@ -32,7 +32,8 @@ from idtool.control.law import Law
 from idtool.control.light import LightLaw, LightSettings
 from idtool.control.online import OnlineModel
 from idtool.control.paper import PaperLaw
-from idtool.parameters import Controller, Parameters
+from idtool.errors import InputError, nearest
+from idtool.parameters import CONTROLLER_MODES, Controller, Parameters
 
 #: The paper's gains (its Table 5): K_r in s, K_c in rad/s per N m. On a linear axis the yielding that
 #: the paper's hand felt: 19.20 mm/s at 5.56 N.
@@ -72,7 +73,7 @@ class ForceFreeController:
         parameters: Parameters,
         period_s: float | None = None,
         *,
-        mode: str = "paper",
+        mode: str | None = None,
         limits: Limits | None = None,
         servo_time_s: float = 0.05,
         filter_s: float = 0.015,
@@ -107,9 +108,13 @@ class ForceFreeController:
         self.period = float(period_s or chosen.period)
         self.limits = limits or Limits()
         self.resolution = resolution or RESOLUTION[kind]
-        self.start_torque = start_torque or 0.3 * self.model.friction_bound
-        if mode == "light":
-            noise = CURRENT_NOISE_A * self.model.torque_constant
+        self.mode = mode or chosen.mode
+        if self.mode not in CONTROLLER_MODES:
+            raise InputError(f"unknown mode {self.mode!r}", remedy=nearest(self.mode, CONTROLLER_MODES))
+        noise = CURRENT_NOISE_A * self.model.torque_constant
+        least = 0.3 * self.model.friction_bound if self.mode == "paper" else 2.25 * noise
+        self.start_torque = start_torque or chosen.start_torque or least
+        if self.mode == "light":
             payload = parameters.gravity.get("per_payload")
             self._law: Law = LightLaw(
                 self.model,
@@ -118,7 +123,7 @@ class ForceFreeController:
                 self.resolution,
                 LightSettings(
                     yielding=self.loop_gain,
-                    start_torque=start_torque or 2.25 * noise,
+                    start_torque=self.start_torque,
                     friction_doubt=friction_doubt,
                     load_doubt=payload_doubt_kg * abs(payload.value) if payload else 0.0,
                     noise=noise,

@@ -33,9 +33,9 @@ COVERAGE = 2.0
 #: Share of the level that a bristle at rest may hold without our knowing, as a standard deviation.
 _BRISTLE_PRIOR = 0.6
 #: Filters of the hand's torque: while it moves, and at rest, s.
-_FAST_S, _SLOW_S = 0.015, 0.05
+_FAST_S, _SLOW_S = 0.01, 0.05
 #: Time constant of the virtual mass, s.
-_VIRTUAL_S = 0.1
+_VIRTUAL_S = 0.12
 #: Share of the velocity's innovation that the estimate takes: what an axis was told to do is smooth and
 #: not late, what it is measured to do is neither.
 _VELOCITY_GAIN = 0.15
@@ -43,6 +43,8 @@ _VELOCITY_GAIN = 0.15
 _FOLLOWS_S = 0.025
 #: While an axis starts, friction that is not as modelled can look like a hand that lets go, s.
 _START_S = 0.1
+#: One that pushes again so soon after never left; the next sign of it is then believed only after so long, s.
+_SOON_S, _SLOW_START_S = 0.5, 1.0
 MIX = 0.0
 NF = 1
 #: A torque of which less than this share is left from one period to the next is a hand that let go.
@@ -50,7 +52,9 @@ _GONE = 0.4
 #: An axis brakes so long at least, then stands for so long, and then the zero is taken over so long, s.
 _BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
 #: So long the anchor follows an axis that was let go, s.
-_FOLLOW_S = 0.03
+_FOLLOW_S = 0.05
+#: The first moments of braking ask for the opposite speed, by this share of the servo's lag.
+_KICK_S, _KICK_SHARE = 0.025, 0.8
 #: A torque this far from its mean, in torque noises, changes.
 _STEADY = 5.0
 #: So many samples above the starting torque start a motion.
@@ -132,11 +136,11 @@ class LightLaw(Law):
         self.anchor = self._x = self.limits.clip(position)
         self._w = self._nominal = self._seen = 0.0
         self._last: Measurement | None = None
-        self.torque = self._quiet = self._raw = self._sharp = self._before = 0.0
+        self.torque = self._quiet = self._raw = self._before = 0.0
         self.wanted = self.extra = self.doubt = 0.0
-        self._account = self._level = 0.0
-        self._falling = 0
+        self._account = 0.0
         self._let_go = True
+        self._trusting = _START_S
         self._known = False
         self._tracked = 0.0
         self._stand(State.STARTING)
@@ -216,10 +220,6 @@ class LightLaw(Law):
         self.extra = self._certainty.correction(load.bristle, load.viscous)
         self.doubt = COVERAGE * self._certainty.deviation(load.bristle, load.viscous)
         self._raw = self.extra - left
-        # a hand that lets go is looked for in the motion as measured, coarse but not smoothed
-        jolt = (sample.velocity - last.velocity - self._seen + before) / step
-        slip = sample.velocity - self._seen
-        self._sharp = self._raw + model.inertia * jolt + model.viscous * slip
         self._before = self.torque
         self.torque += self._fast * (self._raw - self.torque)
         self._quiet += self._slow * (self._raw - self._quiet)
@@ -229,12 +229,13 @@ class LightLaw(Law):
         """Rest from now on, and take the zero once the drive stands too."""
         self.state = state
         self._armed = False
-        self._since = self._mean = 0.0
+        self._since = self._rested = self._mean = 0.0
         self._count = self._pushed = 0
 
     def _rest(self, left: float) -> float:
         """Hold the anchor, take the zero, wait for a hand."""
         starting = self.state is State.STARTING
+        self._rested += self.period
         if not self._armed:
             self._since += self.period
             stand, length = (0.0, self.settings.settle) if starting else (_STAND_S, _ZERO_S)
@@ -264,8 +265,10 @@ class LightLaw(Law):
         if self._pushed >= _START_SAMPLES:
             self.state = State.GUIDING
             self._x, self._w = self.anchor, 0.0
+            # a hand that is back so soon never left: be slower to believe it the next time
+            soon = self._let_go and self._known and self._rested < _SOON_S
+            self._trusting = _SLOW_START_S if soon else _START_S
             self._account = self._since = 0.0
-            self._falling = 0
         return self.anchor
 
     def _zero(self) -> None:
@@ -300,7 +303,9 @@ class LightLaw(Law):
             self._account = speed = 0.0
         self._w = speed
         self._since += self.period
-        gone = self._lets_go(before) and self._since > _START_S
+        remains = self._raw if before > 0.0 else -self._raw
+        least = self.settings.start_torque + self.doubt
+        gone = self._since > self._trusting and abs(before) > least and remains < _GONE * abs(before)
         if gone or (certain == 0.0 and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
             self._since = 0.0
@@ -308,17 +313,6 @@ class LightLaw(Law):
             return self._brake(sample)
         self.wanted = speed
         return self._follow(sample)
-
-    def _lets_go(self, before: float) -> bool:
-        """Whether hardly anything is left of the torque that was there a moment ago."""
-        if self._falling == 0:
-            self._level = before
-        felt = MIX * self._sharp + (1 - MIX) * self._raw
-        remains = felt if self._level > 0.0 else -felt
-        level = abs(self._level)
-        fell = level > self.settings.start_torque + self.doubt and remains < _GONE * level
-        self._falling = self._falling + 1 if fell else 0
-        return self._falling >= NF
 
     def _follow(self, sample: Measurement) -> float:
         """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
@@ -343,7 +337,10 @@ class LightLaw(Law):
             self._stand(State.RESTING)
             self._armed = not self._let_go  # a hand that eased off may still lean on the axis: no zero then
             self.anchor = self.limits.clip(sample.position)
-        return sample.position
+            return self.anchor
+        # the drive's integrator still pushes as against friction at speed: turn its reference round
+        back = _KICK_SHARE * self._lead_time if self._since < _KICK_S else 0.0
+        return sample.position - back * sample.velocity
 
     def _tare(self, sample: Measurement, left: float) -> float:
         """Move to and fro, learn at every sample; forget it all if something touched the axis."""
