@@ -7,7 +7,6 @@ period: counts, noisy, and late.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numba
@@ -107,6 +106,12 @@ class GuidedAxis:
         self.work = 0.0
         self.truth: list[Array] = []
 
+    @property
+    def place(self) -> float:
+        """Where the hand's end of the axis is, rad."""
+        elastic = self.numbers.compliance > 0.0
+        return float(self.state[plant.LOAD_POSITION if elastic else plant.POSITION])
+
     def advance(self, command: float, hand: Array) -> tuple[float, float, float, float]:
         """One period. Returns time, position, velocity, current as read at its end."""
         out = np.empty((4, self._rows))
@@ -152,8 +157,3 @@ def speed_profile(elapsed: float, rise: float, speed: float) -> tuple[float, flo
     s = min(elapsed / rise, 1.0)
     travel = speed * rise * s**3 * (1.0 - 0.5 * s)
     return travel + speed * max(elapsed - rise, 0.0), speed * s * s * (3.0 - 2.0 * s)
-
-
-def deviation(values: Array) -> float:
-    """Root mean square about the mean."""
-    return math.sqrt(float(np.mean((values - np.mean(values)) ** 2)))

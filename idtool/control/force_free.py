@@ -240,6 +240,7 @@ class ForceFreeController:
             command_valid=self._known,
             position_command=self._command,
             external_torque=law.torque,
+            doubt=law.doubt,
             velocity_wanted=0.0 if faulty else law.wanted,
             gravity=load.gravity,
             friction=load.friction + law.extra,
