@@ -32,17 +32,25 @@ _DRAWS = {
     "load_dependent_friction": lambda r: {"mu": r.uniform(0.0, 0.05)},
     "drive_backdrive": lambda r: {"mu_drive": r.uniform(0.0, 0.05), "mu_backdrive": r.uniform(0.0, 0.05)},
     "tilt_misalignment": lambda r: {"alpha_rad": r.uniform(-0.1, 0.1), "beta_rad": 0.0},
-    "position_stiffness": lambda r: {"stiffness_nm_per_rad": r.uniform(0.0, 0.03)},
-    "position_dependent_friction": lambda r: {"slope_1": r.uniform(-0.2, 0.2), "half_stroke_rad": 2.3},
+    "position_stiffness": lambda r: {"stiffness_nm_per_rad": r.uniform(0.0, 0.03), "neutral_rad": 0.0},
+    "position_dependent_friction": lambda r: {
+        "slope_1": r.uniform(-0.2, 0.2),
+        "slope_2": 0.0,
+        "center_rad": 0.0,
+        "half_stroke_rad": 2.3,
+    },
     "thermal_drift": lambda r: {"rate_per_k": r.uniform(0.0, 0.02), "reference_degc": 35.0},
     "position_ripple": lambda r: {
         "cycles_per_rad": r.uniform(6.0, 40.0),
         "amplitude_1_nm": r.uniform(0.0, 0.015),
         "phase_1_rad": r.uniform(-3.1, 3.1),
+        "amplitude_2_nm": 0.0,
+        "phase_2_rad": 0.0,
     },
     "external_periodic": lambda r: {
         "frequency_hz": r.uniform(0.2, 3.0),
         "amplitude_nm": r.uniform(0.0, 0.006),
+        "phase_rad": 0.0,
     },
     "backlash": lambda r: {"gap_rad": r.uniform(0.01, 0.05), "share_behind_gap": r.uniform(0.1, 0.4)},
     "compliance": lambda r: {
@@ -55,7 +63,10 @@ _DRAWS = {
 }
 #: key of the plant file -> name in the parameter file, where they are not the same but for the unit
 _NAMES = {"cycles_per_rad": "cycles", "kappa_per_a": "kappa", "rate_per_k": "rate"}
-_SUFFIXES = (
+#: What a file of the library cannot hold.
+UNKNOWN_TO_THE_LIBRARY = ("hysteresis", "breakaway_dwell")
+EFFECTS = tuple(_DRAWS)
+_UNITS = (
     "_nm_s2_per_rad2",
     "_nm_s_per_rad",
     "_nm_per_rad",
@@ -66,11 +77,6 @@ _SUFFIXES = (
     "_nm",
     "_hz",
 )
-#: What a file of the library cannot hold.
-UNKNOWN_TO_THE_LIBRARY = ("hysteresis", "breakaway_dwell")
-#: Both sides know it, and not in the same numbers; it is compensated by its nature, not by its file.
-_TOLD_OTHERWISE = ("backlash", "compliance")
-EFFECTS = tuple(_DRAWS)
 
 
 @dataclass(frozen=True)
@@ -155,19 +161,11 @@ def _file_numbers(effect: str, numbers: dict[str, float]) -> dict[str, Parameter
     values = {}
     for key, value in numbers.items():
         name = _NAMES.get(key, key)
-        for suffix in _SUFFIXES:
+        for suffix in _UNITS:
             if key not in _NAMES and name.endswith(suffix):
                 name = name.removesuffix(suffix)
                 break
         values[name] = value
-    if effect == "position_ripple":
-        values = {"amplitude_2": 0.0, "phase_2": 0.0, **values}
-    if effect == "external_periodic":
-        values = {"phase": 0.0, **values}
-    if effect == "position_stiffness":
-        values = {"neutral": 0.0, **values}
-    if effect == "position_dependent_friction":
-        values = {"slope_2": 0.0, "center": 0.0, **values}
     if effect == "backlash":
         values = {**values, "share_at_once": 0.0}
     return {name: Parameter(value) for name, value in values.items()}
@@ -190,18 +188,7 @@ def random_case(rng: np.random.Generator, controller: Controller, *, effects: st
         if {"load_dependent_friction", "drive_backdrive"} <= set(names):
             names = tuple(e for e in names if e != "load_dependent_friction")
     drawn = {e: {k: float(v) for k, v in _DRAWS[e](rng).items()} for e in names}
-    told = {
-        e: {
-            k: v
-            * (
-                rng.uniform(0.9, 1.1)
-                if k.endswith(("_nm", "_per_rad", "gain", "mu")) and "cycles" not in k
-                else 1.0
-            )
-            for k, v in n.items()
-        }
-        for e, n in drawn.items()
-    }
+    told = {e: {k: v * _off(k, rng) for k, v in n.items()} for e, n in drawn.items()}
     file = file_of(replace(plant, effects=told), controller, effects=effects == "known")
     level, viscous, soft = rng.uniform(0.7, 1.3, 3)
     friction = dict(plant.friction)
@@ -240,6 +227,12 @@ def random_case(rng: np.random.Generator, controller: Controller, *, effects: st
         known=effects == "known",
         seed=int(rng.integers(1 << 31)),
     )
+
+
+def _off(key: str, rng: np.random.Generator) -> float:
+    """What a file's number is off by: strengths by up to 10 %, places and frequencies not at all."""
+    strength = key in ("mu", "mu_drive", "mu_backdrive", "slope_1") or "_nm" in key
+    return float(rng.uniform(0.9, 1.1)) if strength else 1.0
 
 
 def corner(

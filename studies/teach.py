@@ -51,7 +51,7 @@ class Guided:
         case: the axis.
         tared: whether `tare()` was called first.
         pushes: the four pushes.
-        break_away: force at which a slowly rising one has moved the slide by 1 mm, N.
+        break_away: force at which a slowly rising one has moved the slide by 0.5 mm, N.
         drift: counts over two seconds without a hand.
         faults: of the controller.
         times, rows: time, s, and place, speed, current, hand's torque once per ms; controller's rows.
@@ -225,7 +225,7 @@ class _Session:
         )
 
     def ramp(self, way: int) -> float:
-        """Raise a force by 0.5 N/s until the slide has moved by 1 mm; that force, N (6 at most)."""
+        """Raise a force by 0.5 N/s until the slide has moved by 0.5 mm; that force, N (6 at most)."""
         start, rate = self.axis.place, 0.5
         found = 6.0
         for k in range(round(6.0 / rate / PERIOD)):
@@ -234,7 +234,7 @@ class _Session:
                 [0.0, 0.0, 0.0, 0.0, way * force * self.ratio, way * rate * self.ratio, 0.0, 0.0]
             )
             self.run(PERIOD, lambda _, torque=torque: torque)  # type: ignore[misc]
-            if way * (self.axis.place - start) * self.ratio > 1e-3:
+            if way * (self.axis.place - start) * self.ratio > 0.5e-3:
                 found = force
                 break
         self.run(_REST_S, lambda _: NO_HAND)

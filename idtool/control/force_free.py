@@ -112,7 +112,7 @@ class ForceFreeController:
         if self.mode not in CONTROLLER_MODES:
             raise InputError(f"unknown mode {self.mode!r}", remedy=nearest(self.mode, CONTROLLER_MODES))
         noise = CURRENT_NOISE_A * self.model.torque_constant
-        least = 0.3 * self.model.friction_bound if self.mode == "paper" else 2.25 * noise
+        least = 0.3 * self.model.friction_bound if self.mode == "paper" else 1.6 * noise
         self.start_torque = start_torque or chosen.start_torque or least
         if self.mode == "light":
             payload = parameters.gravity.get("per_payload")

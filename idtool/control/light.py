@@ -55,6 +55,8 @@ _BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
 _FOLLOW_S = 0.05
 #: The first moments of braking ask for the opposite speed, by this share of the servo's lag.
 _KICK_S, _KICK_SHARE = 0.025, 0.8
+#: How well a bristle is known after a stop: to so many encoder counts, at worst this share of the level.
+_STOP_COUNTS, _STOP_BOUND = 0.7, 0.3
 #: A torque this far from its mean, in torque noises, changes.
 _STEADY = 5.0
 #: So many samples above the starting torque start a motion.
@@ -136,7 +138,8 @@ class LightLaw(Law):
         self.anchor = self._x = self.limits.clip(position)
         self._w = self._nominal = self._seen = 0.0
         self._last: Measurement | None = None
-        self.torque = self._quiet = self._raw = self._before = 0.0
+        self.torque = self._quiet = self._raw = 0.0
+        self._before = self._older = self._old = 0.0
         self.wanted = self.extra = self.doubt = 0.0
         self._account = 0.0
         self._let_go = True
@@ -220,7 +223,9 @@ class LightLaw(Law):
         self.extra = self._certainty.correction(load.bristle, load.viscous)
         self.doubt = COVERAGE * self._certainty.deviation(load.bristle, load.viscous)
         self._raw = self.extra - left
-        self._before = self.torque
+        self._before = self._older
+        self._older = self._old
+        self._old = self.torque
         self.torque += self._fast * (self._raw - self.torque)
         self._quiet += self._slow * (self._raw - self._quiet)
         return left
@@ -336,6 +341,8 @@ class LightLaw(Law):
         if abs(sample.velocity) <= self.rest_speed and self._since >= _BRAKE_S:
             self._stand(State.RESTING)
             self._armed = not self._let_go  # a hand that eased off may still lean on the axis: no zero then
+            bound, model = _STOP_BOUND * self.model.friction_bound, self.model
+            self._certainty.shift(0.0, min(_STOP_COUNTS * self.resolution * model.bristle_stiffness, bound))
             self.anchor = self.limits.clip(sample.position)
             return self.anchor
         # the drive's integrator still pushes as against friction at speed: turn its reference round
