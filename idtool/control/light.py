@@ -59,6 +59,10 @@ _KICK_S, _KICK_SHARE = 0.025, 0.8
 _STOP_COUNTS, _STOP_BOUND = 0.7, 0.3
 #: A torque this far from its mean, in torque noises, changes.
 _STEADY = 5.0
+#: At rest, a torque beyond the doubt by so many torque noises is a hand and never taken for the zero.
+_GATE = 4.0
+#: So long after a stop a torque against the push may be a hand that leaves, s.
+_LEAVE_S = 3.0
 #: So many samples above the starting torque start a motion.
 _START_SAMPLES = 2
 #: How fast the zero follows at rest, in starting torques per second, and up to which share of it.
@@ -144,7 +148,8 @@ class LightLaw(Law):
         self._account = 0.0
         self._let_go = True
         self._trusting = _START_S
-        self._known = False
+        self._sure = True
+        self._pushed_way = 0.0
         self._tracked = 0.0
         self._stand(State.STARTING)
         self.limited = ()
@@ -250,7 +255,7 @@ class LightLaw(Law):
             if self._since > stand:
                 if self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise:
                     # it changes: listen anew, unless that can only be a hand that pushes again
-                    if self._known and abs(self._raw) > self.doubt + 2.0 * self.settings.start_torque:
+                    if not self._sure and abs(self._raw) > self._gate():
                         self.state, self._armed = State.RESTING, True
                         return self.anchor
                     self._count, self._since, self._mean = 0, stand, 0.0
@@ -260,9 +265,16 @@ class LightLaw(Law):
                 self._zero()
             return self.anchor
         start = self.settings.start_torque
-        slip = min(max(-self._quiet, -_TRACK_RATE * start * self.period), _TRACK_RATE * start * self.period)
-        if abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start:
-            self._tracked += slip
+        # a hand that leant on the axis while it stopped leaves a torque against its push when it goes: for
+        # a while that way needs more, and the zero follows it
+        against = self._rested < _LEAVE_S and self._quiet * self._pushed_way < 0.0
+        if against:
+            start = self._gate() - self.doubt
+        rate = start / _LEAVE_S if against else _TRACK_RATE * start
+        slip = min(max(-self._quiet, -rate * self.period), rate * self.period)
+        small = abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start
+        if against or small:
+            self._tracked += 0.0 if against else slip
             self._certainty.shift(slip)
         # a hard push is taken at once, a light one after a longer look
         pushed = abs(self.torque) > 2.0 * start + self.doubt or abs(self._quiet) > start + self.doubt
@@ -271,10 +283,14 @@ class LightLaw(Law):
             self.state = State.GUIDING
             self._x, self._w = self.anchor, 0.0
             # a hand that is back so soon never left: be slower to believe it the next time
-            soon = self._let_go and self._known and self._rested < _SOON_S
+            soon = self._let_go and self._rested < _SOON_S
             self._trusting = _SLOW_START_S if soon else _START_S
             self._account = self._since = 0.0
         return self.anchor
+
+    def _gate(self) -> float:
+        """More than this at rest is a hand, N m (N)."""
+        return self.doubt + _GATE * self.settings.noise
 
     def _zero(self) -> None:
         """What the motor carries now is no hand: learn from it, and put what is left on the bristle."""
@@ -282,14 +298,13 @@ class LightLaw(Law):
         self.state = State.RESTING
         self._armed = True
         felt = self._certainty.correction(load.bristle, load.viscous) - self._mean
-        if abs(felt) > self.doubt + settings.start_torque and self._known:
+        if not self._sure and abs(felt) > self._gate():
             return  # more than the model can be wrong by: the hand is still there, or again
-        self._known = True
         self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
         self._certainty.learn(self._mean, load.bristle, load.viscous, settings.noise)
         rest = self._mean - self._certainty.correction(load.bristle, load.viscous)
-        # it may be a hand that still leans on the axis: when that leaves, nothing must start
-        self._certainty.shift(rest, abs(rest) / COVERAGE)
+        # where a hand may still lean on the axis, nothing must start when it leaves
+        self._certainty.shift(rest, 0.0 if self._sure else abs(rest) / COVERAGE)
         self._tracked = 0.0
         self.torque = self._quiet = 0.0
 
@@ -315,6 +330,8 @@ class LightLaw(Law):
             self.state = State.STOPPING
             self._since = 0.0
             self._let_go = gone
+            self._sure = False
+            self._pushed_way = math.copysign(1.0, self._w)
             return self._brake(sample)
         self.wanted = speed
         return self._follow(sample)
@@ -365,6 +382,7 @@ class LightLaw(Law):
                 self._certainty = self._kept
                 self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
             self._w = 0.0
+            self._sure = self._let_go = True
             self._stand(State.RESTING)
             return self.anchor
         place = self.anchor + self._way * reach * (1.0 - math.cos(angle))
