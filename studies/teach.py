@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
+import click
 import numpy as np
 
 from idtool.control import ForceFreeController, Limits, State
@@ -20,20 +22,22 @@ from idtool.rig import plant
 from idtool.rig.base import TrialSetup
 from idtool.rig.numbers import plant_numbers
 from studies.guided_axis import NO_HAND, Grip, GuidedAxis, speed_profile
-from studies.guided_plants import PAYLOAD_KG, Case
+from studies.guided_plants import AXES, PAYLOAD_KG, Case, corner, random_case
 
 SPEED = 0.0192
 COUNT = 2.0 * math.pi / 4096
 PERIOD = 0.01
-GAINS = Controller(2.05, 6.8, PERIOD, mode="light")
+GAINS = Controller(2.05, 7.5, PERIOD, mode="light")
 _REST_S = 1.0
 
 
 @dataclass(frozen=True)
 class Pushed:
-    """One push: force and speed over its last second, mm/s and N at the slide; what followed, ms, counts."""
+    """One push: force, its unevenness (rms) and speed over its last second, N and mm/s at the slide; what
+    followed, ms and counts; mJ."""
 
     force: float
+    uneven: float
     speed: float
     swing: float
     stop: float
@@ -53,8 +57,10 @@ class Guided:
         pushes: the four pushes.
         break_away: force at which a slowly rising one has moved the slide by 0.5 mm, N.
         drift: counts over two seconds without a hand.
-        faults: of the controller.
-        times, rows: time, s, and place, speed, current, hand's torque once per ms; controller's rows.
+        note: what the controller had to say at the end.
+        truth: position, speed, current and the hand's torque once per ms, shape (4, ms).
+        felt: time, command, estimated torque, doubt, speed wanted and state once per period, shape
+            (periods, 6).
     """
 
     case: Case
@@ -215,6 +221,7 @@ class _Session:
         away = np.flatnonzero(np.abs(rest - rest[-1]) > COUNT)
         return Pushed(
             force=way * float(np.mean(truth[3, steady])) / self.ratio,
+            uneven=float(np.std(truth[3, steady])) / self.ratio,
             speed=1e3 * self.ratio * way * float(np.mean(truth[1, steady])),
             swing=1e3 * self.ratio * float(np.std(truth[1, steady])),
             stop=float(away[-1] + 1) if len(away) else 0.0,
@@ -226,6 +233,7 @@ class _Session:
 
     def ramp(self, way: int) -> float:
         """Raise a force by 0.5 N/s until the slide has moved by 0.5 mm; that force, N (6 at most)."""
+        self.run(3.0, lambda _: NO_HAND)
         start, rate = self.axis.place, 0.5
         found = 6.0
         for k in range(round(6.0 / rate / PERIOD)):
@@ -239,3 +247,51 @@ class _Session:
                 break
         self.run(_REST_S, lambda _: NO_HAND)
         return found
+
+
+def corners() -> list[Case]:
+    """Every end of every range, with every hand."""
+    signs = [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
+    return [
+        corner(axis, GAINS, sign, stiff=stiff, delay=delay, late=False)
+        for axis in AXES
+        for sign in signs
+        for stiff in (False, True)
+        for delay in (0.0, 0.01, 0.02)
+    ]
+
+
+TITLES = {
+    "none": "No effects",
+    "known": "One to three effects that the file holds, each 10 % off",
+    "unknown": "One to three effects that the file does not hold",
+}
+
+
+@click.command()
+@click.option("--axes", default=600, show_default=True, help="How many, in three groups.")
+@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/teach.md"), show_default=True)
+@click.option("--seed", default=0, show_default=True)
+def main(axes: int, out: Path, seed: int) -> None:
+    """Run the study and write its page."""
+    from studies import teach_page
+    from studies.teach_effects import effects_section
+
+    rng = np.random.default_rng(seed)
+    groups: dict[str, dict[bool, list[Guided]]] = {}
+    for kind, title in TITLES.items():
+        cases = [random_case(rng, GAINS, effects=kind) for _ in range(axes // 3)]
+        groups[title] = {tared: [guide(case, tared=tared) for case in cases] for tared in (True, False)}
+        click.echo("\n".join([title, *teach_page.goals_table(groups[title][True])]))
+    ends = [guide(case, tared=True) for case in corners()]
+    click.echo("\n".join(["corners", *teach_page.goals_table(ends)]))
+    images = out.parent / "images"
+    images.mkdir(parents=True, exist_ok=True)
+    teach_page.draw_spread(groups, images / "teach_spread.png")
+    tared = [run for group in groups.values() for run in group[True]]
+    teach_page.draw_run(max(tared, key=lambda r: r.most), images / "teach_worst.png", until=15.0)
+    out.write_text(teach_page.page(groups, ends, effects_section()), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -49,6 +49,8 @@ MIX = 0.0
 NF = 1
 #: A torque of which less than this share is left from one period to the next is a hand that let go.
 _GONE = 0.4
+#: It must fall by so many torque noises.
+_FALL = 4.5
 #: An axis brakes so long at least, then stands for so long, and then the zero is taken over so long, s.
 _BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
 #: So long the anchor follows an axis that was let go, s.
@@ -324,8 +326,9 @@ class LightLaw(Law):
         self._w = speed
         self._since += self.period
         remains = self._raw if before > 0.0 else -self._raw
-        least = self.settings.start_torque + self.doubt
-        gone = self._since > self._trusting and abs(before) > least and remains < _GONE * abs(before)
+        level = abs(before)
+        fell = remains < min(_GONE * level, level - _FALL * self.settings.noise)
+        gone = fell and self._since > self._trusting and level > self.settings.start_torque + self.doubt
         if gone or (certain == 0.0 and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
             self._since = 0.0
@@ -362,6 +365,9 @@ class LightLaw(Law):
             self._certainty.shift(0.0, min(_STOP_COUNTS * self.resolution * model.bristle_stiffness, bound))
             self.anchor = self.limits.clip(sample.position)
             return self.anchor
+        if self._since > 2.0 * _BRAKE_S and abs(self.torque) > self._gate():
+            self.state = State.GUIDING  # it was a hand that eased off, not one that left
+            self._since, self._trusting, self._x = 0.0, _SLOW_START_S, sample.position
         # the drive's integrator still pushes as against friction at speed: turn its reference round
         back = _KICK_SHARE * self._lead_time if self._since < _KICK_S else 0.0
         return sample.position - back * sample.velocity
