@@ -75,8 +75,9 @@ _DRIFT_LOAD, _DRIFT_FRICTION = 0.3, 0.01
 _TRIM_RATE, _TRIM_RANGE = 3.0, 4.0
 #: The law's own motion is never farther from the measured one than it moves in this time, s.
 _LEASH_S = 0.15
-#: A tare moves to and fro so often; neighbouring samples are correlated, so each counts less.
-_TARE_CYCLES, _TARE_NOISE = 2, 2.0
+#: A tare moves to and fro so often. Its errors are alike from sample to sample, so each sample counts less:
+#: noise in torque noises, and what comes late as a share of the damping.
+_TARE_CYCLES, _TARE_NOISE, _TARE_LATE = 2, 3.0, 0.5
 #: What a tare may leave, in torque noises, before a hand is thought to have touched.
 _TARE_LEFT = 4.0
 
@@ -227,8 +228,8 @@ class LightLaw(Law):
             left = 0.0  # only a file edited into absurdity gets here
         if travel != 0.0:
             self._certainty.fade(1.0 / (1.0 + model.bristle_stiffness * abs(travel) / load.level))
-        self.extra = self._certainty.correction(load.bristle, load.viscous)
-        self.doubt = COVERAGE * self._certainty.deviation(load.bristle, load.viscous)
+        self.extra = self._certainty.correction(load.elastic, load.damping)
+        self.doubt = COVERAGE * self._certainty.deviation(load.elastic, load.damping)
         self._raw = self.extra - left
         self._before = self._older
         self._older = self._old
@@ -299,12 +300,12 @@ class LightLaw(Law):
         load, settings = self.model.load, self.settings
         self.state = State.RESTING
         self._armed = True
-        felt = self._certainty.correction(load.bristle, load.viscous) - self._mean
+        felt = self._certainty.correction(load.elastic, load.damping) - self._mean
         if not self._sure and abs(felt) > self._gate():
             return  # more than the model can be wrong by: the hand is still there, or again
         self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
-        self._certainty.learn(self._mean, load.bristle, load.viscous, settings.noise)
-        rest = self._mean - self._certainty.correction(load.bristle, load.viscous)
+        self._certainty.learn(self._mean, load.elastic, load.damping, settings.noise)
+        rest = self._mean - self._certainty.correction(load.elastic, load.damping)
         # where a hand may still lean on the axis, nothing must start when it leaves
         self._certainty.shift(rest, 0.0 if self._sure else abs(rest) / COVERAGE)
         self._tracked = 0.0
@@ -379,10 +380,12 @@ class LightLaw(Law):
         turn = settings.tare_speed / reach
         self._since += self.period
         angle = turn * self._since
-        self._certainty.learn(left, load.bristle, load.viscous, _TARE_NOISE * settings.noise)
+        # readings that come late turn damping into what looks elastic, the same way all through
+        late = _TARE_LATE * load.damping
+        self._certainty.learn(left, load.elastic, load.damping, math.hypot(_TARE_NOISE * settings.noise, late))
         if angle > 2.0 * math.pi * (_TARE_CYCLES - 1):
             self._count += 1
-            self._square += (left - self._certainty.correction(load.bristle, load.viscous)) ** 2
+            self._square += (left - self._certainty.correction(load.elastic, load.damping)) ** 2
         if angle >= 2.0 * math.pi * _TARE_CYCLES:
             if self._square > self._count * (_TARE_LEFT * settings.noise) ** 2:
                 self._certainty = self._kept

@@ -27,7 +27,7 @@ class Load:
 
     Attributes:
         gravity: gravity torque.
-        bristle, viscous: LuGre friction with the tracked bristle, and its part in proportion to speed.
+        elastic, damping: LuGre friction: what the bent bristle holds, and what goes with speed.
         effects: additive effects, inertia among them.
         level: friction level g at the present speed, effects included.
         saturation: relative loss of motor torque per torque, 1/(N m).
@@ -35,8 +35,8 @@ class Load:
     """
 
     gravity: float = 0.0
-    bristle: float = 0.0
-    viscous: float = 0.0
+    elastic: float = 0.0
+    damping: float = 0.0
     effects: float = 0.0
     level: float = 0.0
     saturation: float = 0.0
@@ -45,12 +45,12 @@ class Load:
     @property
     def friction(self) -> float:
         """Whole friction, N m (N)."""
-        return self.bristle + self.viscous
+        return self.elastic + self.damping
 
     @property
     def total(self) -> float:
         """Torque of the model, N m (N)."""
-        return self.gravity + self.bristle + self.viscous + self.effects
+        return self.gravity + self.elastic + self.damping + self.effects
 
 
 class OnlineModel:
@@ -180,8 +180,8 @@ class OnlineModel:
         load = self.load
         (
             load.gravity,
-            load.bristle,
-            load.viscous,
+            load.elastic,
+            load.damping,
             load.effects,
             load.level,
             load.saturation,
