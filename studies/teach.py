@@ -27,7 +27,7 @@ from studies.guided_plants import AXES, PAYLOAD_KG, Case, corner, random_case
 SPEED = 0.0192
 COUNT = 2.0 * math.pi / 4096
 PERIOD = 0.01
-GAINS = Controller(2.05, 7.5, PERIOD, mode="light")
+GAINS = Controller(2.05, 8.5, PERIOD, mode="light")
 _REST_S = 1.0
 
 

@@ -96,7 +96,8 @@ def bounds() -> list[str]:
         load, drag = 0.1 * STANDARD_GRAVITY, 0.3 * friction / ratio
         lines.append(
             f"- `sim:{axis}`: 0.1 kg is {load:.2f} N ({load * ratio:.4f} N m); 30 % of the friction at "
-            f"19.2 mm/s is {drag:.2f} N; together {load + drag:.2f} N either way, a span of {2 * (load + drag):.2f} N. "
+            f"19.2 mm/s is {drag:.2f} N; together {load + drag:.2f} N either way, a span of "
+            f"{2 * (load + drag):.2f} N. "
             f"Friction at rest holds {plant.friction['static_nm'] / ratio:.2f} N."
         )
     return lines
@@ -244,6 +245,6 @@ is more than 48. Where friction at speed is high (`sim:paper` with friction 30 %
 integrator still holds it when the axis stands; it lets go over some 30 ms and creeps one or two counts on
 the way, which is what the slow stops of the table are.
 """
-_FRESH = """The controller then knows no more than the file and 0.2 s at rest, and leaves to the hand what it cannot
-know. The force falls with every stop that it learns from.
+_FRESH = """The controller then knows no more than the file and 0.2 s at rest, and leaves to the hand what it
+cannot know. The force falls with every stop that it learns from.
 """

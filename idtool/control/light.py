@@ -382,7 +382,9 @@ class LightLaw(Law):
         angle = turn * self._since
         # readings that come late turn damping into what looks elastic, the same way all through
         late = _TARE_LATE * load.damping
-        self._certainty.learn(left, load.elastic, load.damping, math.hypot(_TARE_NOISE * settings.noise, late))
+        self._certainty.learn(
+            left, load.elastic, load.damping, math.hypot(_TARE_NOISE * settings.noise, late)
+        )
         if angle > 2.0 * math.pi * (_TARE_CYCLES - 1):
             self._count += 1
             self._square += (left - self._certainty.correction(load.elastic, load.damping)) ** 2
