@@ -63,6 +63,9 @@ if TYPE_CHECKING:
     type=click.FloatRange(0.0, min_open=True),
     help="Stop after so long (default: the simulated hand's sequence; on a real rig, Ctrl-C).",
 )
+@click.option(
+    "--tare", is_flag=True, help="Learn load and friction first: the axis moves 9 mm to and fro, hands off."
+)
 @seed_option
 @force_option
 @output_options
@@ -77,6 +80,7 @@ def teach(
     hand_speed: float,
     hand_force: float | None,
     duration: float | None,
+    tare: bool,
     seed: int,
     force: bool,
 ) -> int:
@@ -91,6 +95,7 @@ def teach(
     The paper's axis with the paper's gains yields 19.20 mm/s to 5.56 N and stops within 48 ms.
     """
     from idtool.atomic import refuse_existing
+    from idtool.errors import UsageError
     from idtool.parameters import Parameters
     from idtool.rig import open_rig
 
@@ -104,7 +109,9 @@ def teach(
         hand = _hand(parameters, hand_speed, hand_force) if axis.simulated else None
         if hand is None and figure is None and log is None:
             output.say("nothing will be kept: pass -o LOG.csv to record the run")
-        result = _run(parameters, controller, axis, hand, payload, tilt, duration, log, force, output)
+        if tare and controller.mode != "light":
+            raise UsageError("only the light mode has a tare: write it into the file with `ffc-id tune`")
+        result = _run(parameters, controller, axis, hand, payload, tilt, duration, log, force, tare, output)
     finally:
         axis.close()
     if figure is not None:
@@ -163,6 +170,7 @@ def _run(
     duration: float | None,
     log: Path | None,
     force: bool,
+    tare: bool,
     output: Output,
 ) -> TeachResult:
     from idtool.control.teach import teach as run
@@ -184,6 +192,7 @@ def _run(
             log=log,
             force=force,
             progress=progress,
+            tare=tare,
         )
 
     if hand is None:

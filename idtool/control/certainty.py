@@ -3,10 +3,11 @@
     tau_left = o + b F_elastic + v F_damping + zeta + noise
 
 o is a constant load that nobody told of (a payload, an offset), b and v are how far the friction level
-and the damping (bristle's and viscous) are off, relatively, and zeta is torque in a bristle whose deflection nobody saw;
-it fades as the axis travels, which is what tells it from a load. Before anything is learned, each is zero
-give or take its prior standard deviation. The filter's covariance says how far the model can be wrong at
-this very motion; that, and not the model's best guess, decides what may be given to a hand.
+and the damping (bristle's and viscous) are off, relatively, and zeta is torque in a bristle whose
+deflection nobody saw; it fades as the axis travels, which is what tells it from a load. Before anything is
+learned, each is zero give or take its prior standard deviation. The filter's covariance says how far the
+model can be wrong at this very motion; that, and not the model's best guess, decides what may be given to
+a hand.
 
 Linear regression by Kalman's recursion (Kalman 1960; Astrom & Wittenmark 1995, section 2.2).
 """

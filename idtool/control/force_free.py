@@ -88,16 +88,20 @@ class ForceFreeController:
         Args:
             parameters: axis with torque constant, gravity and static friction at least.
             period_s: control period, s; None takes the file's, or 0.01.
+            mode: "paper", the published law, or "light" (`idtool.control.light`); None takes the file's.
             limits: see `Limits`.
             servo_time_s: first guess of the position loop's time constant, s.
             filter_s: time constant of the filter on the hand's torque, s.
             settle_s: how long it reads the bristle before it follows a hand, s.
-            start_torque: a hand below this does not start a motion, N m (N); None: 0.3 of the greater
-                friction level.
+            start_torque: a hand below this does not start a motion, N m (N); None takes the file's, or
+                0.3 of the greater friction level ("paper"), 1.6 times the noise of the current ("light").
             resolution: smallest step of the position sensor, rad (m); None: 4096 a turn, or 10 um.
+            friction_doubt: mode "light": by how much friction may differ from the file, relatively, as a
+                standard deviation, on top of the file's own standard errors.
+            payload_doubt_kg: mode "light": by how much the payload may differ from what is told, kg.
 
         Raises:
-            InputError: the file lacks the torque constant, gravity or static friction.
+            InputError: the file lacks the torque constant, gravity or static friction; an unknown mode.
         """
         self.model = OnlineModel(parameters)
         self.model.drop("external_periodic", "its phase is not known once the clock starts anew")
@@ -116,7 +120,7 @@ class ForceFreeController:
         self.start_torque = start_torque or chosen.start_torque or least
         if self.mode == "light":
             payload = parameters.gravity.get("per_payload")
-            self._law: Law = LightLaw(
+            self.law: Law = LightLaw(
                 self.model,
                 self.limits,
                 self.period,
@@ -124,7 +128,8 @@ class ForceFreeController:
                 LightSettings(
                     yielding=self.loop_gain,
                     start_torque=self.start_torque,
-                    friction_doubt=friction_doubt,
+                    level_doubt=_doubt(parameters, "coulomb", friction_doubt),
+                    damping_doubt=_doubt(parameters, "viscous", friction_doubt),
                     load_doubt=payload_doubt_kg * abs(payload.value) if payload else 0.0,
                     noise=noise,
                     servo_time=servo_time_s,
@@ -134,7 +139,7 @@ class ForceFreeController:
                 ),
             )
         else:
-            self._law = PaperLaw(
+            self.law = PaperLaw(
                 self.model,
                 self.limits,
                 self.period,
@@ -151,7 +156,7 @@ class ForceFreeController:
 
     def reset(self) -> None:
         """Start anew, as after construction: what was learned and trimmed is forgotten too."""
-        self._law.reset()
+        self.law.reset()
         self._clock = 0.0
         self._command = self.limits.clip(0.0)
         self._known = False
@@ -209,13 +214,23 @@ class ForceFreeController:
         if self._previous is None:
             if sample.temperature is None and self.model.needs_temperature:
                 self.model.drop("thermal_drift", "no temperature was given")
-            self._law.begin(sample.position)
+            self.law.begin(sample.position)
             if not self._known:
-                self._command = self._law.anchor
+                self._command = self.law.anchor
             self._known = True
-        self._command = self._bounded(self._law.wish(sample))
+        self._command = self._bounded(self.law.wish(sample))
         self._previous = sample
         return self._command
+
+    @property
+    def ready(self) -> bool:
+        """Whether the axis rests and a hand may push."""
+        return self._fault is None and self._previous is not None and self.law.ready
+
+    @property
+    def learned(self) -> tuple[float, float, float] | None:
+        """Mode "light": load that nobody told of (N m or N), friction level and damping over the file's."""
+        return self.law.learned if isinstance(self.law, LightLaw) else None
 
     def tare(self) -> bool:
         """Learn the load and the friction of the moment: the axis moves to and fro by itself, hands off.
@@ -226,12 +241,12 @@ class ForceFreeController:
         Returns:
             Whether it begins.
         """
-        return self._fault is None and self._previous is not None and self._law.tare()
+        return self._fault is None and self._previous is not None and self.law.tare()
 
     @property
     def status(self) -> Status:
         """What the last step found and did."""
-        load, law = self.model.load, self._law
+        load, law = self.model.load, self.law
         faulty = self._fault is not None
         starting = self._previous is None
         return Status(
@@ -273,8 +288,15 @@ class ForceFreeController:
         if self._fault is not None:
             held = "holds the last safe position" if self._known else "has no safe position yet, send nothing"
             return f"{self._fault.message}; {held}; call recover() to go on"
-        cut = self._limited + self._law.limited
-        return self._law.doing + (f", cut by the limit of {', '.join(cut)}" if cut else "")
+        cut = self._limited + self.law.limited
+        return self.law.doing + (f", cut by the limit of {', '.join(cut)}" if cut else "")
+
+
+def _doubt(parameters: Parameters, name: str, usual: float) -> float:
+    """Relative standard deviation of a friction parameter: what it changes by, and the fit's own."""
+    parameter = parameters.static[name]
+    fit = (parameter.stderr or 0.0) / parameter.value if parameter.value > 0.0 else 0.0
+    return math.hypot(usual, min(fit, 1.0))
 
 
 def _float(value: Any) -> float:

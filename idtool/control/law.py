@@ -53,6 +53,11 @@ class Law(ABC):
     def wish(self, sample: Measurement) -> float:
         """The command before the limits, rad (m)."""
 
+    @property
+    def ready(self) -> bool:
+        """Whether it rests and a hand may push."""
+        return self.state is State.RESTING
+
     def tare(self) -> bool:
         """Move to and fro to learn load and friction; False where the law does not, or not now."""
         return False

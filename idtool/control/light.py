@@ -33,14 +33,14 @@ COVERAGE = 2.0
 #: Share of the level that a bristle at rest may hold without our knowing, as a standard deviation.
 _BRISTLE_PRIOR = 0.6
 #: Filters of the hand's torque: while it moves, and at rest, s.
-_FAST_S, _SLOW_S = 0.01, 0.05
+FAST_S, _SLOW_S = 0.01, 0.05
 #: Time constant of the virtual mass, s.
-_VIRTUAL_S = 0.12
+VIRTUAL_S = 0.12
 #: Share of the velocity's innovation that the estimate takes: what an axis was told to do is smooth and
 #: not late, what it is measured to do is neither.
-_VELOCITY_GAIN = 0.15
+VELOCITY_GAIN = 0.15
 #: How fast a servo's velocity follows, s.
-_FOLLOWS_S = 0.025
+FOLLOWS_S = 0.025
 #: While an axis starts, friction that is not as modelled can look like a hand that lets go, s.
 _START_S = 0.1
 #: One that pushes again so soon after never left; the next sign of it is then believed only after so long, s.
@@ -77,7 +77,7 @@ _TRIM_RATE, _TRIM_RANGE = 3.0, 4.0
 _LEASH_S = 0.15
 #: A tare moves to and fro so often. Its errors are alike from sample to sample, so each sample counts less:
 #: noise in torque noises, and what comes late as a share of the damping.
-_TARE_CYCLES, _TARE_NOISE, _TARE_LATE = 2, 3.0, 0.5
+TARE_CYCLES, TARE_NOISE, TARE_LATE = 2, 3.0, 0.5
 #: What a tare may leave, in torque noises, before a hand is thought to have touched.
 _TARE_LEFT = 4.0
 
@@ -89,8 +89,8 @@ class LightSettings:
     Attributes:
         yielding: speed per torque of the hand beyond the doubt, rad/s per N m: one over the damping.
         start_torque: a hand below this does not start a motion.
-        friction_doubt, load_doubt: standard deviation of friction, relative, and of the load, N m, before
-            anything is learned.
+        level_doubt, damping_doubt, load_doubt: standard deviation of the friction level and of the damping,
+            relative, and of the load, N m, before anything is learned.
         noise: standard deviation of one sample's torque, N m.
         servo_time: first guess of the position loop's time constant, s.
         settle: how long it listens before it follows a hand, s.
@@ -99,7 +99,8 @@ class LightSettings:
 
     yielding: float
     start_torque: float
-    friction_doubt: float
+    level_doubt: float
+    damping_doubt: float
     load_doubt: float
     noise: float
     servo_time: float
@@ -118,16 +119,18 @@ class LightLaw(Law):
         """Everything as in `ForceFreeController`."""
         super().__init__(model, limits, period, resolution)
         self.settings = settings
-        self._certainty = Certainty(
+        #: Standard deviations before anything is learned: load, level, damping, bristle.
+        self.prior = (
             settings.load_doubt,
-            settings.friction_doubt,
-            settings.friction_doubt,
+            settings.level_doubt,
+            settings.damping_doubt,
             _BRISTLE_PRIOR * model.friction_bound,
         )
-        self._fast = 1.0 - math.exp(-period / _FAST_S)
+        self._certainty = Certainty(*self.prior)
+        self._fast = 1.0 - math.exp(-period / FAST_S)
         self._slow = 1.0 - math.exp(-period / _SLOW_S)
-        self._follows = 1.0 - math.exp(-period / _FOLLOWS_S)
-        self._virtual = 1.0 - math.exp(-period / _VIRTUAL_S)
+        self._follows = 1.0 - math.exp(-period / FOLLOWS_S)
+        self._virtual = 1.0 - math.exp(-period / VIRTUAL_S)
         self._line = DelayLine()
         self.reset()
 
@@ -163,9 +166,14 @@ class LightLaw(Law):
         load, level, viscous, _ = self._certainty.mean
         return load, 1.0 + level, 1.0 + viscous
 
+    @property
+    def ready(self) -> bool:
+        """Whether it rests, its zero is taken, and a hand may push."""
+        return self.state is State.RESTING and self._armed
+
     def tare(self) -> bool:
         """Learn load and friction by moving to and fro; False while it does not rest."""
-        if self.state is not State.RESTING or not self._armed:
+        if not self.ready:
             return False
         middle = 0.5 * (self.limits.position_min + self.limits.position_max)
         self._way = 1.0 if not middle < self.anchor else -1.0  # NaN: no limits on either side
@@ -201,7 +209,7 @@ class LightLaw(Law):
         nominal = self._nominal
         self._nominal += self._follows * (self._w - nominal)
         predicted = before + self._nominal - nominal
-        self._seen = predicted + _VELOCITY_GAIN * (sample.velocity - predicted)
+        self._seen = predicted + VELOCITY_GAIN * (sample.velocity - predicted)
         travel = sample.position - last.position
         model = self.model
         load = model.update(
@@ -381,14 +389,12 @@ class LightLaw(Law):
         self._since += self.period
         angle = turn * self._since
         # readings that come late turn damping into what looks elastic, the same way all through
-        late = _TARE_LATE * load.damping
-        self._certainty.learn(
-            left, load.elastic, load.damping, math.hypot(_TARE_NOISE * settings.noise, late)
-        )
-        if angle > 2.0 * math.pi * (_TARE_CYCLES - 1):
+        late = TARE_LATE * load.damping
+        self._certainty.learn(left, load.elastic, load.damping, math.hypot(TARE_NOISE * settings.noise, late))
+        if angle > 2.0 * math.pi * (TARE_CYCLES - 1):
             self._count += 1
             self._square += (left - self._certainty.correction(load.elastic, load.damping)) ** 2
-        if angle >= 2.0 * math.pi * _TARE_CYCLES:
+        if angle >= 2.0 * math.pi * TARE_CYCLES:
             if self._square > self._count * (_TARE_LEFT * settings.noise) ** 2:
                 self._certainty = self._kept
                 self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
