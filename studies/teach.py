@@ -137,7 +137,7 @@ def guide(case: Case, *, tared: bool, controller: Controller = GAINS, ramps: boo
         tuple(pushes),
         max(away),
         abs(axis.place - before) / COUNT,
-        " ".join(law.status.notes),
+        " ".join((*law.status.notes, law.status.message if law.status.fault else "")),
         np.concatenate(axis.truth, axis=1),
         np.array(session.rows),
     )

@@ -27,7 +27,7 @@ import math
 from collections import deque
 from typing import Any
 
-from idtool.control.guard import Fault, Guard, Limits, Measurement, State, Status
+from idtool.control.guard import Fault, Guard, Limits, LoadWatch, Measurement, State, Status
 from idtool.control.law import Law
 from idtool.control.light import LightLaw, LightSettings
 from idtool.control.online import OnlineModel
@@ -45,6 +45,8 @@ DEFAULT_PERIOD_S = 0.01
 RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
 #: One step of a DYNAMIXEL's current reading: what a sample is taken to be uncertain by, A.
 CURRENT_NOISE_A = 0.003
+#: A jump of the load below so many of those is not taken for a payload that is lost.
+LOST_NOISES = 12.0
 #: How far a tare moves, rad (m), and how fast at most, rad/s (m/s).
 TARE_TRAVEL = {"rotary": 0.2, "linear": 0.01}
 TARE_SPEED = {"rotary": 0.4, "linear": 0.02}
@@ -151,6 +153,7 @@ class ForceFreeController:
                 start_torque=self.start_torque,
             )
         self._guard = Guard(self.limits, self.period, self.resolution, "m" if kind == "linear" else "rad")
+        self._watch = LoadWatch(self.limits, LOST_NOISES * noise, "N" if kind == "linear" else "N m")
         self._history: deque[Measurement] = deque(maxlen=50)
         self.reset()
 
@@ -165,6 +168,7 @@ class ForceFreeController:
     def recover(self) -> None:
         """Leave a fault: the next sample is trusted again, and the axis stays where it is then."""
         self._guard.reset()
+        self._watch.reset()
         self._history.clear()
         self._fault: Fault | None = None
         self._previous: Measurement | None = None
@@ -218,8 +222,13 @@ class ForceFreeController:
             if not self._known:
                 self._command = self.law.anchor
             self._known = True
-        self._command = self._bounded(self.law.wish(sample))
+        wished = self.law.wish(sample)
         self._previous = sample
+        weight = self.model.weight_of(sample.payload, sample.tilt_alpha, sample.tilt_beta)
+        wrong = self._watch.check(self.law.raw, weight, self.law.state)
+        if wrong is not None:
+            return self._fail(Fault(*wrong, tuple(self._history)))
+        self._command = self._bounded(wished)
         return self._command
 
     @property

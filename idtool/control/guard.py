@@ -34,6 +34,8 @@ class Reason(StrEnum):
     CURRENT = "current"
     OUT_OF_RANGE = "out_of_range"
     SURROUNDINGS = "surroundings"
+    TORQUE = "torque"
+    LOAD_LOST = "load_lost"
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,7 @@ class Limits:
         command_step: greatest change of the command per period, rad (m); None: no limit.
         measured_speed: a velocity, or a change of position, faster than this is impossible.
         current: a current above this is impossible, A.
+        torque: nothing that a hand may do is above this, N m (N).
         stale_samples: so many samples alike, while the axis is said to move, are stale.
         gap_periods: a gap in time longer than this many periods is a fault.
     """
@@ -122,6 +125,7 @@ class Limits:
     command_step: float | None = None
     measured_speed: float = 12.0
     current: float = 10.0
+    torque: float = math.inf
     stale_samples: int = 5
     gap_periods: float = 5.0
 
@@ -133,7 +137,7 @@ class Limits:
         """
         if not self.position_min < self.position_max:
             raise InputError("the position range is empty", place="Limits.position_min")
-        for name in ("speed", "measured_speed", "current", "gap_periods"):
+        for name in ("speed", "measured_speed", "current", "torque", "gap_periods"):
             if not getattr(self, name) > 0:
                 raise InputError("expected a number > 0", place=f"Limits.{name}")
         if self.command_step is not None and not 0 < self.command_step < math.inf:
@@ -235,5 +239,51 @@ class Guard:
             return Reason.STALE, (
                 f"{self._alike + 1} samples alike while the velocity says"
                 f" {sample.velocity:.4g} {self._unit}/s"
+            )
+        return None
+
+
+#: A payload that is lost shows within so many periods, as this share of its weight at least; fingers are
+#: slower to close on a grip.
+_LOST_PERIODS, _LOST_SHARE = 2, 0.85
+
+
+class LoadWatch:
+    """Watches the torque that is taken for a hand's for what no hand does."""
+
+    def __init__(self, limits: Limits, least: float, unit: str) -> None:
+        """`least`: a jump below this is a hand's, N m (N)."""
+        self._limits = limits
+        self._least = least
+        self._unit = unit
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._past = (math.nan,) * _LOST_PERIODS
+
+    def check(self, torque: float, weight: float, state: State) -> tuple[Reason, str] | None:
+        """The fault, or None.
+
+        Args:
+            torque: what is taken for the hand's, N m (N).
+            weight: gravity torque of the payload that was told, N m (N).
+            state: of the controller; what braking and taring do to the torque is not judged.
+        """
+        if abs(torque) > self._limits.torque:
+            return Reason.TORQUE, (
+                f"{torque:.3g} {self._unit} on the axis is beyond {self._limits.torque:.3g} {self._unit}"
+            )
+        if state is not State.RESTING and state is not State.GUIDING:
+            self.reset()
+            return None
+        way = 1.0 if weight > 0.0 else -1.0
+        jump, now = way * (torque - self._past[-1]), way * torque
+        self._past = (torque, *self._past[:-1])
+        enough = max(_LOST_SHARE * abs(weight), self._least)
+        if abs(weight) > self._least and jump > enough and now > enough:
+            return Reason.LOAD_LOST, (
+                f"the load fell by {jump:.3g} {self._unit} at once; the payload that was told weighs"
+                f" {abs(weight):.3g} {self._unit}: it was dropped, or something hit the axis"
             )
         return None

@@ -18,6 +18,7 @@ class Law(ABC):
         state: what it is doing; never FAULT.
         anchor: where the axis is held while no hand moves it, rad (m).
         torque: estimate of the hand's torque, N m (N).
+        raw: the same before any filter.
         wanted: speed at which the axis is asked to yield, rad/s (m/s).
         limited: limits that cut the wish at this sample.
         extra: friction that the law adds to the model's, N m (N).
@@ -28,6 +29,7 @@ class Law(ABC):
     state: State
     anchor: float
     torque: float
+    raw: float = 0.0
     wanted: float
     limited: tuple[str, ...] = ()
     extra: float = 0.0

@@ -148,7 +148,7 @@ class LightLaw(Law):
         self.anchor = self._x = self.limits.clip(position)
         self._w = self._nominal = self._seen = 0.0
         self._last: Measurement | None = None
-        self.torque = self._quiet = self._raw = 0.0
+        self.torque = self._quiet = self.raw = 0.0
         self._before = self._older = self._old = 0.0
         self.wanted = self.extra = self.doubt = 0.0
         self._account = 0.0
@@ -238,12 +238,12 @@ class LightLaw(Law):
             self._certainty.fade(1.0 / (1.0 + model.bristle_stiffness * abs(travel) / load.level))
         self.extra = self._certainty.correction(load.elastic, load.damping)
         self.doubt = COVERAGE * self._certainty.deviation(load.elastic, load.damping)
-        self._raw = self.extra - left
+        self.raw = self.extra - left
         self._before = self._older
         self._older = self._old
         self._old = self.torque
-        self.torque += self._fast * (self._raw - self.torque)
-        self._quiet += self._slow * (self._raw - self._quiet)
+        self.torque += self._fast * (self.raw - self.torque)
+        self._quiet += self._slow * (self.raw - self._quiet)
         return left
 
     def _stand(self, state: State) -> None:
@@ -266,7 +266,7 @@ class LightLaw(Law):
             if self._since > stand:
                 if self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise:
                     # it changes: listen anew, unless that can only be a hand that pushes again
-                    if not self._sure and abs(self._raw) > self._gate():
+                    if not self._sure and abs(self.raw) > self._gate():
                         self.state, self._armed = State.RESTING, True
                         return self.anchor
                     self._count, self._since, self._mean = 0, stand, 0.0
@@ -334,7 +334,7 @@ class LightLaw(Law):
             self._account = speed = 0.0
         self._w = speed
         self._since += self.period
-        remains = self._raw if before > 0.0 else -self._raw
+        remains = self.raw if before > 0.0 else -self.raw
         level = abs(before)
         fell = remains < min(_GONE * level, level - _FALL * self.settings.noise)
         gone = fell and self._since > self._trusting and level > self.settings.start_torque + self.doubt

@@ -76,6 +76,8 @@ class OnlineModel:
             float, self._numbers[compiled.COULOMB : compiled.SIGMA0 + 1]
         )
         self.bristle_damping = float(self._numbers[compiled.SIGMA1])
+        slope = parameters.gravity.get("per_payload")
+        self._per_payload = slope.value if slope else 0.0
         self._names: list[str] = []
         self._outside: list[tuple[Effect, Values, Past | None]] = []
         self._thermometer = False
@@ -144,6 +146,12 @@ class OnlineModel:
     def gravity(self, position: float, payload: float, factor: float) -> float:
         """Gravity torque, N m (N)."""
         return float(compiled.gravity_of(self._numbers, position, payload)) * factor
+
+    def weight_of(self, payload: float, tilt_alpha: float, tilt_beta: float) -> float:
+        """Gravity torque of a payload alone, N m (N); 0 for an arm, whose file does not know it."""
+        if self._per_payload == 0.0 or payload == 0.0:
+            return 0.0
+        return self._per_payload * payload * math.cos(tilt_alpha) * math.cos(tilt_beta)
 
     def update(
         self,
