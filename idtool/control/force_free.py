@@ -46,7 +46,7 @@ RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
 #: One step of a DYNAMIXEL's current reading: what a sample is taken to be uncertain by, A.
 CURRENT_NOISE_A = 0.003
 #: A jump of the load below so many of those is not taken for a payload that is lost.
-LOST_NOISES = 12.0
+LOST_NOISES = 8.0
 #: How far a tare moves, rad (m), and how fast at most, rad/s (m/s).
 TARE_TRAVEL = {"rotary": 0.2, "linear": 0.01}
 TARE_SPEED = {"rotary": 0.4, "linear": 0.02}
@@ -224,7 +224,9 @@ class ForceFreeController:
             self._known = True
         wished = self.law.wish(sample)
         self._previous = sample
-        weight = self.model.weight_of(sample.payload, sample.tilt_alpha, sample.tilt_beta)
+        weight = 0.0
+        if self.mode == "light":  # the forces that the paper's law needs are themselves like a lost payload
+            weight = self.model.weight_of(sample.payload, sample.tilt_alpha, sample.tilt_beta)
         wrong = self._watch.check(self.law.raw, weight, self.law.state)
         if wrong is not None:
             return self._fail(Fault(*wrong, tuple(self._history)))

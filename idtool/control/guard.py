@@ -243,9 +243,10 @@ class Guard:
         return None
 
 
-#: A payload that is lost shows within so many periods, as this share of its weight at least; fingers are
-#: slower to close on a grip.
+#: A payload that is lost shows within so many periods, as this share of its weight at least (fingers are
+#: slower to close on a grip), and so many periods later the torque is off by its weight, give or take.
 _LOST_PERIODS, _LOST_SHARE = 2, 0.85
+_CONFIRM_PERIODS, _CONFIRM_SHARES = 3, (0.75, 1.3)
 
 
 class LoadWatch:
@@ -261,13 +262,15 @@ class LoadWatch:
     def reset(self) -> None:
         """Forget what was seen."""
         self._past = (math.nan,) * _LOST_PERIODS
+        self._before = 0.0
+        self._suspected = 0
 
     def check(self, torque: float, weight: float, state: State) -> tuple[Reason, str] | None:
         """The fault, or None.
 
         Args:
             torque: what is taken for the hand's, N m (N).
-            weight: gravity torque of the payload that was told, N m (N).
+            weight: gravity torque of the payload that was told, N m (N); 0 where its loss is not looked for.
             state: of the controller; what braking and taring do to the torque is not judged.
         """
         if abs(torque) > self._limits.torque:
@@ -278,12 +281,18 @@ class LoadWatch:
             self.reset()
             return None
         way = 1.0 if weight > 0.0 else -1.0
-        jump, now = way * (torque - self._past[-1]), way * torque
+        before, now = way * self._past[-1], way * torque
         self._past = (torque, *self._past[:-1])
-        enough = max(_LOST_SHARE * abs(weight), self._least)
-        if abs(weight) > self._least and jump > enough and now > enough:
-            return Reason.LOAD_LOST, (
-                f"the load fell by {jump:.3g} {self._unit} at once; the payload that was told weighs"
-                f" {abs(weight):.3g} {self._unit}: it was dropped, or something hit the axis"
-            )
+        if self._suspected > 0:
+            self._suspected -= 1
+            share = (now - self._before) / abs(weight) if weight != 0.0 else 0.0
+            if self._suspected == 0 and _CONFIRM_SHARES[0] < share < _CONFIRM_SHARES[1]:
+                return Reason.LOAD_LOST, (
+                    f"the load fell by {share * abs(weight):.3g} {self._unit} at once; the payload that was"
+                    f" told weighs {abs(weight):.3g} {self._unit}: it was dropped, or something hit the axis"
+                )
+        elif abs(weight) > self._least and min(now - before, now) > max(
+            _LOST_SHARE * abs(weight), self._least
+        ):
+            self._before, self._suspected = before, _CONFIRM_PERIODS
         return None
