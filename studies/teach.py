@@ -109,7 +109,7 @@ def guide(case: Case, *, tared: bool, controller: Controller = GAINS, ramps: boo
     numbers = plant_numbers(case.truth, TrialSetup(payload_kg=case.payload))
     axis = GuidedAxis(
         numbers,
-        _at_rest(case, numbers),
+        at_rest(case, numbers),
         PERIOD,
         case.motion_delay,
         case.current_delay,
@@ -143,7 +143,7 @@ def guide(case: Case, *, tared: bool, controller: Controller = GAINS, ramps: boo
     )
 
 
-def _at_rest(case: Case, p: plant.PlantNumbers) -> Array:
+def at_rest(case: Case, p: plant.PlantNumbers) -> Array:
     """Balance, with the bristle bent."""
     state, _ = plant.blank_state()
     friction = case.truth.friction

@@ -96,7 +96,7 @@ class ForceFreeController:
             filter_s: time constant of the filter on the hand's torque, s.
             settle_s: how long it reads the bristle before it follows a hand, s.
             start_torque: a hand below this does not start a motion, N m (N); None takes the file's, or
-                0.3 of the greater friction level ("paper"), 1.6 times the noise of the current ("light").
+                0.3 of the greater friction level ("paper"), 1.4 times the noise of the current ("light").
             resolution: smallest step of the position sensor, rad (m); None: 4096 a turn, or 10 um.
             friction_doubt: mode "light": by how much friction may differ from the file, relatively, as a
                 standard deviation, on top of the file's own standard errors.
@@ -118,7 +118,7 @@ class ForceFreeController:
         if self.mode not in CONTROLLER_MODES:
             raise InputError(f"unknown mode {self.mode!r}", remedy=nearest(self.mode, CONTROLLER_MODES))
         noise = CURRENT_NOISE_A * self.model.torque_constant
-        least = 0.3 * self.model.friction_bound if self.mode == "paper" else 1.6 * noise
+        least = 0.3 * self.model.friction_bound if self.mode == "paper" else 1.4 * noise
         self.start_torque = start_torque or chosen.start_torque or least
         if self.mode == "light":
             payload = parameters.gravity.get("per_payload")
@@ -227,7 +227,8 @@ class ForceFreeController:
         weight = 0.0
         if self.mode == "light":  # the forces that the paper's law needs are themselves like a lost payload
             weight = self.model.weight_of(sample.payload, sample.tilt_alpha, sample.tilt_beta)
-        wrong = self._watch.check(self.law.raw, weight, self.law.state)
+        law = self.law
+        wrong = self._watch.check(law.raw, weight, calm=law.ready or law.state is State.GUIDING)
         if wrong is not None:
             return self._fail(Fault(*wrong, tuple(self._history)))
         self._command = self._bounded(wished)

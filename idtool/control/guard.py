@@ -265,19 +265,19 @@ class LoadWatch:
         self._before = 0.0
         self._suspected = 0
 
-    def check(self, torque: float, weight: float, state: State) -> tuple[Reason, str] | None:
+    def check(self, torque: float, weight: float, *, calm: bool) -> tuple[Reason, str] | None:
         """The fault, or None.
 
         Args:
             torque: what is taken for the hand's, N m (N).
             weight: gravity torque of the payload that was told, N m (N); 0 where its loss is not looked for.
-            state: of the controller; what braking and taring do to the torque is not judged.
+            calm: whether the axis rests or follows a hand; what braking and taring do is not judged.
         """
         if abs(torque) > self._limits.torque:
             return Reason.TORQUE, (
                 f"{torque:.3g} {self._unit} on the axis is beyond {self._limits.torque:.3g} {self._unit}"
             )
-        if state is not State.RESTING and state is not State.GUIDING:
+        if not calm:
             self.reset()
             return None
         way = 1.0 if weight > 0.0 else -1.0

@@ -56,7 +56,7 @@ _BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
 #: So long the anchor follows an axis that was let go, s.
 _FOLLOW_S = 0.05
 #: The first moments of braking ask for the opposite speed, by this share of the servo's lag.
-_KICK_S, _KICK_SHARE = 0.025, 0.8
+_KICK_S, _KICK_SHARE = 0.025, 1.5
 #: How well a bristle is known after a stop: to so many encoder counts, at worst this share of the level.
 _STOP_COUNTS, _STOP_BOUND = 0.7, 0.3
 #: A torque this far from its mean, in torque noises, changes.
