@@ -116,9 +116,13 @@ def teach(
         axis.close()
     if figure is not None:
         _draw(parameters, result, figure)
+    bare = None
+    if result.figures is not None and hand is not None and duration is None:
+        bare = _without_effects(parameters, params, rig, hand, payload, tilt, tare, seed)
     output.result(
-        _document(controller, result, log, figure),
-        lambda screen: _show(screen, parameters, controller, result, log, figure),
+        _document(controller, result, log, figure)
+        | {"without_effects": bare.to_document() if bare else None},
+        lambda screen: _show(screen, parameters, controller, result, log, figure, bare),
     )
     return 130 if result.interrupted and hand is not None else 0
 
@@ -206,6 +210,36 @@ def _run(
         return go(lambda share: bar.update(task, completed=share))
 
 
+def _without_effects(
+    parameters: Parameters,
+    file: Path,
+    rig: str,
+    hand: Hand,
+    payload: float,
+    tilt: tuple[float, float],
+    tare: bool,
+    seed: int,
+) -> TeachFigures | None:
+    """The same hand on the same simulated axis, the file's effects left out; None if it has none."""
+    from dataclasses import replace
+
+    from idtool.control.teach import teach as run
+    from idtool.errors import RigFault
+    from idtool.rig import open_rig
+    from idtool.rig.base import TrialSetup
+
+    kept = tuple(entry for entry in parameters.effects if entry.name == "inertia")
+    if kept == parameters.effects:
+        return None
+    bare = replace(parameters, effects=kept)
+    with open_rig(rig, seed=seed) as axis:
+        setup = TrialSetup(payload, tilt[0], tilt[1], start_position=0.5 * sum(axis.limits.position))
+        try:
+            return run(bare, _controller(bare, file, axis), axis, setup, hand=hand, tare=tare).figures
+        except RigFault:  # without them it may not work at all; the run that counts is over
+            return None
+
+
 def _draw(parameters: Parameters, result: TeachResult, path: Path) -> None:
     from idtool.atomic import atomic_write
     from idtool.control.figure import draw
@@ -242,6 +276,7 @@ def _show(
     result: TeachResult,
     log: Path | None,
     figure: Path | None,
+    bare: TeachFigures | None,
 ) -> None:
     from rich.table import Table
 
@@ -269,6 +304,12 @@ def _show(
             )
         screen.print(table)
         screen.print(_summary(result.figures, torque, speed))
+        if bare is not None and bare.force_n is not None and result.figures.force_n is not None:
+            screen.print(
+                f"the file's effects are worth: {bare.force_n:.2f} ± {bare.uneven_n:.2f} N without them,"
+                f" {result.figures.force_n:.2f} ± {result.figures.uneven_n:.2f} N with them (mean of the hand"
+                " and how far it strays from it, rms)."
+            )
     else:
         seconds = float(result.record.time[-1] - result.record.time[0])
         screen.print(f"{seconds:.1f} s of hand guiding; no simulated hand, so no figures of it.")
