@@ -172,6 +172,7 @@ def _show(console: Console, document: dict[str, Any]) -> None:
     for name, figures in document["teach"].items():
         click.echo(
             f"  {name}: {figures['force_n']:.2f} ± {figures['uneven_n']:.2f} N at"
-            f" {figures['speed_mm_s']:.2f} mm/s, stop {figures['stop_ms']:.0f} ms, overshoot {figures['overshoot_counts']:.1f} counts"
+            f" {figures['speed_mm_s']:.2f} mm/s, stop {figures['stop_ms']:.0f} ms,"
+            f" overshoot {figures['overshoot_counts']:.1f} counts"
         )
     click.echo(f"\nreport: {document['report']}   ({document['seconds']:.0f} s)")

@@ -274,7 +274,7 @@ TITLES = {
 @click.option("--seed", default=0, show_default=True)
 def main(axes: int, out: Path, seed: int) -> None:
     """Run the study and write its page."""
-    from studies import teach_page
+    from studies import teach_page, teach_paper
     from studies.teach_effects import effects_section
 
     rng = np.random.default_rng(seed)
@@ -290,7 +290,9 @@ def main(axes: int, out: Path, seed: int) -> None:
     teach_page.draw_spread(groups, images / "teach_spread.png")
     tared = [run for group in groups.values() for run in group[True]]
     teach_page.draw_run(max(tared, key=lambda r: r.most), images / "teach_worst.png", until=15.0)
-    out.write_text(teach_page.page(groups, ends, effects_section()), encoding="utf-8")
+    out.write_text(
+        teach_page.page(groups, ends, teach_paper.section(images), effects_section()), encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

@@ -177,7 +177,8 @@ def page(
     """docs/teach.md."""
     tared = [r for group in groups.values() for r in group[True]]
     fresh = [r for group in groups.values() for r in group[False]]
-    lines = [_HEAD.format(axes=len(tared), gain=GAINS.loop_gain), *bounds(), _TARE]
+    lines = [_TITLE, *reproduction]
+    lines += [_HEAD.format(axes=len(tared), gain=GAINS.loop_gain), *bounds(), _TARE]
     lines += [f"## After `tare()`: all {len(tared)} axes", "", *goals_table(tared), ""]
     lines += ["![Hand force and stop time](images/teach_spread.png)", ""]
     for title, group in groups.items():
@@ -209,14 +210,27 @@ def page(
     return "\n".join(lines).rstrip() + "\n"
 
 
-_HEAD = """# Light hand guiding
+_TITLE = """# Hand guiding
 
-Made by `make study-teach`; the law and its reasons are in `idtool/control/light.py`.
+Made by `make study-teach`. The laws and their reasons are in `idtool/control/force_free.py` and
+`idtool/control/light.py`.
+"""
+_HEAD = """## Lighter
 
 The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned lighter. The light mode
 (`mode = "light"` in `[controller]`, written by `ffc-id tune`) is an admittance that is driven by what is
 *certain* of the hand: the compensation of friction and load is kept at its lower confidence bound, so the
-axis takes energy from the hand and never gives any, and it becomes lighter as it learns.
+axis takes energy from the hand and never gives any, and it becomes lighter as it learns. Gains for a wanted feel, with their
+stability margins: `ffc-id tune -p params.toml --force 2 --speed 19.2` (N, mm/s). Then
+`ffc-id teach -p params.toml --tare`, or from Python
+
+    controller = ForceFreeController(Parameters.read("params.toml"), period_s=0.01)
+    controller.tare()           # once `controller.ready`; hands off for three seconds of steps
+
+For three seconds after a stop the way back needs 0.7 N more than break-away: a hand that leant on the axis
+while it stopped leaves such a torque when it goes, and nothing must start then. (Break-away below is
+measured after that time.) Without a hand touching, a jump of the load by the payload's weight within two
+periods is a fault: the axis holds, says so, and goes on after `recover()` only.
 
 {axes} axes are drawn around `sim:paper` and `sim:bench`. Their files are wrong by up to 30 % in friction
 level, in viscous friction and in the bristle (each apart), by up to 20 % in inertia and by up to 0.1 kg in
@@ -225,7 +239,7 @@ position loop has a gain of 15 to 25 1/s; the hand is a spring and damper of 200
 those of a DYNAMIXEL (4096 counts, 0.229 rpm, 2.69 mA, noise of a step of current), the controller acts every
 10 ms and takes the mean of two readings of the current. K_c is {gain:g} rad/s per N m everywhere.
 
-## What cannot be done, and what can
+### What cannot be done, and what can
 
 From one current at one motion no law can tell a hand from a load or a friction that it was not told of. If
 it knows nothing else, the force that a hand needs differs between two axes by what their models may be
@@ -241,7 +255,8 @@ stop of a hand that let go adds to it.
 _STOP = """
 A hand that lets go shows in the first reading of the current after it, 10 ms later at most, and the drive
 needs 20 to 30 ms to bring the axis to rest. A current that is read 20 ms late takes that away: 10 + 20 + 25
-is more than 48. Where friction at speed is high (`sim:paper` with friction 30 % above its file), the drive's
+is more than 48. Few axes stop only as the force fades, some 0.2 s later: the fall of a force below 0.8 N
+is not told from noise. Where friction at speed is high (`sim:paper` with friction 30 % above its file), the drive's
 integrator still holds it when the axis stands; it lets go over some 30 ms and creeps one or two counts on
 the way, which is what the slow stops of the table are.
 """
