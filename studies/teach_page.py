@@ -172,7 +172,10 @@ def _level(axes: Axes, value: float) -> None:
 
 
 def page(
-    groups: dict[str, dict[bool, list[Guided]]], corners: dict[bool, list[Guided]], effects: list[str]
+    groups: dict[str, dict[bool, list[Guided]]],
+    corners: list[Guided],
+    reproduction: list[str],
+    effects: list[str],
 ) -> str:
     """docs/teach.md."""
     tared = [r for group in groups.values() for r in group[True]]
@@ -220,8 +223,8 @@ _HEAD = """## Lighter
 The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned lighter. The light mode
 (`mode = "light"` in `[controller]`, written by `ffc-id tune`) is an admittance that is driven by what is
 *certain* of the hand: the compensation of friction and load is kept at its lower confidence bound, so the
-axis takes energy from the hand and never gives any, and it becomes lighter as it learns. Gains for a wanted feel, with their
-stability margins: `ffc-id tune -p params.toml --force 2 --speed 19.2` (N, mm/s). Then
+axis takes energy from the hand and never gives any, and it becomes lighter as it learns. Gains for a wanted
+feel, with their stability margins: `ffc-id tune -p params.toml --force 2 --speed 19.2` (N, mm/s). Then
 `ffc-id teach -p params.toml --tare`, or from Python
 
     controller = ForceFreeController(Parameters.read("params.toml"), period_s=0.01)
@@ -255,10 +258,10 @@ stop of a hand that let go adds to it.
 _STOP = """
 A hand that lets go shows in the first reading of the current after it, 10 ms later at most, and the drive
 needs 20 to 30 ms to bring the axis to rest. A current that is read 20 ms late takes that away: 10 + 20 + 25
-is more than 48. Few axes stop only as the force fades, some 0.2 s later: the fall of a force below 0.8 N
-is not told from noise. Where friction at speed is high (`sim:paper` with friction 30 % above its file), the drive's
-integrator still holds it when the axis stands; it lets go over some 30 ms and creeps one or two counts on
-the way, which is what the slow stops of the table are.
+is more than 48. Where friction at speed is high (`sim:paper` with friction 30 % above its file), the
+drive's integrator still holds it when the axis stands; it lets go over some 30 ms and creeps one or two
+counts on the way: the stops of 50 to 70 ms. The few longer ones were not seen as a hand that lets go, and
+the axis stopped as the estimate of the force faded.
 """
 _FRESH = """The controller then knows no more than the file and 0.2 s at rest, and leaves to the hand what it
 cannot know. The force falls with every stop that it learns from.
