@@ -16,9 +16,12 @@ K_r / T, 20 to 100 on ordinary servos: it vibrates. Here it is solved for its ow
 the command is q + T w: the same steady state, no loop to vibrate. T starts at `servo_time_s` and is
 trimmed while a hand guides.
 
+That is mode "paper". Mode "light" needs a third of the force; its law is in `light`, its gains come from
+`ffc-id tune`.
+
 A hand that lets go is met at once: when the estimate falls so fast that it will be gone within
 `RELEASE_S`, the axis brakes, and for a moment what the braking itself does to the current is not taken
-for a hand. How the estimate is made is in `sensing`; the first `settle_s` seconds it listens, hands off.
+for a hand. How the estimate is made is in `sensing` (and in `light`); the first `settle_s` seconds it listens, hands off.
 """
 
 from __future__ import annotations

@@ -45,8 +45,6 @@ FOLLOWS_S = 0.025
 _START_S = 0.1
 #: One that pushes again so soon after never left; the next sign of it is then believed only after so long, s.
 _SOON_S, _SLOW_START_S = 0.5, 1.0
-MIX = 0.0
-NF = 1
 #: A torque of which less than this share is left from one period to the next is a hand that let go.
 _GONE = 0.4
 #: It must fall by so many torque noises.
@@ -59,8 +57,9 @@ _FOLLOW_S = 0.05
 _KICK_S, _KICK_SHARE = 0.025, 1.5
 #: How well a bristle is known after a stop: to so many encoder counts, at worst this share of the level.
 _STOP_COUNTS, _STOP_BOUND = 0.7, 0.3
-#: A torque this far from its mean, in torque noises, changes.
-_STEADY = 5.0
+#: A torque this far from its mean, in torque noises, changes; a zero that waits for calm longer than this is
+#: taken as it comes (sensors noisier than thought), s.
+_STEADY, _LISTEN_S = 5.0, 2.0
 #: At rest, a torque beyond the doubt by so many torque noises is a hand and never taken for the zero.
 _GATE = 4.0
 #: So long after a stop a torque against the push may be a hand that leaves, s.
@@ -264,7 +263,8 @@ class LightLaw(Law):
                 # the drive lets go of the torque that it held against the hand: do not pull the axis back
                 self.anchor = self.limits.clip(self._last.position if self._last else self.anchor)
             if self._since > stand:
-                if self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise:
+                changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
+                if changes and self._rested < _LISTEN_S:
                     # it changes: listen anew, unless that can only be a hand that pushes again
                     if not self._sure and abs(self.raw) > self._gate():
                         self.state, self._armed = State.RESTING, True

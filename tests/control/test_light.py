@@ -141,3 +141,11 @@ def test_the_paper_s_law_has_no_tare() -> None:
     assert law.learned is None
     with pytest.raises(InputError, match="unknown mode"):
         ForceFreeController(file_of(plant_of("paper")), 0.01, mode="heavy")
+
+
+def test_sensors_noisier_than_thought_do_not_keep_it_from_starting() -> None:
+    law = ForceFreeController(file_of(plant_of("paper"), GAINS), 0.01)
+    rng = np.random.default_rng(0)
+    for k in range(400):
+        law.step(0.0, 0.0, 0.15 + 0.02 * rng.standard_normal(), 0.4, time_s=0.01 * k)
+    assert law.status.state is not State.STARTING
