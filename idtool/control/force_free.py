@@ -21,7 +21,7 @@ That is mode "paper". Mode "light" needs a third of the force; its law is in `li
 
 A hand that lets go is met at once: when the estimate falls so fast that it will be gone within
 `RELEASE_S`, the axis brakes, and for a moment what the braking itself does to the current is not taken
-for a hand. How the estimate is made is in `sensing` (and in `light`); the first `settle_s` seconds it listens, hands off.
+for a hand. How the estimate is made is in `sensing`; the first `settle_s` seconds it listens, hands off.
 """
 
 from __future__ import annotations
