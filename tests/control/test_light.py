@@ -149,3 +149,35 @@ def test_sensors_noisier_than_thought_do_not_keep_it_from_starting() -> None:
     for k in range(400):
         law.step(0.0, 0.0, 0.15 + 0.02 * rng.standard_normal(), 0.4, time_s=0.01 * k)
     assert law.status.state is not State.STARTING
+
+
+def test_a_linear_axis_has_it_too() -> None:
+    """Metres and newtons: it rests, is tared, and moves the way of the push."""
+    from idtool.axis import Axis
+    from idtool.parameters import Parameter, Parameters
+
+    def pick(**values: float) -> dict[str, Parameter]:
+        return {name: Parameter(value) for name, value in values.items()}
+
+    file = Parameters(
+        axis=Axis("linear", 30.0),
+        gravity_model="slide",
+        gravity=pick(base=0.0, per_payload=0.0),
+        static=pick(coulomb=15.0, static=18.0, stribeck_velocity=0.01, viscous=200.0),
+        dynamic=pick(bristle_stiffness=1e5, bristle_damping=100.0),
+        controller=Controller(2.05, 0.01, 0.01, mode="light"),
+    )
+    law = ForceFreeController(file, limits=Limits(-0.2, 0.2, speed=0.3))
+    place = 0.0
+    for k in range(80):
+        command = law.step(place, 0.0, 0.0, time_s=0.01 * k)
+    assert law.ready
+    assert law.tare()
+    tared = [law.step(place, 0.0, 0.0, time_s=0.01 * k) for k in range(80, 130)]
+    assert 1e-4 < max(map(abs, tared)) < 0.02
+    law.reset()
+    for k in range(200):
+        command = law.step(place, 0.0, -20.0 / 30.0 if k > 80 else 0.0, time_s=0.01 * k)
+    assert law.status.state is State.GUIDING
+    assert command > place
+    assert law.status.external_torque == pytest.approx(20.0, rel=0.3)
