@@ -189,7 +189,7 @@ def page(
     lines += ["### Where each came out worst", "", *worst_table(tared), ""]
     lines += ["![The axis that needed most force](images/teach_worst.png)", ""]
     lines += [
-        "The axis that needed most force: the tare, two pushes let go while moving, one that is held.",
+        "The axis that needed most force: the tare and the first pushes, let go while moving.",
         "",
     ]
     lines += ["### The stop, and how late the readings are", "", *stop_table(tared), "", _STOP]
@@ -232,8 +232,8 @@ feel, with their stability margins: `ffc-id tune -p params.toml --force 2 --spee
 
 For three seconds after a stop the way back needs 0.7 N more than break-away: a hand that leant on the axis
 while it stopped leaves such a torque when it goes, and nothing must start then. (Break-away below is
-measured after that time.) Without a hand touching, a jump of the load by the payload's weight within two
-periods is a fault: the axis holds, says so, and goes on after `recover()` only.
+measured after that time.) A fall of the load by the payload's weight within two periods is a fault: the
+axis holds, says so, and goes on after `recover()` only.
 
 {axes} axes are drawn around `sim:paper` and `sim:bench`. Their files are wrong by up to 30 % in friction
 level, in viscous friction and in the bristle (each apart), by up to 20 % in inertia and by up to 0.1 kg in
@@ -262,6 +262,10 @@ is more than 48. Where friction at speed is high (`sim:paper` with friction 30 %
 drive's integrator still holds it when the axis stands; it lets go over some 30 ms and creeps one or two
 counts on the way: the stops of 50 to 70 ms. The few longer ones were not seen as a hand that lets go, and
 the axis stopped as the estimate of the force faded.
+
+Break-away is above 1 N where a stop left a torque that friction or a leaning hand may have left: it stays
+in the doubt until the next motion, so that nothing starts by itself. Given the choice between a start of
+1.2 N and an axis that may creep, the law takes the former.
 """
 _FRESH = """The controller then knows no more than the file and 0.2 s at rest, and leaves to the hand what it
 cannot know. The force falls with every stop that it learns from.
