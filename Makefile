@@ -3,12 +3,13 @@
 #   make test    lint, types and tests
 #   make study-accuracy, study-diagnosis, study-measured    pages of docs/ from many sessions (an hour or so)
 # make study-board measures the exported C on a simulated Arduino Uno (needs avr-gcc, avr-libc, simavr).
+# make study-teach writes docs/teach.md: hand guiding over 600 random axes (some minutes).
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests bench study-accuracy study-diagnosis study-measured study-board clean
+.PHONY: demo test lint types tests bench study-accuracy study-diagnosis study-measured study-board study-teach clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -44,6 +45,10 @@ study-measured: $(VENV)/.ready-dev
 
 study-board: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.board
+
+study-teach: export OPENBLAS_NUM_THREADS = 1
+study-teach: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.teach
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit("ffc-id needs Python 3.11 or newer: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else 0'

@@ -53,7 +53,8 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
 
     from idtool.identification import identify
     from idtool.report import write_report
-    from idtool.results import make_folder, refuse_folder, write_results
+    from idtool.report.guiding import FILE as GUIDING
+    from idtool.results import make_folder, refuse_folder, write_json, write_results
 
     began = time.perf_counter()
     refuse_folder(folder, force)
@@ -63,10 +64,11 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
         output.say("identifying ...")
         result = identify(logs, seed=seed, tell=lambda what: output.say(f"  {what} ..."))
         write_results(result, folder, command="ffc-id demo", seed=seed)
-        output.say("drawing the report ...")
-        page = write_report(folder)
         output.say("guiding by hand ...")
         guided = _guide(f"sim:{plant}", result, seed)
+        write_json(folder / GUIDING, guided)
+        output.say("drawing the report ...")
+        page = write_report(folder)
     seconds = time.perf_counter() - began
     document = {
         "recovered": _recovered(result.parameters),
@@ -169,7 +171,8 @@ def _show(console: Console, document: dict[str, Any]) -> None:
     console.print("\n[bold]hand guiding[/bold] (published: 5.56 N, 19.20 mm/s, stop within 48 ms)")
     for name, figures in document["teach"].items():
         click.echo(
-            f"  {name}: {figures['force_n']:.2f} N at {figures['speed_mm_s']:.2f} mm/s, "
-            f"stop {figures['stop_ms']:.0f} ms, overshoot {figures['overshoot_counts']:.1f} counts"
+            f"  {name}: {figures['force_n']:.2f} ± {figures['uneven_n']:.2f} N at"
+            f" {figures['speed_mm_s']:.2f} mm/s, stop {figures['stop_ms']:.0f} ms,"
+            f" overshoot {figures['overshoot_counts']:.1f} counts"
         )
     click.echo(f"\nreport: {document['report']}   ({document['seconds']:.0f} s)")

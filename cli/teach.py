@@ -63,6 +63,9 @@ if TYPE_CHECKING:
     type=click.FloatRange(0.0, min_open=True),
     help="Stop after so long (default: the simulated hand's sequence; on a real rig, Ctrl-C).",
 )
+@click.option(
+    "--tare", is_flag=True, help="Learn load and friction first: the axis moves 9 mm to and fro, hands off."
+)
 @seed_option
 @force_option
 @output_options
@@ -77,6 +80,7 @@ def teach(
     hand_speed: float,
     hand_force: float | None,
     duration: float | None,
+    tare: bool,
     seed: int,
     force: bool,
 ) -> int:
@@ -91,6 +95,7 @@ def teach(
     The paper's axis with the paper's gains yields 19.20 mm/s to 5.56 N and stops within 48 ms.
     """
     from idtool.atomic import refuse_existing
+    from idtool.errors import UsageError
     from idtool.parameters import Parameters
     from idtool.rig import open_rig
 
@@ -104,14 +109,20 @@ def teach(
         hand = _hand(parameters, hand_speed, hand_force) if axis.simulated else None
         if hand is None and figure is None and log is None:
             output.say("nothing will be kept: pass -o LOG.csv to record the run")
-        result = _run(parameters, controller, axis, hand, payload, tilt, duration, log, force, output)
+        if tare and controller.mode != "light":
+            raise UsageError("only the light mode has a tare: write it into the file with `ffc-id tune`")
+        result = _run(parameters, controller, axis, hand, payload, tilt, duration, log, force, tare, output)
     finally:
         axis.close()
     if figure is not None:
         _draw(parameters, result, figure)
+    bare = None
+    if result.figures is not None and hand is not None and duration is None:
+        bare = _without_effects(parameters, params, rig, hand, payload, tilt, tare, seed)
     output.result(
-        _document(controller, result, log, figure),
-        lambda screen: _show(screen, parameters, controller, result, log, figure),
+        _document(controller, result, log, figure)
+        | {"without_effects": bare.to_document() if bare else None},
+        lambda screen: _show(screen, parameters, controller, result, log, figure, bare),
     )
     return 130 if result.interrupted and hand is not None else 0
 
@@ -163,6 +174,7 @@ def _run(
     duration: float | None,
     log: Path | None,
     force: bool,
+    tare: bool,
     output: Output,
 ) -> TeachResult:
     from idtool.control.teach import teach as run
@@ -184,6 +196,7 @@ def _run(
             log=log,
             force=force,
             progress=progress,
+            tare=tare,
         )
 
     if hand is None:
@@ -195,6 +208,36 @@ def _run(
     with Progress(console=console(stderr=True), transient=True) as bar:
         task = bar.add_task("hand guiding", total=1.0)
         return go(lambda share: bar.update(task, completed=share))
+
+
+def _without_effects(
+    parameters: Parameters,
+    file: Path,
+    rig: str,
+    hand: Hand,
+    payload: float,
+    tilt: tuple[float, float],
+    tare: bool,
+    seed: int,
+) -> TeachFigures | None:
+    """The same hand on the same simulated axis, the file's effects left out; None if it has none."""
+    from dataclasses import replace
+
+    from idtool.control.teach import teach as run
+    from idtool.errors import RigFault
+    from idtool.rig import open_rig
+    from idtool.rig.base import TrialSetup
+
+    kept = tuple(entry for entry in parameters.effects if entry.name == "inertia")
+    if kept == parameters.effects:
+        return None
+    bare = replace(parameters, effects=kept)
+    with open_rig(rig, seed=seed) as axis:
+        setup = TrialSetup(payload, tilt[0], tilt[1], start_position=0.5 * sum(axis.limits.position))
+        try:
+            return run(bare, _controller(bare, file, axis), axis, setup, hand=hand, tare=tare).figures
+        except RigFault:  # without them it may not work at all; the run that counts is over
+            return None
 
 
 def _draw(parameters: Parameters, result: TeachResult, path: Path) -> None:
@@ -233,6 +276,7 @@ def _show(
     result: TeachResult,
     log: Path | None,
     figure: Path | None,
+    bare: TeachFigures | None,
 ) -> None:
     from rich.table import Table
 
@@ -260,6 +304,12 @@ def _show(
             )
         screen.print(table)
         screen.print(_summary(result.figures, torque, speed))
+        if bare is not None and bare.force_n is not None and result.figures.force_n is not None:
+            screen.print(
+                f"the file's effects are worth: {bare.force_n:.2f} ± {bare.uneven_n:.2f} N without them,"
+                f" {result.figures.force_n:.2f} ± {result.figures.uneven_n:.2f} N with them (mean of the hand"
+                " and how far it strays from it, rms)."
+            )
     else:
         seconds = float(result.record.time[-1] - result.record.time[0])
         screen.print(f"{seconds:.1f} s of hand guiding; no simulated hand, so no figures of it.")

@@ -41,7 +41,11 @@ CONTROLLER_KEYS: dict[str, tuple[str, str]] = {
     "command_gain": ("command_gain_s", "command_gain_s"),
     "loop_gain": ("loop_gain_rad_s_per_nm", "loop_gain_m_s_per_n"),
     "period": ("period_s", "period_s"),
+    "start_torque": ("start_torque_nm", "start_force_n"),
 }
+#: Those that a file may leave out.
+_CONTROLLER_OPTIONAL = ("start_torque",)
+CONTROLLER_MODES = ("paper", "light")
 
 
 @dataclass(frozen=True)
@@ -89,11 +93,21 @@ class EffectEntry:
 
 @dataclass(frozen=True)
 class Controller:
-    """The `[controller]` table: K_r (s), K_c (rad/s per N m, or m/s per N) and the period (s)."""
+    """The `[controller]` table.
+
+    Attributes:
+        command_gain: K_r, s.
+        loop_gain: K_c, rad/s per N m (m/s per N).
+        period: s.
+        start_torque: a hand below this starts no motion, N m (N); None: the mode's own.
+        mode: "paper", the published law, or "light" (`idtool.control.light`).
+    """
 
     command_gain: float
     loop_gain: float
     period: float
+    start_torque: float | None = None
+    mode: str = "paper"
 
 
 @dataclass(frozen=True)
@@ -137,9 +151,11 @@ class Parameters:
                 for e in self.effects
             ]
         if self.controller:
-            document["controller"] = {
-                keys[kind == "linear"]: float(getattr(self.controller, name))
+            mode = {"mode": self.controller.mode} if self.controller.mode != "paper" else {}
+            document["controller"] = mode | {
+                keys[kind == "linear"]: float(value)
                 for name, keys in CONTROLLER_KEYS.items()
+                if (value := getattr(self.controller, name)) is not None
             }
         if self.provenance:
             document["provenance"] = self.provenance
@@ -380,9 +396,19 @@ def _read_controller(table: Any, kind: Kind, file: Path) -> Controller | None:
         return None
     table = _table(table, "controller", file)
     keys = {options[kind == "linear"]: name for name, options in CONTROLLER_KEYS.items()}
-    _no_strangers(table, tuple(keys), "controller.", file)
+    _no_strangers(table, (*keys, "mode"), "controller.", file)
+    mode = table.get("mode", "paper")
+    if mode not in CONTROLLER_MODES:
+        raise InputError(
+            f"unknown mode {short(mode)}",
+            file=file,
+            place="controller.mode",
+            remedy=nearest(short(mode).strip("'"), CONTROLLER_MODES),
+        )
     values = {}
     for key, name in keys.items():
+        if key not in table and name in _CONTROLLER_OPTIONAL:
+            continue
         if key not in table:
             raise InputError(
                 "is missing", file=file, place=f"controller.{key}", remedy="expected a number > 0"
@@ -395,4 +421,4 @@ def _read_controller(table: Any, kind: Kind, file: Path) -> Controller | None:
                 place=f"controller.{key}",
                 remedy="correct it",
             )
-    return Controller(**values)
+    return Controller(**values, mode=mode)

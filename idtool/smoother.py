@@ -50,8 +50,8 @@ _WINDOW = 24.0
 _INERTIA = 1.0
 _QUIETEST = 1e-4
 _LOUDEST = 1e6
-#: The axis stands still where its position keeps within one grain for this long, s, and within half a grain
-#: over any second. A stiff bristle forgets its deflection over a travel that the noise alone would add up to.
+#: The axis stands still where its position keeps within one grain for this long, s, and over any second
+#: of a longer rest. A stiff bristle forgets its deflection over a travel that noise alone would add up to.
 _REST_S = 0.2
 _LONG_REST_S = 1.0
 #: How far the edges of a counter may lie from where they should, in counts.
@@ -279,7 +279,7 @@ def _at_rest(time: Array, states: Array, first: NDArray[np.bool_], grain: float)
         middle = np.clip(clock, clock[0] + 0.5 * _LONG_REST_S, clock[-1] - 0.5 * _LONG_REST_S)
         before = np.searchsorted(clock, middle - 0.5 * _LONG_REST_S)
         after = np.minimum(np.searchsorted(clock, middle + 0.5 * _LONG_REST_S), len(clock) - 1)
-        still[begin : end + 1] = np.abs(position[after] - position[before]) < 0.5 * grain
+        still[begin : end + 1] = np.abs(position[after] - position[before]) < grain
     return still
 
 

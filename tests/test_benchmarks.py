@@ -59,3 +59,17 @@ def test_fast_arithmetic_stays_in_its_library(tmp_path: Path) -> None:
         pytest.skip("no C compiler (cc, or what CC names)")
     Library(tmp_path, FAST)
     assert np.float64(5e-324) * np.float64(2.0) > 0.0
+
+
+def test_the_controller_s_step_is_measured_with_every_effect() -> None:
+    from benchmarks import control
+    from idtool.effects import registry
+
+    assert {entry.name for entry in control.whole_library()} == set(registry.names())
+    section = control.measure(rounds=1, count=150)
+    assert [row[0] for row in section.rows] == [
+        f"mode {mode}, {name}"
+        for mode in ("paper", "light")
+        for name in ("base model", f"all {len(registry.names())} effects")
+    ]
+    assert section.goals[0].met is not None

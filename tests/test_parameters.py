@@ -309,3 +309,18 @@ def test_what_could_not_be_read_is_not_written(tmp_path: Path) -> None:
         bad.write(path, force=True)
     assert path.read_text() == GOOD
     assert [file.name for file in tmp_path.iterdir()] == ["params.toml"]
+
+
+def test_the_controller_s_mode_and_start_torque_are_kept(tmp_path: Path) -> None:
+    from idtool.parameters import Controller
+
+    path = tmp_path / "params.toml"
+    for controller in (
+        Controller(2.05, 6.0, 0.01, 0.0128, "light"),
+        Controller(2.05, 1.68, 0.01),
+    ):
+        Parameters(controller=controller).write(path, force=True)
+        assert Parameters.read(path).controller == controller
+    path.write_text(path.read_text().replace("[controller]", '[controller]\nmode = "lite"'))
+    with pytest.raises(InputError, match=r"controller.mode.*light"):
+        Parameters.read(path)

@@ -1,12 +1,13 @@
 """What the model leaves open, learned while nobody touches: a Kalman filter of four numbers.
 
-    tau_left = o + b F_bristle + v F_viscous + zeta + noise
+    tau_left = o + b F_elastic + v F_damping + zeta + noise
 
 o is a constant load that nobody told of (a payload, an offset), b and v are how far the friction level
-and the viscous friction are off, relatively, and zeta is torque in a bristle whose deflection nobody saw;
-it fades as the axis travels, which is what tells it from a load. Before anything is learned, each is zero
-give or take its prior standard deviation. The filter's covariance says how far the model can be wrong at
-this very motion; that, and not the model's best guess, decides what may be given to a hand.
+and the damping (bristle's and viscous) are off, relatively, and zeta is torque in a bristle whose
+deflection nobody saw; it fades as the axis travels, which is what tells it from a load. Before anything is
+learned, each is zero give or take its prior standard deviation. The filter's covariance says how far the
+model can be wrong at this very motion; that, and not the model's best guess, decides what may be given to
+a hand.
 
 Linear regression by Kalman's recursion (Kalman 1960; Astrom & Wittenmark 1995, section 2.2).
 """
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-LOAD, LEVEL, VISCOUS, BRISTLE = range(4)
+LOAD, LEVEL, DAMPING, BRISTLE = range(4)
 
 
 class Certainty:
@@ -52,37 +53,56 @@ class Certainty:
             p[k][BRISTLE] = last[k]
         last[BRISTLE] *= share * share
 
-    def correction(self, bristle: float, viscous: float) -> float:
+    def copy(self) -> Certainty:
+        """Another one that knows the same."""
+        other = Certainty(*self._prior)
+        other.mean = list(self.mean)
+        other._cov = [list(row) for row in self._cov]
+        return other
+
+    def shift(self, torque: float, deviation: float = 0.0) -> None:
+        """Put a torque on the bristle, N m (N), that is there give or take `deviation`."""
+        self.mean[BRISTLE] += torque
+        self._cov[BRISTLE][BRISTLE] += deviation * deviation
+
+    def drift(self, load: float, friction: float) -> None:
+        """The world may have changed by these standard deviations, N m (N) and relative; the prior bounds
+        what is ever unknown."""
+        for k, change in ((LOAD, load), (LEVEL, friction), (DAMPING, friction)):
+            variance = self._cov[k][k]
+            self._cov[k][k] = min(variance + change * change, max(self._prior[k] ** 2, variance))
+
+    def correction(self, elastic: float, damping: float) -> float:
         """What is to be added to the model's torque, N m (N), at these friction torques of the model."""
         m = self.mean
-        return m[0] + m[1] * bristle + m[2] * viscous + m[3]
+        return m[0] + m[1] * elastic + m[2] * damping + m[3]
 
-    def deviation(self, bristle: float, viscous: float) -> float:
+    def deviation(self, elastic: float, damping: float) -> float:
         """Standard deviation of the corrected model, N m (N), at these friction torques."""
         a, b, c, d = self._cov
         variance = (
             a[0]
             + d[3]
             + 2.0 * a[3]
-            + bristle * (bristle * b[1] + 2.0 * (a[1] + b[3]))
-            + viscous * (viscous * c[2] + 2.0 * (a[2] + c[3] + bristle * b[2]))
+            + elastic * (elastic * b[1] + 2.0 * (a[1] + b[3]))
+            + damping * (damping * c[2] + 2.0 * (a[2] + c[3] + elastic * b[2]))
         )
         return math.sqrt(variance) if variance > 0.0 else 0.0
 
-    def learn(self, left: float, bristle: float, viscous: float, noise: float) -> None:
+    def learn(self, left: float, elastic: float, damping: float, noise: float) -> None:
         """Take in what is left of the uncorrected model while no hand touches.
 
         Args:
             left: K i less the model's torque, N m (N).
-            bristle, viscous: the model's friction torques, N m (N).
+            elastic, damping: the model's friction torques, N m (N).
             noise: standard deviation of `left`, N m (N).
         """
-        p, row = self._cov, (1.0, bristle, viscous, 1.0)
+        p, row = self._cov, (1.0, elastic, damping, 1.0)
         spread = [sum(p[j][k] * row[k] for k in range(4)) for j in range(4)]
         total = sum(row[k] * spread[k] for k in range(4)) + noise * noise
         if not total > 0.0:
             return
-        surprise = left - self.correction(bristle, viscous)
+        surprise = left - self.correction(elastic, damping)
         for j in range(4):
             gain = spread[j] / total
             self.mean[j] += gain * surprise

@@ -16,6 +16,9 @@ K_r / T, 20 to 100 on ordinary servos: it vibrates. Here it is solved for its ow
 the command is q + T w: the same steady state, no loop to vibrate. T starts at `servo_time_s` and is
 trimmed while a hand guides.
 
+That is mode "paper". Mode "light" needs a third of the force; its law is in `light`, its gains come from
+`ffc-id tune`.
+
 A hand that lets go is met at once: when the estimate falls so fast that it will be gone within
 `RELEASE_S`, the axis brakes, and for a moment what the braking itself does to the current is not taken
 for a hand. How the estimate is made is in `sensing`; the first `settle_s` seconds it listens, hands off.
@@ -27,11 +30,13 @@ import math
 from collections import deque
 from typing import Any
 
-from idtool.control.guard import Fault, Guard, Limits, Measurement, State, Status
+from idtool.control.guard import Fault, Guard, Limits, LoadWatch, Measurement, State, Status
 from idtool.control.law import Law
+from idtool.control.light import LightLaw, LightSettings
 from idtool.control.online import OnlineModel
 from idtool.control.paper import PaperLaw
-from idtool.parameters import Controller, Parameters
+from idtool.errors import InputError, nearest
+from idtool.parameters import CONTROLLER_MODES, Controller, Parameters
 
 #: The paper's gains (its Table 5): K_r in s, K_c in rad/s per N m. On a linear axis the yielding that
 #: the paper's hand felt: 19.20 mm/s at 5.56 N.
@@ -41,6 +46,13 @@ LOOP_GAIN = {"rotary": 1.68, "linear": 0.0192 / 5.56}
 DEFAULT_PERIOD_S = 0.01
 #: Smallest step of a position sensor: 4096 counts a turn; 10 micrometres on a linear axis.
 RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
+#: One step of a DYNAMIXEL's current reading: what a sample is taken to be uncertain by, A.
+CURRENT_NOISE_A = 0.003
+#: A jump of the load below so many of those is not taken for a payload that is lost.
+LOST_NOISES = 8.0
+#: How far a tare moves, rad (m), and how fast at most, rad/s (m/s).
+TARE_TRAVEL = {"rotary": 0.2, "linear": 0.01}
+TARE_SPEED = {"rotary": 0.4, "linear": 0.02}
 
 
 def gains(parameters: Parameters, period: float) -> Controller:
@@ -66,28 +78,35 @@ class ForceFreeController:
         parameters: Parameters,
         period_s: float | None = None,
         *,
+        mode: str | None = None,
         limits: Limits | None = None,
         servo_time_s: float = 0.05,
         filter_s: float = 0.015,
         settle_s: float = 0.2,
         start_torque: float | None = None,
         resolution: float | None = None,
+        friction_doubt: float = 0.22,
+        payload_doubt_kg: float = 0.08,
     ) -> None:
         """Read the file.
 
         Args:
             parameters: axis with torque constant, gravity and static friction at least.
             period_s: control period, s; None takes the file's, or 0.01.
+            mode: "paper", the published law, or "light" (`idtool.control.light`); None takes the file's.
             limits: see `Limits`.
             servo_time_s: first guess of the position loop's time constant, s.
             filter_s: time constant of the filter on the hand's torque, s.
             settle_s: how long it reads the bristle before it follows a hand, s.
-            start_torque: a hand below this does not start a motion, N m (N); None: 0.3 of the greater
-                friction level.
+            start_torque: a hand below this does not start a motion, N m (N); None takes the file's, or
+                0.3 of the greater friction level ("paper"), 1.4 times the noise of the current ("light").
             resolution: smallest step of the position sensor, rad (m); None: 4096 a turn, or 10 um.
+            friction_doubt: mode "light": by how much friction may differ from the file, relatively, as a
+                standard deviation, on top of the file's own standard errors.
+            payload_doubt_kg: mode "light": by how much the payload may differ from what is told, kg.
 
         Raises:
-            InputError: the file lacks the torque constant, gravity or static friction.
+            InputError: the file lacks the torque constant, gravity or static friction; an unknown mode.
         """
         self.model = OnlineModel(parameters)
         self.model.drop("external_periodic", "its phase is not known once the clock starts anew")
@@ -98,19 +117,46 @@ class ForceFreeController:
         self.period = float(period_s or chosen.period)
         self.limits = limits or Limits()
         self.resolution = resolution or RESOLUTION[kind]
-        self.start_torque = start_torque or 0.3 * self.model.friction_bound
-        self.law: Law = PaperLaw(
-            self.model,
-            self.limits,
-            self.period,
-            self.resolution,
-            chosen,
-            servo_time=servo_time_s,
-            filter_time=filter_s,
-            settle=settle_s,
-            start_torque=self.start_torque,
-        )
+        self.mode = mode or chosen.mode
+        if self.mode not in CONTROLLER_MODES:
+            raise InputError(f"unknown mode {self.mode!r}", remedy=nearest(self.mode, CONTROLLER_MODES))
+        noise = CURRENT_NOISE_A * self.model.torque_constant
+        least = 0.3 * self.model.friction_bound if self.mode == "paper" else 1.4 * noise
+        self.start_torque = start_torque or chosen.start_torque or least
+        if self.mode == "light":
+            payload = parameters.gravity.get("per_payload")
+            self.law: Law = LightLaw(
+                self.model,
+                self.limits,
+                self.period,
+                self.resolution,
+                LightSettings(
+                    yielding=self.loop_gain,
+                    start_torque=self.start_torque,
+                    level_doubt=_doubt(parameters, "coulomb", friction_doubt),
+                    damping_doubt=_doubt(parameters, "viscous", friction_doubt),
+                    load_doubt=payload_doubt_kg * abs(payload.value) if payload else 0.0,
+                    noise=noise,
+                    servo_time=servo_time_s,
+                    settle=settle_s,
+                    tare_travel=TARE_TRAVEL[kind],
+                    tare_speed=TARE_SPEED[kind],
+                ),
+            )
+        else:
+            self.law = PaperLaw(
+                self.model,
+                self.limits,
+                self.period,
+                self.resolution,
+                chosen,
+                servo_time=servo_time_s,
+                filter_time=filter_s,
+                settle=settle_s,
+                start_torque=self.start_torque,
+            )
         self._guard = Guard(self.limits, self.period, self.resolution, "m" if kind == "linear" else "rad")
+        self._watch = LoadWatch(self.limits, LOST_NOISES * noise, "N" if kind == "linear" else "N m")
         self._history: deque[Measurement] = deque(maxlen=50)
         self.reset()
 
@@ -125,6 +171,7 @@ class ForceFreeController:
     def recover(self) -> None:
         """Leave a fault: the next sample is trusted again, and the axis stays where it is then."""
         self._guard.reset()
+        self._watch.reset()
         self._history.clear()
         self._fault: Fault | None = None
         self._previous: Measurement | None = None
@@ -178,9 +225,38 @@ class ForceFreeController:
             if not self._known:
                 self._command = self.law.anchor
             self._known = True
-        self._command = self._bounded(self.law.wish(sample))
+        wished = self.law.wish(sample)
         self._previous = sample
+        weight = 0.0
+        if self.mode == "light":  # the forces that the paper's law needs are themselves like a lost payload
+            weight = self.model.weight_of(sample.payload, sample.tilt_alpha, sample.tilt_beta)
+        law = self.law
+        wrong = self._watch.check(law.raw, weight, calm=law.ready or law.state is State.GUIDING)
+        if wrong is not None:
+            return self._fail(Fault(*wrong, tuple(self._history)))
+        self._command = self._bounded(wished)
         return self._command
+
+    @property
+    def ready(self) -> bool:
+        """Whether the axis rests and a hand may push."""
+        return self._fault is None and self._previous is not None and self.law.ready
+
+    @property
+    def learned(self) -> tuple[float, float, float] | None:
+        """Mode "light": load that nobody told of (N m or N), friction level and damping over the file's."""
+        return self.law.learned if isinstance(self.law, LightLaw) else None
+
+    def tare(self) -> bool:
+        """Learn the load and the friction of the moment: the axis moves to and fro by itself, hands off.
+
+        In mode "light", while the axis rests. It takes about three seconds of steps, in which
+        `status.state` is TARING; what came of it stands in `status.notes` if it was disturbed.
+
+        Returns:
+            Whether it begins.
+        """
+        return self._fault is None and self._previous is not None and self.law.tare()
 
     @property
     def status(self) -> Status:
@@ -194,13 +270,14 @@ class ForceFreeController:
             command_valid=self._known,
             position_command=self._command,
             external_torque=law.torque,
+            doubt=law.doubt,
             velocity_wanted=0.0 if faulty else law.wanted,
             gravity=load.gravity,
             friction=load.friction + law.extra,
             effects=load.effects,
             limited=self._limited + (() if faulty else law.limited),
             fault=self._fault,
-            notes=tuple(self.model.skipped),
+            notes=(*self.model.skipped, *((law.note,) if law.note else ())),
         )
 
     def _bounded(self, wished: float) -> float:
@@ -228,6 +305,13 @@ class ForceFreeController:
             return f"{self._fault.message}; {held}; call recover() to go on"
         cut = self._limited + self.law.limited
         return self.law.doing + (f", cut by the limit of {', '.join(cut)}" if cut else "")
+
+
+def _doubt(parameters: Parameters, name: str, usual: float) -> float:
+    """Relative standard deviation of a friction parameter: what it changes by, and the fit's own."""
+    parameter = parameters.static[name]
+    fit = (parameter.stderr or 0.0) / parameter.value if parameter.value > 0.0 else 0.0
+    return math.hypot(usual, min(fit, 1.0))
 
 
 def _float(value: Any) -> float:

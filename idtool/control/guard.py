@@ -34,6 +34,8 @@ class Reason(StrEnum):
     CURRENT = "current"
     OUT_OF_RANGE = "out_of_range"
     SURROUNDINGS = "surroundings"
+    TORQUE = "torque"
+    LOAD_LOST = "load_lost"
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,8 @@ class Status:
         command_valid: False only while no usable position was ever measured; do not send it then.
         position_command: what `step` returned, rad (m).
         external_torque: estimate of the hand's torque, filtered, N m (N), positive pushes +q.
+        doubt: by how much the model may be wrong at this motion (mode "light"), N m (N); so much of the
+            hand's torque does not move the axis.
         velocity_wanted: speed at which the axis is asked to yield, rad/s (m/s).
         gravity, friction, effects: what is compensated, N m (N).
         limited: which limits cut the command in this step ("speed", "step", "range").
@@ -94,6 +98,7 @@ class Status:
     limited: tuple[str, ...] = ()
     fault: Fault | None = None
     notes: tuple[str, ...] = ()
+    doubt: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -108,6 +113,7 @@ class Limits:
         command_step: greatest change of the command per period, rad (m); None: no limit.
         measured_speed: a velocity, or a change of position, faster than this is impossible.
         current: a current above this is impossible, A.
+        torque: nothing that a hand may do is above this, N m (N).
         stale_samples: so many samples alike, while the axis is said to move, are stale.
         gap_periods: a gap in time longer than this many periods is a fault.
     """
@@ -119,6 +125,7 @@ class Limits:
     command_step: float | None = None
     measured_speed: float = 12.0
     current: float = 10.0
+    torque: float = math.inf
     stale_samples: int = 5
     gap_periods: float = 5.0
 
@@ -130,7 +137,7 @@ class Limits:
         """
         if not self.position_min < self.position_max:
             raise InputError("the position range is empty", place="Limits.position_min")
-        for name in ("speed", "measured_speed", "current", "gap_periods"):
+        for name in ("speed", "measured_speed", "current", "torque", "gap_periods"):
             if not getattr(self, name) > 0:
                 raise InputError("expected a number > 0", place=f"Limits.{name}")
         if self.command_step is not None and not 0 < self.command_step < math.inf:
@@ -233,4 +240,59 @@ class Guard:
                 f"{self._alike + 1} samples alike while the velocity says"
                 f" {sample.velocity:.4g} {self._unit}/s"
             )
+        return None
+
+
+#: A payload that is lost shows within so many periods, as this share of its weight at least (fingers are
+#: slower to close on a grip), and so many periods later the torque is off by its weight, give or take.
+_LOST_PERIODS, _LOST_SHARE = 2, 0.85
+_CONFIRM_PERIODS, _CONFIRM_SHARES = 3, (0.75, 1.3)
+
+
+class LoadWatch:
+    """Watches the torque that is taken for a hand's for what no hand does."""
+
+    def __init__(self, limits: Limits, least: float, unit: str) -> None:
+        """`least`: a jump below this is a hand's, N m (N)."""
+        self._limits = limits
+        self._least = least
+        self._unit = unit
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._past = (math.nan,) * _LOST_PERIODS
+        self._before = 0.0
+        self._suspected = 0
+
+    def check(self, torque: float, weight: float, *, calm: bool) -> tuple[Reason, str] | None:
+        """The fault, or None.
+
+        Args:
+            torque: what is taken for the hand's, N m (N).
+            weight: gravity torque of the payload that was told, N m (N); 0 where its loss is not looked for.
+            calm: whether the axis rests or follows a hand; what braking and taring do is not judged.
+        """
+        if abs(torque) > self._limits.torque:
+            return Reason.TORQUE, (
+                f"{torque:.3g} {self._unit} on the axis is beyond {self._limits.torque:.3g} {self._unit}"
+            )
+        if not calm:
+            self.reset()
+            return None
+        way = 1.0 if weight > 0.0 else -1.0
+        before, now = way * self._past[-1], way * torque
+        self._past = (torque, *self._past[:-1])
+        if self._suspected > 0:
+            self._suspected -= 1
+            share = (now - self._before) / abs(weight) if weight != 0.0 else 0.0
+            if self._suspected == 0 and _CONFIRM_SHARES[0] < share < _CONFIRM_SHARES[1]:
+                return Reason.LOAD_LOST, (
+                    f"the load fell by {share * abs(weight):.3g} {self._unit} at once; the payload that was"
+                    f" told weighs {abs(weight):.3g} {self._unit}: it was dropped, or something hit the axis"
+                )
+        elif abs(weight) > self._least and min(now - before, now) > max(
+            _LOST_SHARE * abs(weight), self._least
+        ):
+            self._before, self._suspected = before, _CONFIRM_PERIODS
         return None

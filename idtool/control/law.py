@@ -18,19 +18,23 @@ class Law(ABC):
         state: what it is doing; never FAULT.
         anchor: where the axis is held while no hand moves it, rad (m).
         torque: estimate of the hand's torque, N m (N).
+        raw: the same before any filter.
         wanted: speed at which the axis is asked to yield, rad/s (m/s).
         limited: limits that cut the wish at this sample.
         extra: friction that the law adds to the model's, N m (N).
         doubt: how far the model may be wrong at this motion, N m (N); 0 where the law does not ask.
+        note: something the user must know, a sentence; empty if there is nothing.
     """
 
     state: State
     anchor: float
     torque: float
+    raw: float = 0.0
     wanted: float
     limited: tuple[str, ...] = ()
     extra: float = 0.0
     doubt: float = 0.0
+    note: str = ""
 
     def __init__(self, model: OnlineModel, limits: Limits, period: float, resolution: float) -> None:
         self.model = model
@@ -50,6 +54,15 @@ class Law(ABC):
     @abstractmethod
     def wish(self, sample: Measurement) -> float:
         """The command before the limits, rad (m)."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether it rests and a hand may push."""
+        return self.state is State.RESTING
+
+    def tare(self) -> bool:
+        """Move to and fro to learn load and friction; False where the law does not, or not now."""
+        return False
 
     @property
     def doing(self) -> str:

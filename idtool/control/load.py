@@ -182,7 +182,7 @@ def carry(
         travel: change of position over the step, NaN if the mean velocity is to drive the bristle.
 
     Returns:
-        Gravity, bristle's and viscous share of the friction, additive effects, friction level (N m or N);
+        Gravity, elastic and damping share of the friction, additive effects, friction level (N m or N);
         saturation (per N m), delay (s), deflection z (rad or m).
     """
     upright = gravity_of(n, position, payload)
@@ -261,10 +261,10 @@ def carry(
 
     z = m[BRISTLE]
     rate = velocity - n[SIGMA0] / level * w * z
-    bristle = (1.0 + bristle_change) * (n[SIGMA0] * z + n[SIGMA1] * rate)
-    viscous = n[VISCOUS] * (1.0 + viscous_change) * velocity
+    elastic = (1.0 + bristle_change) * n[SIGMA0] * z
+    damping = (1.0 + bristle_change) * n[SIGMA1] * rate + n[VISCOUS] * (1.0 + viscous_change) * velocity
     saturation = n[SATURATION] + m[OUTSIDE + 8]
-    return load, bristle, viscous, torque, level, saturation, n[DELAY] + m[OUTSIDE + 7], z
+    return load, elastic, damping, torque, level, saturation, n[DELAY] + m[OUTSIDE + 7], z
 
 
 assert FIELDS == (

@@ -27,7 +27,7 @@ class Load:
 
     Attributes:
         gravity: gravity torque.
-        bristle, viscous: LuGre friction with the tracked bristle, and its part in proportion to speed.
+        elastic, damping: LuGre friction: what the bent bristle holds, and what goes with speed.
         effects: additive effects, inertia among them.
         level: friction level g at the present speed, effects included.
         saturation: relative loss of motor torque per torque, 1/(N m).
@@ -35,8 +35,8 @@ class Load:
     """
 
     gravity: float = 0.0
-    bristle: float = 0.0
-    viscous: float = 0.0
+    elastic: float = 0.0
+    damping: float = 0.0
     effects: float = 0.0
     level: float = 0.0
     saturation: float = 0.0
@@ -45,12 +45,12 @@ class Load:
     @property
     def friction(self) -> float:
         """Whole friction, N m (N)."""
-        return self.bristle + self.viscous
+        return self.elastic + self.damping
 
     @property
     def total(self) -> float:
         """Torque of the model, N m (N)."""
-        return self.gravity + self.bristle + self.viscous + self.effects
+        return self.gravity + self.elastic + self.damping + self.effects
 
 
 class OnlineModel:
@@ -76,6 +76,8 @@ class OnlineModel:
             float, self._numbers[compiled.COULOMB : compiled.SIGMA0 + 1]
         )
         self.bristle_damping = float(self._numbers[compiled.SIGMA1])
+        slope = parameters.gravity.get("per_payload")
+        self._per_payload = slope.value if slope else 0.0
         self._names: list[str] = []
         self._outside: list[tuple[Effect, Values, Past | None]] = []
         self._thermometer = False
@@ -145,6 +147,12 @@ class OnlineModel:
         """Gravity torque, N m (N)."""
         return float(compiled.gravity_of(self._numbers, position, payload)) * factor
 
+    def weight_of(self, payload: float, tilt_alpha: float, tilt_beta: float) -> float:
+        """Gravity torque of a payload alone, N m (N); 0 for an arm, whose file does not know it."""
+        if self._per_payload == 0.0 or payload == 0.0:
+            return 0.0
+        return self._per_payload * payload * math.cos(tilt_alpha) * math.cos(tilt_beta)
+
     def update(
         self,
         time: float,
@@ -180,8 +188,8 @@ class OnlineModel:
         load = self.load
         (
             load.gravity,
-            load.bristle,
-            load.viscous,
+            load.elastic,
+            load.damping,
             load.effects,
             load.level,
             load.saturation,

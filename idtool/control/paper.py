@@ -76,7 +76,7 @@ class PaperLaw(Law):
         if self._previous is None:
             self._begun_at = sample.time
         wished = self._wished(sample)
-        self.extra = self._sense.slack
+        self.extra, self.raw = self._sense.slack, self._sense.raw
         self._previous = sample
         return wished
 

@@ -54,6 +54,7 @@ class PushFigures:
     Attributes:
         direction: +1 or -1.
         torque, force_n: mean of the hand over the second half of the push, when the start is over.
+        uneven_torque: how much it varies meanwhile, standard deviation.
         peak_torque: its greatest magnitude.
         speed, speed_mm_s: mean speed over the same time, positive along the push.
         stop_ms: from letting go until the axis stays within `STOP_COUNTS` encoder counts of where it
@@ -69,6 +70,7 @@ class PushFigures:
     direction: int
     torque: float
     force_n: float | None
+    uneven_torque: float
     peak_torque: float
     speed: float
     speed_mm_s: float | None
@@ -85,7 +87,8 @@ class PushFigures:
 class TeachFigures:
     """A whole run: means over the pushes, and the worst of what should be small.
 
-    Attributes are those of `PushFigures`; `yielding_mm_s_per_n` is the mean speed over the mean force.
+    Attributes are those of `PushFigures`; `yielding_mm_s_per_n` is the mean speed over the mean force, and
+    `uneven_n` how far the hand strays from its mean force over and between the pushes, N rms.
     """
 
     torque: float
@@ -93,6 +96,7 @@ class TeachFigures:
     speed: float
     speed_mm_s: float | None
     yielding_mm_s_per_n: float | None
+    uneven_n: float | None
     stop_ms: float
     overshoot_counts: float
     drift_counts_per_s: float
@@ -137,6 +141,7 @@ def measure(
     torque, speed = _mean([p.torque for p in pushes]), _mean([p.speed for p in pushes])
     force = _force(torque, travel_ratio)
     mm_s = None if travel_ratio is None else speed * travel_ratio * 1e3
+    uneven = math.sqrt(_mean([p.uneven_torque**2 + (p.torque - torque) ** 2 for p in pushes]))
     moving = [p.stop_ms for p in pushes if p.from_motion]
     return TeachFigures(
         torque=torque,
@@ -144,6 +149,7 @@ def measure(
         speed=speed,
         speed_mm_s=mm_s,
         yielding_mm_s_per_n=mm_s / force if mm_s is not None and force else None,
+        uneven_n=_force(uneven, travel_ratio),
         stop_ms=max(moving) if moving else math.nan,
         overshoot_counts=max(p.overshoot_counts for p in pushes),
         drift_counts_per_s=max((p.drift_counts_per_s for p in pushes), key=abs),
@@ -185,6 +191,7 @@ def _push(record: Record, hand: Hand, index: int, resolution: float, ratio: floa
         direction=push.direction,
         torque=torque,
         force_n=_force(torque, ratio),
+        uneven_torque=float(np.std(record.hand[during])),
         peak_torque=float(np.max(np.abs(record.hand[touching]))),
         speed=speed,
         speed_mm_s=None if ratio is None else speed * ratio * 1e3,

@@ -30,6 +30,7 @@ class HandSense:
 
     Attributes:
         torque: the estimate, N m (N); positive pushes +q.
+        raw: the same before the filter.
         slack: friction at rest beyond the tracked bristle, N m (N).
     """
 
@@ -39,7 +40,7 @@ class HandSense:
         self._filter_time = filter_time
         self._resolution = resolution
         self._recent: deque[float] = deque(maxlen=max(2, round(_REST_WINDOW_S / period) + 1))
-        self._line = _DelayLine()
+        self._line = DelayLine()
         self.reset()
 
     def reset(self) -> None:
@@ -51,7 +52,7 @@ class HandSense:
         self._mean = 0.0
         self._samples = 0
         self._band = self._model.friction_bound
-        self.torque = 0.0
+        self.torque = self.raw = 0.0
         self.slack = 0.0
 
     def listen(self, sample: Measurement) -> None:
@@ -71,6 +72,7 @@ class HandSense:
         """Take in a sample and return the hand's torque."""
         torque, step = self._remainder(sample)
         torque += self._rest_friction(torque)
+        self.raw = torque
         self.torque += (1.0 - math.exp(-step / self._filter_time)) * (torque - self.torque)
         return self.torque
 
@@ -125,7 +127,7 @@ class HandSense:
         return len(recent) == recent.maxlen and max(recent) - min(recent) <= 1.01 * self._resolution
 
 
-class _DelayLine:
+class DelayLine:
     """What a signal was a short while ago, read between its samples."""
 
     def __init__(self) -> None:

@@ -28,6 +28,8 @@ from idtool.units import file_key
 
 #: Rows are handed to the log in portions of this many.
 _LOG_EVERY = 25
+#: No tare takes longer, s.
+_TARE_AT_MOST_S = 30.0
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ def teach(
     log: str | os.PathLike[str] | None = None,
     force: bool = False,
     progress: Callable[[float], None] | None = None,
+    tare: bool = False,
 ) -> TeachResult:
     """Run the controller on a rig.
 
@@ -74,6 +77,7 @@ def teach(
         log: where to write the run as a log; what was appended survives a kill.
         force: overwrite it.
         progress: called with the share done, 0 to 1.
+        tare: let the controller learn load and friction first, hands off (mode "light"; it moves by itself).
 
     Raises:
         InputError: the log cannot be written, or a simulated hand was given to a real rig.
@@ -92,9 +96,12 @@ def teach(
         rig.prepare(setup)
         place = _place(rig) if setup.start_position is None else setup.start_position
         sample = rig.step(place)
-        begun = sample.time_s
         current = sample.current
-        while sample.time_s - begun < length:
+        if tare:
+            sample, current = _tare(controller, rig, setup, sample, held)
+            fault = controller.status.fault
+        begun = sample.time_s
+        while fault is None and sample.time_s - begun < length:
             command = _command(controller, setup, sample, current)
             fault = controller.status.fault
             if fault is not None:
@@ -126,6 +133,26 @@ def teach(
             record, hand, resolution=controller.resolution, travel_ratio=travel_per_position(parameters)
         )
     return TeachResult(record, figures, tuple(controller.status.notes), interrupted)
+
+
+def _tare(
+    controller: ForceFreeController, rig: Rig, setup: TrialSetup, sample: Sample, held: int
+) -> tuple[Sample, float]:
+    """Step without a hand until the controller rests, tare, and step until it rests again."""
+    current, asked = sample.current, False
+    for _ in range(round(_TARE_AT_MOST_S / controller.period)):
+        command = _command(controller, setup, sample, current)
+        if controller.status.fault is not None:
+            break
+        current = 0.0
+        for _ in range(held):
+            sample = rig.step(command)
+            current += sample.current / held
+        if not asked:
+            asked = controller.tare()
+        elif controller.ready:
+            break
+    return sample, current
 
 
 def limits_of(rig: Rig) -> Limits:

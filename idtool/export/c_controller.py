@@ -39,6 +39,7 @@ _FASTEST = 0.5
 _LONGEST_LINE = 64
 #: Parts of an octave and of a turn in the tables of the exponential and the sine.
 _PARTS = 256
+#: What the C can find wrong; a lost payload and too much torque only the light mode and a limit look for.
 _REASONS = {
     Reason.NOT_FINITE: "position, velocity or current is NaN or infinite",
     Reason.STALE: "the same sample again",
@@ -214,7 +215,7 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "unit": {dimension: unit_text(dimension, kind) for dimension in SUFFIXES},
         "gravity_words": f"gravity of {'an arm' if parameters.gravity_model == 'arm' else 'a slide'}",
         "friction_words": friction + ("" if not effects else ", and the effects"),
-        "reasons": [(reason.name, _REASONS[reason]) for reason in Reason],
+        "reasons": [(reason.name, words) for reason, words in _REASONS.items()],
         **_tables(),
         "constants": _constants(parameters, c, window, length, used),
     }

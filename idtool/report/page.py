@@ -27,6 +27,7 @@ from idtool.report import style, tables, text
 from idtool.report.evidence import Evidence, read_evidence
 from idtool.report.facts import Found, Pair
 from idtool.report.gallery import Plate, certainty_plates, model_plates
+from idtool.report.guiding import read_guiding
 from idtool.report.residual_gallery import SIGNIFICANT, residual_plates
 from idtool.report.verdict import summarise
 from idtool.units import torque_name, unit_text
@@ -169,6 +170,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         errors=_errors(evidence),
         dependences=tables.dependence_rows(evidence, SIGNIFICANT),
         candidates=_candidates(evidence),
+        guiding=read_guiding(evidence.folder),
         sections={
             section: [picture for picture in pictures if picture.plate.section == section]
             for section in ("model", "prediction", "residual", "certainty")

@@ -26,6 +26,7 @@ _MEANINGS = {
 }
 _CONTROLLER = {
     "command_gain": ("Kr", "command gain", "time"),
+    "start_torque": ("", "a hand below this starts no motion", "torque"),
     "loop_gain": ("Kc", "loop gain", ""),
     "period": ("", "control period", "time"),
 }
@@ -113,14 +114,19 @@ def _groups(evidence: Evidence) -> Iterator[ParameterGroup]:
                 grave=False,
             )
             for name, keys in CONTROLLER_KEYS.items()
+            if getattr(controller, name) is not None
         )
-        yield ParameterGroup("Controller", "q_d = K_r (K_c τ_ext − dq/dt) + q", rows)
+        paper = controller.mode == "paper"
+        law = (
+            "q_d = K_r (K_c τ_ext − dq/dt) + q" if paper else "ω = K_c (τ_ext less what is not certain of it)"
+        )
+        yield ParameterGroup("Controller" if paper else "Controller, light mode", law, rows)
 
 
 def _controller_unit(name: str, kind: Kind) -> str:
     if name == "loop_gain":
         return f"{unit_text('velocity', kind)} per {unit_text('torque', kind)}"
-    return unit_text("time", kind)
+    return unit_text("torque" if name == "start_torque" else "time", kind)
 
 
 def _rows(

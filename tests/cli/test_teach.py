@@ -105,3 +105,21 @@ def test_bad_input_is_one_sentence(tmp_path: Path, parameters: Parameters) -> No
         assert done.returncode == code, (arguments, done.stderr)
         assert words in done.stderr
         assert "Traceback" not in done.stderr
+
+
+def test_says_what_the_file_s_effects_are_worth(tmp_path: Path, parameters: Parameters) -> None:
+    """An offset that only the file knows of: with it the hand is as even as on the bare axis."""
+    from idtool.parameters import EffectEntry
+    from idtool.rig import opening
+
+    packaged = Path(opening.__file__).with_name("paper.toml").read_text(encoding="utf-8")
+    effect = '\n[[effects]]\nname = "nonlinear_viscous"\nquadratic_nm_s2_per_rad2 = 0.4\n'
+    (tmp_path / "plant.toml").write_text(packaged + effect, encoding="utf-8")
+    extended = parameters.with_effect(EffectEntry("nonlinear_viscous", numbers(quadratic=0.4)))
+    extended.write(tmp_path / "params.toml")
+    done = run(tmp_path, "teach", "-p", "params.toml", "--rig", "sim:plant.toml", "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["without_effects"]["force_n"] > document["figures"]["force_n"] + 0.3
+    said = run(tmp_path, "teach", "-p", "params.toml", "--rig", "sim:plant.toml")
+    assert "the file's effects are worth" in said.stdout

@@ -152,21 +152,26 @@ sample = st.tuples(
 
 
 @settings(max_examples=150, deadline=None)
-@given(st.lists(sample, max_size=60), st.booleans(), st.booleans())
+@given(
+    st.lists(sample, max_size=60), st.booleans(), st.booleans(), st.sampled_from(["paper", "light", "tared"])
+)
 def test_any_input_gives_a_finite_command_inside_the_limits(
-    rows: list[tuple[Any, ...]], stiff: bool, effects: bool
+    rows: list[tuple[Any, ...]], stiff: bool, effects: bool, mode: str
 ) -> None:
     from .double import BENCH, PAPER
 
     numbers = {"thermal_drift": {"rate": 0.5, "reference": 25.0}, "inertia": {"inertia": 0.02}}
     file = parameters(BENCH if stiff else PAPER, **(numbers if effects else {}))
-    controller = ForceFreeController(file, 0.01, limits=LIMITS, settle_s=0.03)
+    law = "paper" if mode == "paper" else "light"
+    controller = ForceFreeController(file, 0.01, mode=law, limits=LIMITS, settle_s=0.03)
     before: float | None = None
     clock = 0.0
     for position, velocity, current, payload, tilt, warm, step, recover in rows:
         clock = clock + step if step is not None else clock
         if recover:
             controller.recover()
+        if mode == "tared":
+            controller.tare()
         command = controller.step(
             position, velocity, current, payload, tilt, tilt, warm, time_s=None if step is None else clock
         )
@@ -178,4 +183,29 @@ def test_any_input_gives_a_finite_command_inside_the_limits(
         before = command if controller.status.command_valid else None
         status = controller.status
         assert math.isfinite(status.external_torque)
+        assert math.isfinite(status.doubt)
         assert status.message
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(-0.01, 0.01), st.floats(-0.3, 0.3)), min_size=80, max_size=200),
+    st.booleans(),
+)
+def test_any_plausible_motion_is_followed_inside_the_limits(
+    rows: list[tuple[float, float]], tare: bool
+) -> None:
+    """Long runs without a fault: pushes of any strength, the axis moving anyhow."""
+    controller = ForceFreeController(parameters(), 0.01, mode="light", limits=LIMITS)
+    place, before = 0.3, None
+    for k, (travel, push) in enumerate(rows):
+        place = min(max(place + (travel if k > 30 else 0.0), -0.99), 0.99)
+        current = CURRENT - (push / 2.67 if k > 30 else 0.0)
+        if tare and k == 30:
+            controller.tare()
+        command = controller.step(place, travel / 0.01 if k > 30 else 0.0, current, time_s=0.01 * k)
+        assert LIMITS.position_min <= command <= LIMITS.position_max
+        assert LIMITS.command_step is not None
+        assert before is None or abs(command - before) <= LIMITS.command_step * (1 + 1e-12)
+        assert abs(controller.status.velocity_wanted) <= LIMITS.speed
+        before = command

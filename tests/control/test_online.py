@@ -146,3 +146,35 @@ def test_what_a_controller_cannot_do_without_is_said(missing: str) -> None:
     file = replace(file, **({"axis": Axis()} if missing == "axis" else {missing: {}}))
     with pytest.raises(InputError, match=r"torque constant|gravity model|friction model"):
         OnlineModel(file)
+
+
+def test_an_effect_that_is_not_compiled_is_asked_by_its_own_class(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the library holds works in the controller; being written out in `load` only makes it fast."""
+    from idtool.control import load as compiled
+
+    file = parameters(BENCH, **EFFECTS)
+    motion = _motion(120)
+
+    def torques(model: OnlineModel) -> list[float]:
+        assert motion.temperature is not None
+        return [
+            model.update(
+                motion.time[k],
+                motion.step[k],
+                motion.position[k],
+                motion.velocity[k],
+                motion.acceleration[k],
+                0.4,
+                0.3,
+                -0.1,
+                motion.temperature[k],
+            ).total
+            for k in range(len(motion))
+        ]
+
+    fast = torques(OnlineModel(file))
+    monkeypatch.setattr(compiled, "compiled", lambda effect: False)
+    slow = OnlineModel(file)
+    np.testing.assert_allclose(torques(slow), fast, rtol=1e-9, atol=1e-12)
+    slow.drop("position_ripple", "for a test")
+    assert not slow.uses("position_ripple")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import re
 import time
 from pathlib import Path
@@ -288,3 +289,17 @@ def test_drawing_is_repeatable_quick_and_leaves_no_trace(drawn: Path, folder: Pa
     assert (folder / "report.html").read_bytes() == (drawn / "report.html").read_bytes()
     for file in (drawn / "figures").iterdir():
         assert (folder / "figures" / file.name).read_bytes() == file.read_bytes(), file.name
+
+
+def test_hand_guiding_is_told_where_there_is_a_record_of_it(tmp_path: Path) -> None:
+    from idtool.errors import InputError
+    from idtool.report.guiding import read_guiding
+
+    assert read_guiding(tmp_path) == []
+    figures = {"force_n": 5.4, "uneven_n": 0.09, "speed_mm_s": 18.9, "stop_ms": 10.0}
+    (tmp_path / "teach.json").write_text(json.dumps({"base <model>": figures}), encoding="utf-8")
+    (row,) = read_guiding(tmp_path)
+    assert (row.name, row.force, row.uneven) == ("base <model>", "5.40", "0.090")
+    (tmp_path / "teach.json").write_text("[1]", encoding="utf-8")
+    with pytest.raises(InputError, match="hand guiding"):
+        read_guiding(tmp_path)

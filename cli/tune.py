@@ -1,0 +1,140 @@
+"""`ffc-id tune`: gains of the light mode for a wanted feel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import Output, output_options
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from idtool.control.tuning import Tuning
+
+
+@click.command()
+@click.option(
+    "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file of the axis."
+)
+@click.option(
+    "--force",
+    required=True,
+    metavar="N",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Force of the hand at the moving part.",
+)
+@click.option(
+    "--speed",
+    default=19.2,
+    show_default=True,
+    metavar="MM_S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Speed that it shall give there.",
+)
+@click.option(
+    "--lever",
+    metavar="M",
+    type=click.FloatRange(0.0, min_open=True),
+    help="How far from the shaft the hand holds it; an arm needs it, a slide's file says it.",
+)
+@click.option(
+    "--period",
+    metavar="S",
+    type=click.FloatRange(0.0, 1.0, min_open=True),
+    help="Control period (default: the file's, or 0.01).",
+)
+@click.option(
+    "--servo-bandwidth",
+    default=20.0,
+    show_default=True,
+    metavar="HZ",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Of the drive's velocity loop, for the margins.",
+)
+@output_options
+def tune(
+    output: Output,
+    params: Path,
+    force: float,
+    speed: float,
+    lever: float | None,
+    period: float | None,
+    servo_bandwidth: float,
+) -> int:
+    """Find the gains for a wanted feel and write them into the parameter file.
+
+    The hand shall move the part at so many mm/s with so many N in the light mode, after a tare. Gain
+    margins are stated for soft and stiff hands and readings up to 20 ms late; what cannot be stable, or
+    what the file is not certain enough for, is refused with the least force that can be had.
+
+    \b
+    ffc-id tune -p params.toml --force 2 --speed 19.2
+    """
+    from idtool.control.force_free import DEFAULT_PERIOD_S, gains
+    from idtool.control.hand import travel_per_position
+    from idtool.control.tuning import tune as find
+    from idtool.control.tuning import tuned
+    from idtool.errors import InputError, UsageError
+    from idtool.parameters import Parameters
+
+    parameters = Parameters.read(params)
+    ratio = lever or travel_per_position(parameters)
+    if ratio is None:
+        raise UsageError(
+            "the gravity model does not say how far the moving part goes per radian: add --lever M"
+        )
+    step = period or gains(parameters, DEFAULT_PERIOD_S).period
+    try:
+        tuning = find(
+            parameters,
+            force=force,
+            speed=1e-3 * speed,
+            ratio=ratio,
+            period=step,
+            servo_bandwidth=servo_bandwidth,
+        )
+    except InputError as error:
+        raise InputError(str(error).removesuffix("."), file=params) from error
+    tuned(parameters, tuning).write(params, force=True)
+    output.result(
+        tuning.to_document() | {"file": str(params)}, lambda screen: _show(screen, tuning, params, parameters)
+    )
+    return 0
+
+
+def _show(screen: Console, tuning: Tuning, file: Path, parameters: object) -> None:
+    from rich.table import Table
+
+    from idtool.parameters import Parameters
+    from idtool.units import unit_text
+
+    assert isinstance(parameters, Parameters)
+    kind = parameters.axis.kind
+    unit = f"{unit_text('velocity', kind)} per {unit_text('torque', kind)}"
+    ratio, controller = tuning.ratio, tuning.controller
+    screen.print(
+        f"K_c {controller.loop_gain:.4g} {unit}, K_r {controller.command_gain:g} s, mode light, period"
+        f" {1e3 * controller.period:g} ms"
+    )
+    screen.print(
+        f"{tuning.torque / ratio:.2f} N at {1e3 * tuning.speed * ratio:.1f} mm/s, of which"
+        f" {tuning.doubt / ratio:.2f} N because the model is not certain (after a tare);"
+        f" it starts at {(tuning.start_torque + tuning.doubt) / ratio:.2f} N at most."
+    )
+    table = Table(title="gain margin, least over damping off by 15 %", title_justify="left", box=None)
+    table.add_column("readings late by")
+    for hand in ("soft", "stiff"):
+        table.add_column(f"{hand} hand", justify="right")
+    for delay in sorted({m.delay for m in tuning.margins}):
+        cells = []
+        for hand in ("soft", "stiff"):
+            least = min(
+                (m for m in tuning.margins if (m.hand, m.delay) == (hand, delay)), key=lambda m: m.gain
+            )
+            cells.append(f"{least.gain:.2f} at {least.frequency:.1f} Hz")
+        table.add_row(f"{1e3 * delay:.0f} ms", *cells)
+    screen.print(table)
+    screen.print(f"written: {file}", soft_wrap=True)

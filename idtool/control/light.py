@@ -1,0 +1,408 @@
+"""The light law: an admittance driven by what is certain of the hand.
+
+    tau_hand = tau_gravity + tau_friction + tau_effects + (what was learned) - K i      estimate
+    f        = tau_hand, less what the model may be wrong by, towards zero               certain part
+    T_v dw/dt = K_c f - w                                                               virtual mass, damping
+    q_d      = x + T w,   dx/dt = w                                                     command
+
+The command follows the law's own motion (x, w), which is smooth, and not the measured one, which comes in
+counts and late. What friction is compensated can be wrong; where the compensation may be too much, the
+hand would be pushed. So a multiple of the standard deviation that `Certainty` states for this very motion
+is left for the hand to carry: the compensation is at its lower confidence bound, and the axis takes energy
+from the hand and never gives any. An energy account (Hannaford & Ryu 2002) watches that.
+
+At rest the hand is felt exactly, whatever the model: what the motor carries when nobody touches is the
+zero of the scale. It is taken when the controller starts and after each stop of a hand that let go, and
+each time it teaches `Certainty` a little; `tare` moves the axis to and fro to learn all of it at once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from idtool.control.certainty import Certainty
+from idtool.control.guard import Limits, Measurement, State
+from idtool.control.law import Law
+from idtool.control.online import OnlineModel
+from idtool.control.sensing import DelayLine
+
+#: So many standard deviations are left for the hand to carry.
+COVERAGE = 2.0
+#: Share of the level that a bristle at rest may hold without our knowing, as a standard deviation.
+_BRISTLE_PRIOR = 0.6
+#: Filters of the hand's torque: while it moves, and at rest, s.
+FAST_S, _SLOW_S = 0.01, 0.05
+#: Time constant of the virtual mass, s.
+VIRTUAL_S = 0.12
+#: Share of the velocity's innovation that the estimate takes: what an axis was told to do is smooth and
+#: not late, what it is measured to do is neither.
+VELOCITY_GAIN = 0.15
+#: How fast a servo's velocity follows, s.
+FOLLOWS_S = 0.025
+#: While an axis starts, friction that is not as modelled can look like a hand that lets go, s.
+_START_S = 0.1
+#: One that pushes again so soon after never left; the next sign of it is then believed only after so long, s.
+_SOON_S, _SLOW_START_S = 0.5, 1.0
+#: A torque of which less than this share is left from one period to the next is a hand that let go.
+_GONE = 0.4
+#: It must fall by so many torque noises.
+_FALL = 4.5
+#: An axis brakes so long at least, then stands for so long, and then the zero is taken over so long, s.
+_BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
+#: So long the anchor follows an axis that was let go, s.
+_FOLLOW_S = 0.05
+#: The first moments of braking ask for the opposite speed, by this share of the servo's lag.
+_KICK_S, _KICK_SHARE = 0.025, 1.5
+#: How well a bristle is known after a stop: to so many encoder counts, at worst this share of the level.
+_STOP_COUNTS, _STOP_BOUND = 0.7, 0.3
+#: A torque this far from its mean, in torque noises, changes; a zero that waits for calm longer than this is
+#: taken as it comes (sensors noisier than thought), s.
+_STEADY, _LISTEN_S = 5.0, 2.0
+#: At rest, a torque beyond the doubt by so many torque noises is a hand and never taken for the zero.
+_GATE = 4.0
+#: So long after a stop a torque against the push may be a hand that leaves, s.
+_LEAVE_S = 3.0
+#: So many samples above the starting torque start a motion.
+_START_SAMPLES = 2
+#: How fast the zero follows at rest, in starting torques per second, and up to which share of it.
+_TRACK_RATE, _TRACK_SHARE = 0.15, 0.6
+#: What the model drifts by from one rest to the next: load, in torque noises; friction, relatively.
+_DRIFT_LOAD, _DRIFT_FRICTION = 0.3, 0.01
+#: How fast the servo's time constant is trimmed, 1/s, and by how much at most.
+_TRIM_RATE, _TRIM_RANGE = 3.0, 4.0
+#: The law's own motion is never farther from the measured one than it moves in this time, s.
+_LEASH_S = 0.15
+#: A tare moves to and fro so often. Its errors are alike from sample to sample, so each sample counts less:
+#: noise in torque noises, and what comes late as a share of the damping.
+TARE_CYCLES, TARE_NOISE, TARE_LATE = 2, 3.0, 0.5
+#: What a tare may leave, in torque noises, before a hand is thought to have touched.
+_TARE_LEFT = 4.0
+
+
+@dataclass(frozen=True)
+class LightSettings:
+    """How the law is set; N m and rad (N and m on a linear axis).
+
+    Attributes:
+        yielding: speed per torque of the hand beyond the doubt, rad/s per N m: one over the damping.
+        start_torque: a hand below this does not start a motion.
+        level_doubt, damping_doubt, load_doubt: standard deviation of the friction level and of the damping,
+            relative, and of the load, N m, before anything is learned.
+        noise: standard deviation of one sample's torque, N m.
+        servo_time: first guess of the position loop's time constant, s.
+        settle: how long it listens before it follows a hand, s.
+        tare_travel, tare_speed: how far a tare moves, and how fast at most.
+    """
+
+    yielding: float
+    start_torque: float
+    level_doubt: float
+    damping_doubt: float
+    load_doubt: float
+    noise: float
+    servo_time: float
+    settle: float
+    tare_travel: float
+    tare_speed: float
+
+
+@final
+class LightLaw(Law):
+    """The admittance, its zero, its tare and its brake."""
+
+    def __init__(
+        self, model: OnlineModel, limits: Limits, period: float, resolution: float, settings: LightSettings
+    ) -> None:
+        """Everything as in `ForceFreeController`."""
+        super().__init__(model, limits, period, resolution)
+        self.settings = settings
+        #: Standard deviations before anything is learned: load, level, damping, bristle.
+        self.prior = (
+            settings.load_doubt,
+            settings.level_doubt,
+            settings.damping_doubt,
+            _BRISTLE_PRIOR * model.friction_bound,
+        )
+        self._certainty = Certainty(*self.prior)
+        self._fast = 1.0 - math.exp(-period / FAST_S)
+        self._slow = 1.0 - math.exp(-period / _SLOW_S)
+        self._follows = 1.0 - math.exp(-period / FOLLOWS_S)
+        self._virtual = 1.0 - math.exp(-period / VIRTUAL_S)
+        self._line = DelayLine()
+        self.reset()
+
+    def reset(self) -> None:
+        """What was learned and trimmed is forgotten too."""
+        self._certainty.reset()
+        self._lead_time = self.settings.servo_time
+        self.begin(0.0)
+
+    def begin(self, position: float) -> None:
+        """The bristle is unknown, what was learned of load and friction still holds."""
+        self.model.reset()
+        self._line.clear()
+        self._certainty.unsettle_bristle()
+        self.anchor = self._x = self.limits.clip(position)
+        self._w = self._nominal = self._seen = 0.0
+        self._last: Measurement | None = None
+        self.torque = self._quiet = self.raw = 0.0
+        self._before = self._older = self._old = 0.0
+        self.wanted = self.extra = self.doubt = 0.0
+        self._account = 0.0
+        self._let_go = True
+        self._trusting = _START_S
+        self._sure = True
+        self._pushed_way = 0.0
+        self._tracked = 0.0
+        self._stand(State.STARTING)
+        self.limited = ()
+
+    @property
+    def learned(self) -> tuple[float, float, float]:
+        """Load that nobody told of (N m or N); friction level and viscous friction over the file's."""
+        load, level, viscous, _ = self._certainty.mean
+        return load, 1.0 + level, 1.0 + viscous
+
+    @property
+    def ready(self) -> bool:
+        """Whether it rests, its zero is taken, and a hand may push."""
+        return self.state is State.RESTING and self._armed
+
+    def tare(self) -> bool:
+        """Learn load and friction by moving to and fro; False while it does not rest."""
+        if not self.ready:
+            return False
+        middle = 0.5 * (self.limits.position_min + self.limits.position_max)
+        self._way = 1.0 if not middle < self.anchor else -1.0  # NaN: no limits on either side
+        self._kept = self._certainty.copy()
+        self._since = self._square = 0.0
+        self._count = 0
+        self._w = self._nominal = 0.0
+        self._x = self.anchor
+        self.state = State.TARING
+        self.note = ""
+        return True
+
+    def wish(self, sample: Measurement) -> float:
+        """Hold the anchor, or lead the law's own motion."""
+        self.limited = ()
+        self.wanted = 0.0
+        left = self._observe(sample)
+        if self.state is State.GUIDING:
+            return self._guide(sample)
+        if self.state is State.STOPPING:
+            return self._brake(sample)
+        if self.state is State.TARING:
+            return self._tare(sample, left)
+        return self._rest(left)
+
+    def _observe(self, sample: Measurement) -> float:
+        """Update the estimate of the hand; what K i leaves of the model before anything was learned."""
+        last = self._last or sample
+        self._last = sample
+        step = sample.time - last.time
+        step = step if step > 0.0 else self.period
+        before = self._seen
+        nominal = self._nominal
+        self._nominal += self._follows * (self._w - nominal)
+        predicted = before + self._nominal - nominal
+        self._seen = predicted + VELOCITY_GAIN * (sample.velocity - predicted)
+        travel = sample.position - last.position
+        model = self.model
+        load = model.update(
+            sample.time,
+            step,
+            sample.position,
+            self._seen,
+            (self._seen - before) / step,
+            sample.payload,
+            sample.tilt_alpha,
+            sample.tilt_beta,
+            sample.temperature,
+            travel,
+        )
+        motor = model.torque_constant * sample.current
+        motor *= 1.0 - load.saturation * abs(motor)
+        carried = load.total
+        if load.delay > 0.0:
+            motor = self._line.delayed(sample.time, motor, load.delay)
+        elif load.delay < 0.0:
+            carried = self._line.delayed(sample.time, carried, -load.delay)
+        left = motor - carried
+        if not math.isfinite(left):
+            left = 0.0  # only a file edited into absurdity gets here
+        if travel != 0.0:
+            self._certainty.fade(1.0 / (1.0 + model.bristle_stiffness * abs(travel) / load.level))
+        self.extra = self._certainty.correction(load.elastic, load.damping)
+        self.doubt = COVERAGE * self._certainty.deviation(load.elastic, load.damping)
+        self.raw = self.extra - left
+        self._before = self._older
+        self._older = self._old
+        self._old = self.torque
+        self.torque += self._fast * (self.raw - self.torque)
+        self._quiet += self._slow * (self.raw - self._quiet)
+        return left
+
+    def _stand(self, state: State) -> None:
+        """Rest from now on, and take the zero once the drive stands too."""
+        self.state = state
+        self._armed = False
+        self._since = self._rested = self._mean = 0.0
+        self._count = self._pushed = 0
+
+    def _rest(self, left: float) -> float:
+        """Hold the anchor, take the zero, wait for a hand."""
+        starting = self.state is State.STARTING
+        self._rested += self.period
+        if not self._armed:
+            self._since += self.period
+            stand, length = (0.0, self.settings.settle) if starting else (_STAND_S, _ZERO_S)
+            if not starting and self._since <= _FOLLOW_S and self._let_go:
+                # the drive lets go of the torque that it held against the hand: do not pull the axis back
+                self.anchor = self.limits.clip(self._last.position if self._last else self.anchor)
+            if self._since > stand:
+                changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
+                if changes and self._rested < _LISTEN_S:
+                    # it changes: listen anew, unless that can only be a hand that pushes again
+                    if not self._sure and abs(self.raw) > self._gate():
+                        self.state, self._armed = State.RESTING, True
+                        return self.anchor
+                    self._count, self._since, self._mean = 0, stand, 0.0
+                self._count += 1
+                self._mean += (left - self._mean) / self._count
+            if self._since >= stand + length:
+                self._zero()
+            return self.anchor
+        start = self.settings.start_torque
+        # a hand that leant on the axis while it stopped leaves a torque against its push when it goes: for
+        # a while that way needs more, and the zero follows it
+        against = self._rested < _LEAVE_S and self._quiet * self._pushed_way < 0.0
+        if against:
+            start = self._gate() - self.doubt
+        rate = start / _LEAVE_S if against else _TRACK_RATE * start
+        slip = min(max(-self._quiet, -rate * self.period), rate * self.period)
+        small = abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start
+        if against or small:
+            self._tracked += 0.0 if against else slip
+            self._certainty.shift(slip)
+        # a hard push is taken at once, a light one after a longer look
+        pushed = abs(self.torque) > 2.0 * start + self.doubt or abs(self._quiet) > start + self.doubt
+        self._pushed = self._pushed + 1 if pushed else 0
+        if self._pushed >= _START_SAMPLES:
+            self.state = State.GUIDING
+            self._x, self._w = self.anchor, 0.0
+            # a hand that is back so soon never left: be slower to believe it the next time
+            soon = self._let_go and self._rested < _SOON_S
+            self._trusting = _SLOW_START_S if soon else _START_S
+            self._account = self._since = 0.0
+        return self.anchor
+
+    def _gate(self) -> float:
+        """More than this at rest is a hand, N m (N)."""
+        return self.doubt + _GATE * self.settings.noise
+
+    def _zero(self) -> None:
+        """What the motor carries now is no hand: learn from it, and put what is left on the bristle."""
+        load, settings = self.model.load, self.settings
+        self.state = State.RESTING
+        self._armed = True
+        felt = self._certainty.correction(load.elastic, load.damping) - self._mean
+        if not self._sure and abs(felt) > self._gate():
+            return  # more than the model can be wrong by: the hand is still there, or again
+        self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
+        self._certainty.learn(self._mean, load.elastic, load.damping, settings.noise)
+        rest = self._mean - self._certainty.correction(load.elastic, load.damping)
+        # where a hand may still lean on the axis, nothing must start when it leaves
+        self._certainty.shift(rest, 0.0 if self._sure else abs(rest) / COVERAGE)
+        self._tracked = 0.0
+        self.torque = self._quiet = 0.0
+
+    def _guide(self, sample: Measurement) -> float:
+        """The admittance."""
+        torque, before = self.torque, self._before
+        certain = math.copysign(max(abs(torque) - self.doubt, 0.0), torque)
+        target = self.settings.yielding * certain
+        if abs(target) > self.limits.speed:
+            target = math.copysign(self.limits.speed, target)
+            self.limited = ("speed",)
+        speed = self._w + self._virtual * (target - self._w)
+        # energy that the hand surely gave, less what it surely got; none is ever lent
+        self._account += certain * speed * self.period
+        if self._account < 0.0:
+            self._account = speed = 0.0
+        self._w = speed
+        self._since += self.period
+        remains = self.raw if before > 0.0 else -self.raw
+        level = abs(before)
+        fell = remains < min(_GONE * level, level - _FALL * self.settings.noise)
+        gone = fell and self._since > self._trusting and level > self.settings.start_torque + self.doubt
+        if gone or (certain == 0.0 and abs(speed) < self.rest_speed):
+            self.state = State.STOPPING
+            self._since = 0.0
+            self._let_go = gone
+            self._sure = False
+            self._pushed_way = math.copysign(1.0, self._w)
+            return self._brake(sample)
+        self.wanted = speed
+        return self._follow(sample)
+
+    def _follow(self, sample: Measurement) -> float:
+        """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
+        speed = self._w
+        self._x += speed * self.period
+        behind = self._x - sample.position
+        leash = _LEASH_S * abs(speed) + 4.0 * self.resolution
+        if abs(behind) > leash:
+            self._x = sample.position + math.copysign(leash, behind)
+        if abs(speed) > 2.0 * self.rest_speed:
+            late = min(max(behind / (speed * self._lead_time), -1.0), 1.0)
+            lead = self._lead_time * (1.0 + _TRIM_RATE * self.period * late)
+            servo = self.settings.servo_time
+            self._lead_time = min(max(lead, servo / _TRIM_RANGE), servo * _TRIM_RANGE)
+        return self._x + self._lead_time * speed
+
+    def _brake(self, sample: Measurement) -> float:
+        """No lead until the axis stands; then the anchor is where it stands."""
+        self._since += self.period
+        self._w = 0.0
+        if abs(sample.velocity) <= self.rest_speed and self._since >= _BRAKE_S:
+            self._stand(State.RESTING)
+            self._armed = not self._let_go  # a hand that eased off may still lean on the axis: no zero then
+            bound, model = _STOP_BOUND * self.model.friction_bound, self.model
+            self._certainty.shift(0.0, min(_STOP_COUNTS * self.resolution * model.bristle_stiffness, bound))
+            self.anchor = self.limits.clip(sample.position)
+            return self.anchor
+        if self._since > 2.0 * _BRAKE_S and abs(self.torque) > self._gate():
+            self.state = State.GUIDING  # it was a hand that eased off, not one that left
+            self._since, self._trusting, self._x = 0.0, _SLOW_START_S, sample.position
+        # the drive's integrator still pushes as against friction at speed: turn its reference round
+        back = _KICK_SHARE * self._lead_time if self._since < _KICK_S else 0.0
+        return sample.position - back * sample.velocity
+
+    def _tare(self, sample: Measurement, left: float) -> float:
+        """Move to and fro, learn at every sample; forget it all if something touched the axis."""
+        settings, load = self.settings, self.model.load
+        reach = 0.5 * settings.tare_travel
+        turn = settings.tare_speed / reach
+        self._since += self.period
+        angle = turn * self._since
+        # readings that come late turn damping into what looks elastic, the same way all through
+        late = TARE_LATE * load.damping
+        self._certainty.learn(left, load.elastic, load.damping, math.hypot(TARE_NOISE * settings.noise, late))
+        if angle > 2.0 * math.pi * (TARE_CYCLES - 1):
+            self._count += 1
+            self._square += (left - self._certainty.correction(load.elastic, load.damping)) ** 2
+        if angle >= 2.0 * math.pi * TARE_CYCLES:
+            if self._square > self._count * (_TARE_LEFT * settings.noise) ** 2:
+                self._certainty = self._kept
+                self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
+            self._w = 0.0
+            self._sure = self._let_go = True
+            self._stand(State.RESTING)
+            return self.anchor
+        place = self.anchor + self._way * reach * (1.0 - math.cos(angle))
+        self._w = self._way * settings.tare_speed * math.sin(angle)
+        self._x = place - self._w * self.period
+        return self._follow(sample)

@@ -1,0 +1,299 @@
+"""Monte-Carlo study of hand guiding in the light mode: `make study-teach` writes docs/teach.md.
+
+Every axis is pushed both ways and let go while moving, pushed both ways and held before it is let go,
+pushed by a slowly rising force until it moves, and left alone; once as it is switched on, once after
+`tare()`. What is measured is the truth inside the simulation at every millisecond, not the readings.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+import numpy as np
+
+from idtool.control import ForceFreeController, Limits, State
+from idtool.model.motion import Array
+from idtool.parameters import Controller
+from idtool.rig import plant
+from idtool.rig.base import TrialSetup
+from idtool.rig.numbers import plant_numbers
+from studies.guided_axis import NO_HAND, Grip, GuidedAxis, speed_profile
+from studies.guided_plants import AXES, PAYLOAD_KG, Case, corner, random_case
+
+SPEED = 0.0192
+COUNT = 2.0 * math.pi / 4096
+PERIOD = 0.01
+GAINS = Controller(2.05, 8.5, PERIOD, mode="light")
+_REST_S = 1.0
+
+
+@dataclass(frozen=True)
+class Pushed:
+    """One push: force, its unevenness (rms) and speed over its last second, N and mm/s at the slide; what
+    followed, ms and counts; mJ."""
+
+    force: float
+    uneven: float
+    speed: float
+    swing: float
+    stop: float
+    ripple: float
+    beyond: float
+    energy: float
+    moving: bool
+
+
+@dataclass(frozen=True)
+class Guided:
+    """One run.
+
+    Attributes:
+        case: the axis.
+        tared: whether `tare()` was called first.
+        pushes: the four pushes.
+        break_away: force at which a slowly rising one has moved the slide by 0.5 mm, N.
+        drift: counts over two seconds without a hand.
+        note: what the controller had to say at the end.
+        truth: position, speed, current and the hand's torque once per ms, shape (4, ms).
+        felt: time, command, estimated torque, doubt, speed wanted and state once per period, shape
+            (periods, 6).
+    """
+
+    case: Case
+    tared: bool
+    pushes: tuple[Pushed, ...]
+    break_away: float
+    drift: float
+    note: str
+    truth: Array
+    felt: Array
+
+    @property
+    def force(self) -> float:
+        """Mean over the pushes, N."""
+        return sum(p.force for p in self.pushes) / len(self.pushes)
+
+    @property
+    def most(self) -> float:
+        """The heaviest push, N."""
+        return max(p.force for p in self.pushes)
+
+    @property
+    def stop(self) -> float:
+        """The longest stop of those let go while moving, ms."""
+        return max(p.stop for p in self.pushes if p.moving)
+
+    @property
+    def ripple(self) -> float:
+        """Worst ripple of the rests, counts."""
+        return max(p.ripple for p in self.pushes)
+
+    @property
+    def energy(self) -> float:
+        """Most energy that a push gave to the hand, mJ; negative: the hand worked."""
+        return max(p.energy for p in self.pushes)
+
+    @property
+    def swing(self) -> float:
+        """Worst root mean square of the speed about its mean while pushed, mm/s."""
+        return max(p.swing for p in self.pushes)
+
+
+def guide(case: Case, *, tared: bool, controller: Controller = GAINS, ramps: bool = True) -> Guided:
+    """Run the whole sequence on one axis."""
+    ratio = case.ratio
+    numbers = plant_numbers(case.truth, TrialSetup(payload_kg=case.payload))
+    axis = GuidedAxis(
+        numbers,
+        at_rest(case, numbers),
+        PERIOD,
+        case.motion_delay,
+        case.current_delay,
+        case.seed,
+    )
+    limits = case.truth.limits
+    law = ForceFreeController(
+        case.file,
+        PERIOD,
+        limits=Limits(limits["lowest_rad"], limits["highest_rad"], speed=limits["speed_rad_s"]),
+    )
+    session = _Session(axis, law, ratio)
+    session.run(0.6, lambda _: NO_HAND)
+    if tared:
+        law.tare()
+        session.run(4.0, lambda _: NO_HAND)
+    grip = Grip.at_slide(case.stiffness, case.damping, ratio)
+    pushes = [session.push(grip, way, hold) for hold in (0.0, 0.6) for way in (1, -1)]
+    away = [session.ramp(way) for way in (1, -1)] if ramps else [math.nan]
+    before = axis.place
+    session.run(2.0, lambda _: NO_HAND)
+    return Guided(
+        case,
+        tared,
+        tuple(pushes),
+        max(away),
+        abs(axis.place - before) / COUNT,
+        " ".join((*law.status.notes, law.status.message if law.status.fault else "")),
+        np.concatenate(axis.truth, axis=1),
+        np.array(session.rows),
+    )
+
+
+def at_rest(case: Case, p: plant.PlantNumbers) -> Array:
+    """Balance, with the bristle bent."""
+    state, _ = plant.blank_state()
+    friction = case.truth.friction
+    state[plant.BRISTLE] = case.bristle * friction["static_nm"] / friction["bristle_stiffness_nm_per_rad"]
+    load = plant.gravity_torque(p, 0.0)
+    if p.compliance > 0.0:
+        state[plant.LOAD_POSITION] = -load / p.compliance
+    held = p.bristle_stiffness * state[plant.BRISTLE]
+    torque = load + plant.effect_torque(p, 0.0, 0.0, 0.0) + held
+    state[plant.INTEGRAL] = torque * (1.0 + p.kappa * abs(torque) / p.torque_constant)
+    return state
+
+
+class _Session:
+    """The controller on the axis, and what a hand does to it."""
+
+    def __init__(self, axis: GuidedAxis, law: ForceFreeController, ratio: float) -> None:
+        self.axis, self.law, self.ratio = axis, law, ratio
+        self.rows: list[tuple[float, ...]] = []
+        self.command = 0.0
+        self.steps = 0
+
+    def run(self, seconds: float, hand: Callable[[float], Array]) -> None:
+        """Step for so long; `hand` of the time since the start."""
+        for k in range(round(seconds / PERIOD)):
+            now, position, velocity, current = self.axis.advance(self.command, hand(k * PERIOD))
+            self.steps += 1
+            warm = plant.temperature(self.axis.numbers, now)
+            self.command = self.law.step(
+                position,
+                velocity,
+                current,
+                PAYLOAD_KG,
+                temperature_degc=round(warm),
+                time_s=self.steps * PERIOD,
+            )
+            status = self.law.status
+            self.rows.append(
+                (
+                    self.steps * PERIOD,
+                    self.command,
+                    status.external_torque,
+                    status.doubt,
+                    status.velocity_wanted,
+                    float(list(State).index(status.state)),
+                )
+            )
+
+    def push(self, grip: Grip, way: int, hold: float) -> Pushed:
+        """Push, perhaps hold still, let go, leave alone."""
+        speed = SPEED / self.ratio
+        length = 2.0 if grip.stiffness > 300.0 * self.ratio**2 else 4.0
+        start, begun = self.axis.place, self.steps
+        work = self.axis.work
+
+        def hand(t: float) -> Array:
+            place, pace = speed_profile(t, 0.25, speed)
+            if t > length:
+                less, slower = speed_profile(t - length, 0.25, speed)
+                place, pace = place - less, pace - slower
+            share = min(t / 0.05, 1.0)
+            rise = 20.0 if t < 0.05 else 0.0
+            return np.array(
+                [grip.stiffness, grip.damping, start + way * place, way * pace, 0.0, 0.0, share, rise]
+            )
+
+        self.run(length + hold, hand)
+        work = self.axis.work - work
+        let_go = self.steps
+        self.run(_REST_S, lambda _: NO_HAND)
+        truth = np.concatenate(self.axis.truth[begun:], axis=1)
+        per = truth.shape[1] // (self.steps - begun)
+        steady = slice(round((length - 1.0) / PERIOD) * per, round(length / PERIOD) * per)
+        rest = truth[0, (let_go - begun) * per :]
+        away = np.flatnonzero(np.abs(rest - rest[-1]) > COUNT)
+        return Pushed(
+            force=way * float(np.mean(truth[3, steady])) / self.ratio,
+            uneven=float(np.std(truth[3, steady])) / self.ratio,
+            speed=1e3 * self.ratio * way * float(np.mean(truth[1, steady])),
+            swing=1e3 * self.ratio * float(np.std(truth[1, steady])),
+            stop=float(away[-1] + 1) if len(away) else 0.0,
+            ripple=float(np.ptp(rest[len(rest) // 2 :])) / COUNT,
+            beyond=max(0.0, float(np.max(way * (rest - rest[-1])))) / COUNT,
+            energy=-1e3 * work,
+            moving=hold == 0.0,
+        )
+
+    def ramp(self, way: int) -> float:
+        """Raise a force by 0.5 N/s until the slide has moved by 0.5 mm; that force, N (6 at most)."""
+        self.run(3.0, lambda _: NO_HAND)
+        start, rate = self.axis.place, 0.5
+        found = 6.0
+        for k in range(round(6.0 / rate / PERIOD)):
+            force = rate * k * PERIOD
+            torque = np.array(
+                [0.0, 0.0, 0.0, 0.0, way * force * self.ratio, way * rate * self.ratio, 0.0, 0.0]
+            )
+            self.run(PERIOD, lambda _, torque=torque: torque)  # type: ignore[misc]
+            if way * (self.axis.place - start) * self.ratio > 0.5e-3:
+                found = force
+                break
+        self.run(_REST_S, lambda _: NO_HAND)
+        return found
+
+
+def corners() -> list[Case]:
+    """Every end of every range, with every hand."""
+    signs = [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
+    return [
+        corner(axis, GAINS, sign, stiff=stiff, delay=delay, late=False)
+        for axis in AXES
+        for sign in signs
+        for stiff in (False, True)
+        for delay in (0.0, 0.01, 0.02)
+    ]
+
+
+TITLES = {
+    "none": "No effects",
+    "known": "One to three effects that the file holds, each 10 % off",
+    "unknown": "One to three effects that the file does not hold",
+}
+
+
+@click.command()
+@click.option("--axes", default=600, show_default=True, help="How many, in three groups.")
+@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/teach.md"), show_default=True)
+@click.option("--seed", default=0, show_default=True)
+def main(axes: int, out: Path, seed: int) -> None:
+    """Run the study and write its page."""
+    from studies import teach_page, teach_paper
+    from studies.teach_effects import effects_section
+
+    rng = np.random.default_rng(seed)
+    groups: dict[str, dict[bool, list[Guided]]] = {}
+    for kind, title in TITLES.items():
+        cases = [random_case(rng, GAINS, effects=kind) for _ in range(axes // 3)]
+        groups[title] = {tared: [guide(case, tared=tared) for case in cases] for tared in (True, False)}
+        click.echo("\n".join([title, *teach_page.goals_table(groups[title][True])]))
+    ends = [guide(case, tared=True) for case in corners()]
+    click.echo("\n".join(["corners", *teach_page.goals_table(ends)]))
+    images = out.parent / "images"
+    images.mkdir(parents=True, exist_ok=True)
+    teach_page.draw_spread(groups, images / "teach_spread.png")
+    tared = [run for group in groups.values() for run in group[True]]
+    teach_page.draw_run(max(tared, key=lambda r: r.most), images / "teach_worst.png", until=15.0)
+    out.write_text(
+        teach_page.page(groups, ends, teach_paper.section(images), effects_section()), encoding="utf-8"
+    )
+
+
+if __name__ == "__main__":
+    main()

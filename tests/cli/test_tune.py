@@ -1,0 +1,51 @@
+"""`ffc-id tune`, the real program."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from support import ffc_id
+
+from idtool.parameters import Parameters
+from studies.guided_plants import file_of, plant_of
+
+
+@pytest.fixture
+def params(tmp_path: Path) -> Path:
+    file_of(plant_of("paper")).write(tmp_path / "params.toml")
+    return tmp_path / "params.toml"
+
+
+def test_writes_the_gains_and_teach_takes_them(params: Path) -> None:
+    done = ffc_id("tune", "-p", params, "--force", "2", "--speed", "19.2", "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["schema"] == "ffc-id/tuning/1"
+    assert min(m["gain"] for m in document["margins"]) >= 1.1
+    controller = Parameters.read(params).controller
+    assert controller is not None
+    assert controller.mode == "light"
+    assert controller.loop_gain == pytest.approx(document["controller"]["loop_gain"])
+    guided = ffc_id("teach", "-p", params, "--tare", "--rig", "sim:paper,sensors=dynamixel", "--json")
+    assert guided.returncode == 0, guided.stderr
+    figures = json.loads(guided.stdout)["figures"]
+    assert figures["force_n"] == pytest.approx(2.0, rel=0.15)
+    assert figures["speed_mm_s"] == pytest.approx(19.2, rel=0.05)
+    assert figures["stop_ms"] <= 48.0
+
+
+def test_refuses_and_leaves_the_file_alone(params: Path) -> None:
+    before = params.read_bytes()
+    done = ffc_id("tune", "-p", params, "--force", "1")
+    assert done.returncode == 3
+    assert "ask for" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert params.read_bytes() == before
+
+
+def test_a_tare_needs_the_light_mode(params: Path) -> None:
+    done = ffc_id("teach", "-p", params, "--tare")
+    assert done.returncode == 2
+    assert "ffc-id tune" in done.stderr

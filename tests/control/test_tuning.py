@@ -1,0 +1,69 @@
+"""Gains for a wanted feel: what is promised holds on the simulated axis, what is refused oscillates there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from idtool.control.hand import travel_per_position
+from idtool.control.online import OnlineModel
+from idtool.control.tuning import doubt_after_tare, margins_of, tune, tuned
+from idtool.errors import InputError
+from idtool.parameters import Controller, Parameter
+from studies.guided_plants import AXES, corner, file_of, plant_of
+from studies.teach import GAINS, guide
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize(("force", "speed"), [(2.0, 19.2), (3.0, 19.2), (2.5, 15.0)])
+def test_the_feel_is_what_was_asked_for(axis: str, force: float, speed: float) -> None:
+    file = file_of(plant_of(axis))
+    ratio = travel_per_position(file)
+    assert ratio is not None
+    tuning = tune(file, force=force, speed=1e-3 * speed, ratio=ratio)
+    assert tuning.controller.loop_gain == pytest.approx(tuning.speed / (tuning.torque - tuning.doubt))
+    assert tuning.worst.gain >= 1.1
+    case = corner(axis, GAINS, (0, 0, 0), stiff=False, delay=0.0, late=False)
+    case = replace(case, file=tuned(file, tuning), bristle=0.0, stiffness=1000.0, damping=20.0)
+    run = guide(case, tared=True, ramps=False)
+    felt = run.force * speed / 19.2 if speed != 19.2 else run.force
+    assert felt == pytest.approx(force, rel=0.25)
+    assert run.swing < 1.5
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_margins_say_where_it_oscillates(axis: str) -> None:
+    """A gain beyond the margin swings on the simulated axis, one well inside it does not."""
+    model = OnlineModel(file_of(plant_of(axis)))
+    ratio = plant_of(axis).gravity["per_payload_nm_per_kg"] / 9.80665
+    base = corner(axis, GAINS, (0, 0, 0), stiff=True, delay=0.02, late=True)
+    margins = margins_of(model, 1.0, ratio, 0.01, 20.0)
+    (critical,) = [m.gain for m in margins if (m.hand, m.delay, m.friction) == ("stiff", 0.02, 1.0)]
+    swings = {}
+    for share in (0.6, 1.7):
+        gains = Controller(2.05, share * critical, 0.01, mode="light")
+        run = guide(replace(base, file=replace(base.file, controller=gains)), tared=True, ramps=False)
+        swings[share] = 99.0 if run.note else run.swing  # a fault: it shook so that a load seemed lost
+    assert swings[0.6] < 1.5
+    assert swings[1.7] > 3.0
+
+
+def test_refuses_what_cannot_be_and_says_why() -> None:
+    file = file_of(plant_of("paper"))
+    ratio = travel_per_position(file)
+    assert ratio is not None
+    with pytest.raises(InputError, match=r"oscillates: against a stiff hand .* ask for \d\.\d+ N or more"):
+        tune(file, force=1.2, speed=0.0192, ratio=ratio)
+    with pytest.raises(InputError, match="the model is uncertain by"):
+        tune(file, force=0.3, speed=0.0192, ratio=ratio)
+    with pytest.raises(InputError, match="above zero"):
+        tune(file, force=-1.0, speed=0.0192, ratio=ratio)
+
+
+def test_a_less_certain_file_leaves_more_to_the_hand() -> None:
+    file = file_of(plant_of("paper"))
+    static = dict(file.static)
+    static["coulomb"] = Parameter(0.07, stderr=0.05)
+    vague = replace(file, static=static)
+    assert doubt_after_tare(vague, 0.4225, 0.01) > 1.1 * doubt_after_tare(file, 0.4225, 0.01)
