@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import os
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +16,7 @@ from idtool.experiment.trajectory import excursion
 from idtool.log import LogWriter, columns_of
 from idtool.model.motion import Array
 from idtool.rig.base import Block, Limits, Rig, Trajectory, TrialSetup
+from idtool.uninterrupted import uninterrupted
 from idtool.units import Kind, unit_text
 
 #: Beyond a limit by this share (of the range of positions, of the highest speed or current) the axis is
@@ -106,9 +103,10 @@ def run(
         except KeyboardInterrupt:
             interrupted = True
         except RigFault as error:
-            raise RigFault(f"{str(error).removesuffix('.')}; {session.kept()}.") from error
+            # the kind of fault is kept for programs that tell them apart
+            raise type(error)(f"{str(error).removesuffix('.')}; {session.kept()}.") from error
         finally:
-            with _uninterrupted():
+            with uninterrupted():
                 try:
                     rig.stop()
                 finally:
@@ -142,7 +140,7 @@ class _Session:
             # Every n-th sample of the trial, not of the block. Nothing is averaged: a row is a reading.
             rows = _rows(block, self._finished, setup)[-seen % self._every :: self._every]
             seen += len(block.time_s)
-            with _uninterrupted():
+            with uninterrupted():
                 self._writer.append(rows)
                 self._rows += len(rows)
                 if len(rows):
@@ -188,35 +186,6 @@ class _Session:
         rig_left = max(self._total - self._played, 0.0)
         trials = len(self._recipe.trials)
         self._progress(Progress(share, rig_left, left, self._finished + 1, trials))
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C, and other signals that end a run, back until the end of the block.
-
-    A row must be written and counted, and the axis stopped, also when the key is hit twice. Elsewhere
-    than in the main thread Python delivers no signal, and there is nothing to hold.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    held: list[int] = []
-
-    def hold(number: int, _: Any) -> None:
-        held.append(number)
-
-    names = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.getsignal(number) for number in (getattr(signal, name) for name in names)}
-    before = {number: handler for number, handler in before.items() if callable(handler)}
-    for number in before:
-        signal.signal(number, hold)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        if held:
-            signal.raise_signal(held[0])
 
 
 def _every(recipe: Recipe, rig: Rig) -> int:
