@@ -1,11 +1,13 @@
 # Two commands do everything on a fresh machine (Python 3.11+ with venv, make):
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
+# make study-accuracy measures the estimator over many simulated sessions (half an hour).
+#   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests clean
+.PHONY: demo test lint types tests bench study-accuracy clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -24,6 +26,14 @@ tests: export OPENBLAS_NUM_THREADS = 1
 tests: $(VENV)/.ready-dev
 	$(BIN)/pytest -n 2 --dist loadfile
 
+bench: $(VENV)/.ready-bench
+	$(BIN)/python -m benchmarks
+
+# Longer than tests; each writes a page of docs/.
+study-accuracy: export OPENBLAS_NUM_THREADS = 1
+study-accuracy: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.accuracy
+
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit("ffc-id needs Python 3.11 or newer: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else 0'
 	$(PYTHON) -m venv $(VENV)
@@ -34,6 +44,10 @@ $(VENV)/.ready: pyproject.toml constraints.txt | $(VENV)/bin/python
 
 $(VENV)/.ready-dev: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[dev]'
+	@touch $@ $(VENV)/.ready
+
+$(VENV)/.ready-bench: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'
 	@touch $@ $(VENV)/.ready
 
 clean:

@@ -41,6 +41,8 @@ def check(logs: Sequence[Path], torque_constant: float | None, output: Output) -
             )
             for finding in log.findings:
                 click.echo(f"  ! {finding}")
+        for note in result.notes:
+            click.echo(f"note: {note}")
         click.echo("\nthese logs can determine")
         for verdict in result.can:
             click.echo(f"  {verdict.what}" + ("" if verdict.why == "testable" else f" ({verdict.why})"))
@@ -48,5 +50,9 @@ def check(logs: Sequence[Path], torque_constant: float | None, output: Output) -
             click.echo("they cannot determine")
         for verdict in result.cannot:
             click.echo(f"  {verdict.what}: {verdict.why}; try {verdict.run}")
+        if result.findings:
+            click.echo("what they lack")
+        for lacking in result.findings:
+            click.echo(f"  {lacking.sentence}")
 
     output.result(result.to_document(), show)

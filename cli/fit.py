@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console
 
+    from idtool.fit.joint import JointFit
     from idtool.parameters import Parameters
     from idtool.signals import Recording
 
@@ -103,7 +105,7 @@ def fit_gravity(
     parameters = replace(known, gravity_model=spec.gravity, gravity=gravity_parameters(result.fit))
     points = [(p.payload, p) for p in result.points if p.payload is not None]
     notes = []
-    if spec.gravity == "slide":
+    if spec.gravity == "slide" and "per_payload" in spec.gravity_columns:
         notes.append("payload steps determine m1 + 2 m2 and the payload slope, not m1 and m2 apart.")
     picture = None
     if points:
@@ -116,7 +118,7 @@ def fit_gravity(
             stderr=[p.stderr for _, p in points],
         )
     quality = {"average_error_percent": result.average_error}
-    _finish(parameters, params, "gravity", quality, notes, picture, figure, output)
+    _finish(parameters, params, "gravity", quality, result.fit, notes, picture, figure, output)
 
 
 @click.command("fit-static")
@@ -144,7 +146,6 @@ def fit_static(
 
     from idtool.fit.results import static_parameters
     from idtool.fit.staged import fit_static as fit
-    from idtool.identification import findings
     from idtool.report import stribeck_figure
     from idtool.results import stribeck_curve
 
@@ -164,9 +165,7 @@ def fit_static(
         high=curve["high"],
     )
     quality = {"adjusted_r2": result.adjusted_r2, "windows": len(result.windows), "curve_fit": result.curve}
-    _finish(
-        parameters, params, "static", quality, result.notes + findings(result.fit), picture, figure, output
-    )
+    _finish(parameters, params, "static", quality, result.fit, [], picture, figure, output)
 
 
 @click.command("fit-dynamic")
@@ -215,7 +214,7 @@ def fit_dynamic(
         "relative_percent": 100.0 * result.fit.relative,
         "model_evaluations": result.fit.evaluations,
     }
-    _finish(parameters, params, "dynamic", quality, result.notes, picture, figure, output)
+    _finish(parameters, params, "dynamic", quality, result.fit, [], picture, figure, output)
 
 
 def _read(
@@ -248,11 +247,14 @@ def _finish(
     params: Path,
     part: str,
     quality: dict[str, Any],
+    fit: JointFit,
     notes: list[str],
     picture: Figure | None,
     figure: Path | None,
     output: Output,
 ) -> None:
+    from idtool.fit.identifiability import shortcomings
+    from idtool.identification import findings
     from idtool.report import save_figure
 
     from .tables import document_of, print_parameters
@@ -262,11 +264,12 @@ def _finish(
     if picture is not None:
         save_figure(picture, drawn)
     parts = ("dynamic", "effects") if part == "dynamic" else (part,)
+    notes = [*notes, *findings(fit, parts)]
 
     def show(console: Console) -> None:
         print_parameters(console, parameters, parts)
         for name, value in quality.items():
-            if isinstance(value, float):
+            if isinstance(value, float) and math.isfinite(value):
                 click.echo(f"{name.replace('_', ' ')}: {value:.5g}")
         for note in notes:
             click.echo(f"note: {note}")
@@ -278,5 +281,6 @@ def _finish(
         "parameters": document_of(parameters, part),
         "quality": quality,
         "notes": notes,
+        "findings": [one.to_document() for one in shortcomings(fit, parts)],
     }
     output.result(document, show)

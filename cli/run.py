@@ -55,16 +55,45 @@ def run_gravity(recipe: str, rig: str, log: Path, seed: int, force: bool, output
     return _run(recipe, rig, log, seed, force, output, "gravity")
 
 
+def _numbers(_context: click.Context, _option: click.Parameter, value: str | None) -> list[float] | None:
+    """Numbers with commas between them."""
+    if value is None:
+        return None
+    try:
+        return [float(part) for part in value.split(",")]
+    except ValueError as error:
+        raise click.BadParameter(f"{value!r} is no list of numbers; write it as 0.02,0.05,0.1") from error
+
+
 @click.command("run-sweep")
 @_recipe_option("sweep")
+@click.option(
+    "--speeds",
+    metavar="W,W,...",
+    callback=_numbers,
+    help="Speeds in place of the recipe's, rad/s (m/s), one trial each.",
+)
+@click.option(
+    "--travel", type=float, metavar="Q", help="Travel of each way in place of the recipe's, rad (m)."
+)
 @_shared
-def run_sweep(recipe: str, rig: str, log: Path, seed: int, force: bool, output: Output) -> int:
+def run_sweep(
+    recipe: str,
+    speeds: list[float] | None,
+    travel: float | None,
+    rig: str,
+    log: Path,
+    seed: int,
+    force: bool,
+    output: Output,
+) -> int:
     """Velocity sweep: constant speeds both ways, lying on its side.
 
     \b
     ffc-id run-sweep --rig sim:bench -o sweep.csv
+    ffc-id run-sweep --speeds 0.01,0.02,0.05 --travel 0.5 -o slow.csv
     """
-    return _run(recipe, rig, log, seed, force, output, "sweep")
+    return _run(recipe, rig, log, seed, force, output, "sweep", speeds, travel)
 
 
 @click.command("run-sine")
@@ -92,14 +121,22 @@ def run_any(recipe: str, rig: str, log: Path, seed: int, force: bool, output: Ou
 
 
 def _run(
-    name: str, spec: str, log: Path, seed: int, force: bool, output: Output, experiment: str | None
+    name: str,
+    spec: str,
+    log: Path,
+    seed: int,
+    force: bool,
+    output: Output,
+    experiment: str | None,
+    speeds: list[float] | None = None,
+    travel: float | None = None,
 ) -> int:
     from idtool.atomic import refuse_existing
     from idtool.experiment.recipe import read_recipe
     from idtool.experiment.runner import run
     from idtool.rig import open_rig
 
-    recipe = read_recipe(name)
+    recipe = read_recipe(name, speeds=speeds, travel=travel)
     if experiment is not None and recipe.experiment != experiment:
         output.warn(
             f'recipe {recipe.name} is marked as experiment "{recipe.experiment}", and so will be the log; '

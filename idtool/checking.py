@@ -7,26 +7,32 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from idtool.effects import registry
-from idtool.fit.choose import choose_gravity
+from idtool.errors import InputError
+from idtool.fit.choose import choose_gravity, first_fit
+from idtool.fit.identifiability import (
+    Shortcoming,
+    constant_speeds,
+    moves_one_way,
+    rows_left_out,
+    shortcomings,
+)
+from idtool.fit.joint import JointFit
+from idtool.fit.model import Spec
 from idtool.log import Log, columns_of
+from idtool.mending import GAP, missing_rows
 from idtool.model import gravity
-from idtool.model.motion import Array, Motion
 from idtool.parameters import GRAVITY_MODELS
 from idtool.signals import Recording, record
 
 SCHEMA = "ffc-id/check/1"
-#: A step of time this many times the usual one is a gap; steps that scatter by more than this share jitter.
-_GAP = 2.5
+#: Steps of time that scatter by more than this share jitter.
 _JITTER = 0.1
-#: A run of this many equal readings while the axis moves is a stuck sensor.
+#: A run of this many equal readings while the axis is told to move may be a stuck sensor.
 _STUCK_ROWS = 50
-#: This share of rows at the extreme current is a flat top.
-_FLAT = 0.01
-_STEADY_S = 0.4
-_LEAST_PAYLOADS = 3
+#: Travel that sensors must tell of, commanded but not read, as a share of the whole commanded travel.
+_UNREAD = 0.05
 
 
 @dataclass(frozen=True)
@@ -56,31 +62,59 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Check:
-    """The outcome: each log, and the session that they make together."""
+    """The outcome: each log, and the session that they make together.
+
+    Attributes:
+        logs: each log by itself.
+        can, cannot: what the session determines, and what not.
+        findings: what the session lacks, as a fit of it will say.
+        notes: rows that will not be compared, and what was mended.
+    """
 
     logs: list[LogCheck]
     can: list[Verdict]
     cannot: list[Verdict]
+    findings: list[Shortcoming]
+    notes: list[str]
 
     def to_document(self) -> dict[str, Any]:
         """A JSON document."""
         return {
             "schema": SCHEMA,
             "logs": [vars(log) for log in self.logs],
-            "session": {"can": [vars(v) for v in self.can], "cannot": [vars(v) for v in self.cannot]},
+            "session": {
+                "can": [vars(v) for v in self.can],
+                "cannot": [vars(v) for v in self.cannot],
+                "findings": [one.to_document() for one in self.findings],
+                "notes": self.notes,
+            },
         }
 
 
 def check(logs: Sequence[Log]) -> Check:
     """Look at logs one by one and together.
 
+    What a session lacks follows from a trial fit of the base model, by the same rules that the fits use;
+    its parameters are not handed out.
+
     Raises:
         InputError: they cannot be used at all (see `signals.record`).
     """
     recording = record(logs)
     singles = [_check_log(log, recording, index) for index, log in enumerate(logs)]
-    can, cannot = _determine(_with_some_load(recording))
-    return Check(singles, can, cannot)
+    fit = _trial_fit(recording)
+    lacking = [] if fit is None else shortcomings(fit)
+    can, cannot = _determine(_with_some_load(recording), lacking)
+    return Check(singles, can, cannot, lacking, rows_left_out(recording))
+
+
+def _trial_fit(recording: Recording) -> JointFit | None:
+    """The base model on all logs; None where there are too few rows for it."""
+    model, columns = choose_gravity(recording)
+    try:
+        return first_fit(recording, Spec("lugre", model, columns))
+    except InputError:
+        return None
 
 
 def _with_some_load(recording: Recording) -> Recording:
@@ -103,137 +137,118 @@ def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
     first = motion.first[rows]
     steps = motion.step[rows][~first]
     usual = float(np.median(steps))
-    gaps = int(np.sum(steps > _GAP * usual))
-    even = steps[steps <= _GAP * usual]
+    missing = missing_rows(motion.time[rows], first)
+    even = steps[steps <= GAP * usual]
     jitter = float(np.std(even) / usual)
-    windows = _steady_windows(motion, rows)
     facts: dict[str, Any] = {
-        "rows": int(rows.sum()),
-        "trials": len(trials),
+        "rows": len(log.frame),
+        "trials": len(log.trials),
         "seconds": float(steps.sum()),
         "rate_hz": 1.0 / usual,
-        "gaps": gaps,
+        "gaps": int(np.sum(steps > GAP * usual)),
+        "missing_rows": missing,
         "jitter_percent": 100.0 * jitter,
         "top_speed": float(np.quantile(np.abs(motion.velocity[rows]), 0.999)),
         "stroke": float(np.ptp(motion.position[rows])),
-        "steady_windows": len(windows),
-        "unusable_rows": int(np.sum(~recording.usable[rows])),
+        "steady_windows": len(constant_speeds(motion, rows)),
+        "unusable_rows": int(np.sum(~recording.usable[rows])) + len(log.frame) - int(rows.sum()),
         "torque_noise": recording.noise,
     }
     findings = []
     if log.incomplete:
         findings.append("was cut short; it is used up to its last whole row")
-    if gaps:
-        findings.append(f"{gaps} gaps in time of up to {float(steps.max()):.3g} s")
+    if missing:
+        findings.append(f"{facts['gaps']} gaps in time of up to {float(steps.max()):.3g} s")
     if jitter > _JITTER:
         findings.append(f"the sampling jitters by {100 * jitter:.0f} % of its period")
-    findings += _sensor_findings(log, motion.velocity[rows])
+    findings += _not_following(log)
     lost = facts["unusable_rows"]
     if lost > 0.02 * facts["rows"]:
-        findings.append(
-            f"{lost} rows will not be compared (outliers, or motion faster than its sampling): "
-            "move more smoothly"
-        )
+        findings.append(f"{lost} of {facts['rows']} rows will not be compared")
     return LogCheck(log.source, log.experiment, facts, findings)
 
 
-def _sensor_findings(log: Log, velocity: Array) -> list[str]:
+def _not_following(log: Log) -> list[str]:
+    """Position and velocity that stand still while the axis is told to move.
+
+    With one of the two a stuck sensor cannot be told from an axis that is held, so this is only said.
+    """
+    command = log.column("velocity_command")
+    if command is None:
+        return []
     findings = []
-    names = columns_of(log.axis.kind)
-    moving = np.abs(velocity) > 0.1 * float(np.max(np.abs(velocity)))
-    for role in ("position", "velocity", "current", "torque"):
+    step = np.clip(np.diff(log.frame["time_s"], prepend=log.frame["time_s"].iloc[0]), 0.0, None)
+    told = np.abs(command) * step
+    for role in ("position", "velocity"):
         values = log.column(role)
         if values is None:
             continue
-        run = _longest_run(np.concatenate([[False], np.diff(values) == 0]) & moving)
-        if run >= _STUCK_ROWS and role != "torque":
-            findings.append(
-                f'column "{names[role]}" stands still for {run} rows while the axis moves: stuck?'
-            )
-        if role in ("current", "torque"):
-            top = float(np.max(np.abs(values)))
-            flat = float(np.mean(np.abs(values) >= top * (1.0 - 1e-6)))
-            if flat > _FLAT:
+        still = np.concatenate([[False], np.diff(values) == 0])
+        edges = np.flatnonzero(np.diff(still.astype(int), prepend=0, append=0))
+        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            steady = role == "velocity" and np.ptp(command[begin:end]) < 1e-9
+            if end - begin >= _STUCK_ROWS and told[begin:end].sum() > _UNREAD * told.sum() and not steady:
+                name = columns_of(log.axis.kind)[role]
                 findings.append(
-                    f'column "{names[role]}" is at its extreme {top:.3g} on {100 * flat:.0f} % of the '
-                    "rows: saturated?"
+                    f'column "{name}" stands still for {end - begin} rows from row {begin + 1} while the '
+                    "axis is told to move: the sensor is stuck, or the axis is held"
                 )
+                break
     return findings
 
 
-def _longest_run(flags: NDArray[np.bool_]) -> int:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
-    return int(np.max(edges[1::2] - edges[::2], initial=0))
-
-
-def _steady_windows(motion: Motion, rows: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """(speed, travel) of each stretch of constant speed, from the smoothed velocity alone."""
-    w, time, trial = motion.velocity[rows], motion.time[rows], motion.trial[rows]
-    top = float(np.quantile(np.abs(w), 0.999))
-    bins = np.round(w / (0.04 * top)).astype(int)
-    edges = np.flatnonzero((np.diff(bins) != 0) | (np.diff(trial) != 0)) + 1
-    bounds = np.concatenate([[0], edges, [len(w)]])
-    windows = []
-    for begin, end in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-        seconds = float(time[end - 1] - time[begin])
-        speed = float(np.mean(w[begin:end]))
-        if seconds >= _STEADY_S and abs(speed) > 0.05 * top:
-            windows.append((speed, abs(speed) * seconds))
-    return windows
-
-
-def _determine(recording: Recording) -> tuple[list[Verdict], list[Verdict]]:
+def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[list[Verdict], list[Verdict]]:
     can: list[Verdict] = []
     cannot: list[Verdict] = []
 
-    def judge(what: str, shown: bool, why: str, lack: str, run: str) -> None:
-        (can if shown else cannot).append(Verdict(what, why) if shown else Verdict(what, lack, run))
+    def judge(what: str, names: Sequence[str], why: str, lack: str = "", run: str = "") -> None:
+        """Not determined if `lack` says so, or if a shortcoming does of one of the named parameters."""
+        short = next((one for one in lacking if set(names) & set(one.parameters)), None)
+        if lack:
+            cannot.append(Verdict(what, lack, run))
+        elif short is not None:
+            cannot.append(Verdict(what, short.why, short.run or short.remedy))
+        else:
+            can.append(Verdict(what, why))
 
     motion = recording.motion
-    everything = np.ones(len(motion), dtype=bool)
     acting = motion.gravity_factor is None or float(np.max(np.abs(motion.gravity_factor))) > 0.1
     payloads = 0 if motion.payload is None else len(np.unique(np.round(motion.payload, 3)))
     if motion.payload is not None or motion.gravity_factor is not None:
-        judge(
-            "gravity: base", acting, "gravity acts", "gravity never acts in these logs", "ffc-id run-gravity"
-        )
+        never = "" if acting else "gravity never acts in these logs"
+        judge("gravity: base", ["gravity.base"], "gravity acts", never, "ffc-id run-gravity")
         judge(
             "gravity: per payload",
-            acting and payloads >= _LEAST_PAYLOADS,
+            ["gravity.per_payload"],
             f"{payloads} payloads",
-            f"{payloads} payload{'' if payloads == 1 else 's'} only" if acting else "gravity never acts",
+            never,
             "ffc-id run-gravity",
         )
-    windows = _steady_windows(motion, everything)
-    speeds = sorted({round(abs(speed), 3) for speed, _ in windows})
-    both = any(speed > 0 for speed, _ in windows) and any(speed < 0 for speed, _ in windows)
+    speeds = sorted({round(abs(speed), 3) for speed, _ in constant_speeds(motion)})
     moving = np.abs(motion.velocity) > 1e-3 * float(np.max(np.abs(motion.velocity)))
     reversals = int(np.count_nonzero(np.diff(np.sign(motion.velocity[moving]))))
     judge(
         "friction: Coulomb and viscous",
-        (len(speeds) >= 3 and both) or reversals >= 4,
+        ["static.coulomb", "static.viscous"],
         f"{len(speeds)} constant speeds, {reversals} reversals",
-        f"{len(speeds)} constant speeds" + ("" if both else " in one direction only"),
+        ""
+        if len(speeds) >= 3 or reversals >= 4 or moves_one_way(recording)
+        else f"{len(speeds)} constant speeds and {reversals} reversals only",
         "ffc-id run-sweep",
     )
-    fastest = float(np.quantile(np.abs(motion.velocity), 0.999))
-    slow = bool(speeds) and speeds[0] < 0.3 * fastest
     judge(
         "friction: static level and Stribeck velocity",
-        slow or reversals >= 8,
+        ["static.static", "static.stribeck_velocity"],
         f"slowest constant speed {speeds[0] if speeds else 0:.3g}, {reversals} reversals",
-        "no low speeds and few reversals",
-        "ffc-id run-sweep with more low speeds",
     )
     judge(
         "friction: sigma0 and sigma1",
-        reversals >= 4 and recording.position_resolution > 0,
-        f"{reversals} reversals; the fit says whether the presliding travel exceeds 3 steps of "
-        f"{recording.position_resolution:.2g}",
-        f"{reversals} reversals" if recording.position_resolution > 0 else "no position was logged",
+        ["dynamic.bristle_stiffness", "dynamic.bristle_damping"],
+        f"{reversals} reversals; position steps of {recording.position_resolution:.2g}",
+        "" if recording.position_resolution > 0 else "no position was logged",
         "ffc-id run-sine",
     )
     for effect in registry.library():
         reason = effect.missing(motion)
-        judge(f"effect: {effect.name}", reason is None, "testable", reason or "", effect.reveals)
+        judge(f"effect: {effect.name}", [f"effects.{effect.name}"], "testable", reason or "", effect.reveals)
     return can, cannot

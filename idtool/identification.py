@@ -17,6 +17,7 @@ from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.effects import registry
 from idtool.errors import InputError, nearest
 from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fit, step_down
+from idtool.fit.identifiability import PARTS, Shortcoming, rows_left_out, shortcomings
 from idtool.fit.joint import JointFit
 from idtool.fit.model import FRICTION_KINDS, FrictionKind, Spec
 from idtool.fit.results import (
@@ -44,12 +45,14 @@ class Identification:
         evidence: the diagnosis with everything behind it.
         notes: sentences that qualify the result.
         options: what was asked for, for the provenance.
+        stepped_down: what the data lack for the friction law that was asked for.
     """
 
     recording: Recording
     evidence: Diagnosis
     notes: list[str]
     options: dict[str, Any] = field(default_factory=dict)
+    stepped_down: list[Shortcoming] = field(default_factory=list)
 
     @property
     def fit(self) -> JointFit:
@@ -66,6 +69,7 @@ class Identification:
         """The document of diagnosis.json."""
         document = self.evidence.to_document()
         document["notes"] = self.notes + document["notes"]
+        document["findings"] = [one.to_document() for one in [*self.stepped_down, *shortcomings(self.fit)]]
         return document
 
 
@@ -98,7 +102,7 @@ def identify(
     tell("reading the motion")
     recording = record(logs)
     tell("searching the friction parameters")
-    start, spec, notes = begin(recording, law, gravity, optimizer=optimizer, seed=seed)
+    start, spec, notes, reasons = begin(recording, law, gravity, optimizer=optimizer, seed=seed)
     library = registry.library()
     if law == "coulomb":
         library = tuple(effect for effect in library if effect.name in TEXTBOOK_EFFECTS)
@@ -108,31 +112,41 @@ def identify(
     evidence = diagnose(recording, start, spec, library, tell)
     notes += findings(evidence.final)
     options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
-    return Identification(recording, evidence, notes, options)
+    return Identification(recording, evidence, notes, options, reasons)
 
 
 def begin(
     recording: Recording, law: str, gravity: str, *, optimizer: str = "direct", seed: int = 0
-) -> tuple[JointFit, Spec, list[str]]:
-    """A first joint fit, the base model that the data can carry, and sentences on what stepped down."""
+) -> tuple[JointFit, Spec, list[str], list[Shortcoming]]:
+    """A first joint fit, the base model that the data can carry, and why it stepped down (`step_down`)."""
     kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
     model, columns = choose_gravity(recording, gravity)
     notes = []
-    if model == "slide" and "per_payload" not in columns:
-        notes.append(
-            "one payload only: gravity per payload is not determined; a run with payload steps shows it."
-        )
     if model == "slide" and "base" not in columns:
         notes.append(
             "gravity never acts without payload: its base is not determined; add a run that stands upright."
         )
-    start, more = step_down(first_fit(recording, Spec(kind, model, columns), optimizer=optimizer, seed=seed))
+    first = first_fit(recording, Spec(kind, model, columns), optimizer=optimizer, seed=seed)
+    start, more, reasons = step_down(first)
     base = Spec(start.model.spec.friction, model, columns)
-    return start, base, notes + more
+    return start, base, notes + more, reasons
 
 
-def findings(fit: JointFit) -> list[str]:
-    """Sentences on the fitted friction model that a reader must know."""
+def findings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[str]:
+    """Sentences on a fit that a reader must know: the friction model, what the data lack, rows left out.
+
+    Args:
+        fit: any fit.
+        parts: parts of the parameter file that it gives: "gravity", "static", "dynamic", "effects".
+    """
+    return [
+        *(_about_friction(fit) if "static" in parts else []),
+        *(one.sentence for one in shortcomings(fit, parts)),
+        *rows_left_out(fit.model.recording),
+    ]
+
+
+def _about_friction(fit: JointFit) -> list[str]:
     static, dynamic = static_parameters(fit), dynamic_parameters(fit)
     notes = []
     if fit.model.spec.friction != "coulomb" and static["static"].identified:
@@ -144,10 +158,6 @@ def findings(fit: JointFit) -> list[str]:
         )
     if fit.model.spec.friction == "lugre" and (sentence := passivity(static, dynamic)):
         notes.append(sentence)
-    lost = sum(fit.model.recording.lost.values())
-    if lost:
-        reasons = ", ".join(f"{reason} {count}" for reason, count in fit.model.recording.lost.items())
-        notes.append(f"{lost} rows were left out of the comparison ({reasons}).")
     return notes
 
 

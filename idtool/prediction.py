@@ -17,6 +17,7 @@ import pandas as pd
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.model import FrictionKind, JointModel, Scales, Spec
+from idtool.fit.starts import settled
 from idtool.log import Log, columns_of
 from idtool.model import gravity
 from idtool.model.motion import Array
@@ -70,12 +71,14 @@ def predict(logs: Sequence[Log], parameters: Parameters) -> Prediction:
         raise InputError(
             "the parameter file holds neither gravity nor friction", remedy="make it with ffc-id identify"
         )
-    recording = _loaded(record(logs), parameters)
+    recording = _loaded(record(logs, every_row=True), parameters)
     model, x = model_of(recording, parameters)
+    model = settled(model, x, model.bend(x))
     friction, effect = model.friction(x), model.contribution(x)
     start = model.evaluate(x, model.bend(x)).start
     torque = predict_torque(recording.motion, friction, effect, start).torque
-    return Prediction(_frame(recording, logs, torque), _errors(recording, torque), _notes(parameters))
+    notes = [*_notes(parameters), *recording.remarks]
+    return Prediction(_frame(recording, logs, torque), _errors(recording, torque), notes)
 
 
 def model_of(recording: Recording, parameters: Parameters) -> tuple[JointModel, Array]:

@@ -192,14 +192,16 @@ def stribeck_curve(fit: JointFit) -> dict[str, Any]:
 
     centre = steady(speed, friction.coulomb, friction.static, friction.stribeck_velocity, friction.viscous)
     gradient = np.zeros((len(speed), len(fit.x)))
+    quantile = 0.0
     for i, name in enumerate(model.names):
         if name in ("coulomb", "static", "stribeck_velocity", "viscous"):
+            quantile = max(quantile, float(fit.quantile[i]))
             moved = fit.x.copy()
             increment = 1e-5 * max(1.0, abs(moved[i]))
             moved[i] += increment
             gradient[:, i] = (torque(moved) - centre) / increment
     spread = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", gradient, fit.covariance, gradient), 0.0))
-    half = fit.quantile * spread
+    half = quantile * spread
     return {"velocity": speed, "torque": centre, "low": centre - half, "high": centre + half}
 
 

@@ -19,14 +19,21 @@ from scipy import signal, sparse
 from idtool.axis import Axis
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
+from idtool.mending import Mended, mend
 from idtool.model.motion import Array, Motion
+from idtool.sensor_faults import resolution
 from idtool.smoother import TOO_FAST, reading_variance, smooth
 
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
+_SPIKE = "outlier of the torque"
 #: The filter lets pass up to this multiple of the highest frequency at which torque stands out of noise.
 _BANDWIDTH_MARGIN = 1.5
 _LEAST_BANDWIDTH_HZ = 10.0
+#: Logs of rates closer than this share are of one rate; the filter is designed for no less than this share
+#: of the median rate.
+_SAME_RATE = 0.95
+_LEAST_RATE = 0.2
 #: Of a filtered row's weights at least this share must fall on usable rows.
 _LEAST_WEIGHT = 0.6
 
@@ -61,6 +68,7 @@ class Recording:
         filter: what the low-pass is.
         position_resolution: smallest step of the position reading, 0 without one.
         lost: reason -> rows that it cost.
+        remarks: sentences on what was mended, missing or left out whole.
         sources: file of each log.
     """
 
@@ -75,6 +83,7 @@ class Recording:
     position_resolution: float
     lost: dict[str, int] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @cached_property
     def operator(self) -> sparse.csr_matrix:
@@ -93,9 +102,22 @@ class Recording:
         """Trial of each filtered row."""
         return self.motion.trial[self.row]
 
+    @cached_property
+    def members(self) -> sparse.csr_matrix:
+        """Which filtered rows each trial has, as a matrix that sums over them, (trials, filtered rows)."""
+        trial = self.filtered_trial
+        pointer = np.searchsorted(trial, np.arange(self.trials + 1))
+        return sparse.csr_matrix(
+            (np.ones(len(trial)), np.arange(len(trial)), pointer), shape=(self.trials, len(trial))
+        )
+
     def filtered(self, values: Array) -> Array:
         """Apply the filter to one column or several, shape (rows,) or (rows, n)."""
         return np.asarray(self.operator @ values)
+
+    def filtered_columns(self, *columns: Array) -> Array:
+        """Apply the filter to a few columns, shape (rows,) each, which need no copy side by side for it."""
+        return np.column_stack([self.operator @ column for column in columns])
 
     @property
     def trials(self) -> int:
@@ -125,14 +147,21 @@ class Recording:
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
         result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
-        for name in ("operator", "row", "filtered_trial"):  # the same rows: keep what was computed
+        for name in ("operator", "row", "filtered_trial", "members"):  # the same rows: keep what was computed
             if name in self.__dict__:
                 result.__dict__[name] = self.__dict__[name]
         return result
 
 
-def record(logs: Sequence[Log]) -> Recording:
+def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     """Join logs of one axis into a `Recording`.
+
+    Logs may be of different rates: the filter counts rows, so it takes away as much noise from each and a
+    filtered row of any log weighs the same; it is designed for the slowest of them.
+
+    Args:
+        logs: of one axis.
+        every_row: keep trials in which a sensor is stuck, for a prediction of each row.
 
     Raises:
         InputError: no log, logs of different axes, a torque that never changes, or too few rows.
@@ -140,7 +169,8 @@ def record(logs: Sequence[Log]) -> Recording:
     if not logs:
         raise InputError("no log was given", remedy="name at least one log file")
     axis = _common_axis(logs)
-    parts = [_read_columns(log) for log in logs]
+    mended = [mend(log, _read_columns(log), every_row=every_row) for log in logs]
+    parts = [one.columns for one in mended]
     joined = {role: _join(parts, role) for role in parts[0] if role != "trial"}
     trial = _number_trials([part["trial"] for part in parts])
     experiment, source = _label_trials(logs, parts)
@@ -168,9 +198,12 @@ def record(logs: Sequence[Log]) -> Recording:
         temperature=joined["temperature"],
         torque_constant=axis.torque_constant,
     )
-    usable, lost = _usable_rows(torque, smoothed.surprise, joined["position"], motion)
-    rate = 1.0 / float(np.median(motion.step[~first]))
-    bandwidth, noise = _bandwidth_and_noise(torque, motion, rate)
+    usable, lost, calm = _usable_rows(torque, smoothed.surprise, _faulty(mended), motion)
+    for one in mended:
+        for reason, rows in one.dropped.items():
+            lost[reason] = lost.get(reason, 0) + rows
+    rate = _common_rate(motion, np.asarray(source)[trial])
+    bandwidth, noise = _bandwidth_and_noise(calm, motion, rate)
     return Recording(
         axis,
         motion,
@@ -180,9 +213,10 @@ def record(logs: Sequence[Log]) -> Recording:
         source,
         noise,
         _design(bandwidth, rate),
-        _resolution(joined["position"]),
+        resolution(joined["position"]),
         lost,
         tuple(log.source for log in logs),
+        tuple(remark for one in mended for remark in one.remarks),
     )
 
 
@@ -276,17 +310,23 @@ def _gravity_factor(alpha: Array | None, beta: Array | None) -> Array | None:
     return np.where(np.abs(factor) < 1e-3, 0.0, factor)
 
 
-def _resolution(position: Array | None) -> float:
-    if position is None:
-        return 0.0
-    steps = np.abs(np.diff(position))
-    steps = steps[steps > 1e-12 * (1.0 + float(np.max(np.abs(position))))]
-    return float(np.quantile(steps, 0.01)) if len(steps) else 0.0
+def _faulty(mended: Sequence[Mended]) -> dict[str, NDArray[np.bool_]]:
+    """Reason -> rows of all logs that a sensor's fault spoils."""
+    reasons = dict.fromkeys(reason for one in mended for reason in one.faulty)
+    sizes = [len(one.columns["time"]) for one in mended if one.columns["time"] is not None]
+    blank = [np.zeros(size, dtype=bool) for size in sizes]
+    return {
+        reason: np.concatenate(
+            [one.faulty.get(reason, none) for one, none in zip(mended, blank, strict=True)]
+        )
+        for reason in reasons
+    }
 
 
 def _usable_rows(
-    torque: Array, surprise: Array, position: Array | None, motion: Motion
-) -> tuple[NDArray[np.bool_], dict[str, int]]:
+    torque: Array, surprise: Array, faulty: dict[str, NDArray[np.bool_]], motion: Motion
+) -> tuple[NDArray[np.bool_], dict[str, int], Array]:
+    """Rows fit to be compared, what cost the others, and the torque without its spikes."""
     lost: dict[str, int] = {}
     usable = np.ones(len(torque), dtype=bool)
 
@@ -296,6 +336,8 @@ def _usable_rows(
             lost[reason] = int(fresh.sum())
             usable[rows] = False
 
+    for reason, rows in faulty.items():
+        drop(reason, rows)
     fast = surprise > TOO_FAST
     near = np.convolve(fast, np.ones(5), mode="same") > 0.5
     drop("motion faster than its sampling", near)
@@ -309,8 +351,23 @@ def _usable_rows(
     away = torque - middle
     spread = 1.4826 * float(np.median(np.abs(away[away != 0]))) if np.any(away != 0) else 0.0
     spread = max(spread, float(np.sqrt(reading_variance(torque, motion.first))))
-    drop("outlier of the torque", np.abs(away) > max(_OUTLIER * spread, 0.05 * float(np.ptp(torque))))
-    return usable, lost
+    # the range that spikes leave alone: they must not hide one another
+    wild = np.abs(away) > max(_OUTLIER * spread, 0.05 * float(np.ptp(middle)))
+    drop(_SPIKE, wild)
+    return usable, lost, np.where(wild, middle, torque)
+
+
+def _common_rate(motion: Motion, source: NDArray[np.intp]) -> float:
+    """The rate that the filter is designed for, Hz: that of the slowest log.
+
+    At the median rate the rows of a slow log would be blurred over as many rows as those of the fast ones,
+    which is for longer. Not below a share of the median: one coarse log must not undo the filter of all.
+    """
+    inside = ~motion.first
+    median = 1.0 / float(np.median(motion.step[inside]))
+    logs = np.unique(source[inside])
+    slowest = min(1.0 / float(np.median(motion.step[inside & (source == log)])) for log in logs)
+    return median if slowest > _SAME_RATE * median else max(slowest, _LEAST_RATE * median)
 
 
 def _bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[float, float]:

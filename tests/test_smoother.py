@@ -83,3 +83,30 @@ def test_variance_of_a_reading() -> None:
     _, q, _, _ = truth()
     noisy = q + 3e-4 * rng.normal(size=len(q))
     assert np.sqrt(reading_variance(noisy, first_of(len(q)))) == pytest.approx(3e-4, rel=0.1)
+
+
+def test_a_slow_counter_is_read_at_its_edges() -> None:
+    """A servo's own sensors at 0.03 rad/s: a count lasts ten rows, and the velocity reading is one step."""
+    rng = np.random.default_rng(2)
+    t = 0.005 * np.arange(4000)
+    w = 0.03 + 0.01 * np.sin(2.0 * np.pi * 0.2 * t)
+    q = np.cumsum(w) * 0.005
+    counts, speed_step = 2 * np.pi / 4096, 0.024
+    velocity = np.round((w + 0.3 * speed_step * rng.normal(size=len(t))) / speed_step) * speed_step
+    found = smooth(t, np.round(q / counts) * counts, velocity, first_of(len(t)))
+    inside = slice(200, -200)
+    # averages of the velocity reading alone would be off by 1 mrad/s, since rounding is no white noise
+    assert np.sqrt(np.mean((found.velocity - w)[inside] ** 2)) < 4e-4
+    assert np.sqrt(np.mean((found.position - q)[inside] ** 2)) < counts / 10
+
+
+def test_a_steady_stretch_is_averaged_long_and_a_reversal_is_followed() -> None:
+    rng = np.random.default_rng(4)
+    t = 0.005 * np.arange(6000)
+    w = 0.2 * np.clip(50.0 * np.sin(2.0 * np.pi * t / 10.0), -1.0, 1.0)  # trapezoids: ramps of 30 ms
+    q = np.cumsum(w) * 0.005
+    found = smooth(t, np.round(q, 4), w + 1e-3 * rng.normal(size=len(w)), first_of(len(t)))
+    ramp = np.abs(w) < 0.199
+    steady = ~np.convolve(ramp, np.ones(401), mode="same").astype(bool)
+    assert np.sqrt(np.mean((found.velocity - w)[steady] ** 2)) < 1e-4
+    assert np.sqrt(np.mean((found.velocity - w)[ramp] ** 2)) < 0.02 * 0.2

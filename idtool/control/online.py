@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from idtool.effects import registry
-from idtool.effects.base import Effect, Values
+from idtool.effects.base import Effect, Past, Values
 from idtool.errors import InputError
 from idtool.model.contribution import FIELDS, Contribution, Term
 from idtool.model.motion import Motion
@@ -91,10 +91,15 @@ class OnlineModel:
             self.bristle_damping = 0.0
         self._floor = _LEVEL_FLOOR * min(self.coulomb, self.static) + 1e-12
         self._effects: list[tuple[Effect, Values]] = []
+        self._past: dict[str, Past] = {}
         self.skipped: list[str] = []
         for entry in parameters.effects:
             effect = registry.get(entry.name)
             self._effects.append((effect, effect.to_values(entry.values())))
+            if effect.memory:
+                self._past[effect.name] = Past(
+                    np.ones(1, dtype=bool), np.zeros(1), np.zeros(effect.memory), np.zeros(1)
+                )
         self._warm = _Row(self.torque_constant, with_temperature=True)
         self._blind = _Row(self.torque_constant, with_temperature=False)
         self.load = Load()
@@ -122,6 +127,8 @@ class OnlineModel:
 
     def reset(self) -> None:
         """Forget the motion; the bristle is straight and nothing has moved."""
+        for past in self._past.values():
+            past.first[0] = True
         self.bristle = 0.0
         self._last_velocity: float | None = None
         self._last_changes: _Changes = (0.0, 0.0, 0.0, 0.0)
@@ -181,7 +188,13 @@ class OnlineModel:
                 self.gravity(position, payload, 1.0),
             )
             for effect, values in self._effects:
-                _add(total, effect.contribute(row.motion, values))
+                past = self._past.get(effect.name)
+                if past is None:
+                    _add(total, effect.contribute(row.motion, values))
+                    continue
+                past.step[0] = step
+                _add(total, effect.resume(row.motion, values, past))
+                past.first[0] = False
         changes = (
             total["level_change"],
             total["level_torque"],
@@ -196,11 +209,10 @@ class OnlineModel:
         self._last_changes = changes
         load.level = self._level(velocity, changes)
         pull = self.bristle_stiffness / load.level * abs(velocity)
-        load.friction = (
+        load.friction = (1.0 + total["bristle_change"]) * (
             (self.bristle_stiffness - self.bristle_damping * pull) * self.bristle
             + self.bristle_damping * velocity
-            + self.viscous * (1.0 + total["viscous_change"]) * velocity
-        )
+        ) + self.viscous * (1.0 + total["viscous_change"]) * velocity
         load.effects = total["torque"]
         load.saturation = total["saturation"]
         load.delay = total["delay"]

@@ -90,8 +90,10 @@ def left_out_errors(fit: JointFit) -> Array:
     jacobian = jacobian / scale
     information = jacobian.T @ jacobian
     errors = np.empty(fit.model.recording.trials)
+    # the rows of a trial lie together
+    bounds = np.searchsorted(trial, np.arange(len(errors) + 1))
     for t in range(len(errors)):
-        mine = np.flatnonzero(trial == t)
+        mine = slice(bounds[t], bounds[t + 1])
         own = np.concatenate([jacobian[mine], jacobian[rows + t][None, :]])
         rest = information - own.T @ own
         residual = fit.residual[mine]

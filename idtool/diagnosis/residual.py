@@ -8,7 +8,8 @@ import numpy as np
 from scipy import stats
 
 from idtool.diagnosis.evidence import Background
-from idtool.fit.joint import JointFit, correlation_rows
+from idtool.fit.covariance import correlation_rows
+from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 
 #: A residual depends on a variable if a smooth function of it takes away this share of the variance ...

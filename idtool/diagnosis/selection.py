@@ -15,9 +15,9 @@ import numpy as np
 
 from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
 from idtool.effects.base import Effect, derivative
-from idtool.fit.joint import JointFit, gain_in_evidence, refit
+from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
 from idtool.fit.model import JointModel
-from idtool.fit.restart import restart
+from idtool.fit.restart import restart, worth_a_restart
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
 
@@ -30,6 +30,8 @@ _CLEAR = 2.0
 #: Bayesian evidence that a larger model needs (Kass & Raftery 1995 call 6 "strong").
 _LEAST_EVIDENCE = 6.0
 _REFITTED = 4
+#: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
+_SPENT = 20
 _MOST_EFFECTS = 8
 _CHUNK = 64
 
@@ -74,12 +76,14 @@ class Selection:
         candidates: one per effect of the library.
         alternatives: accepted effect -> effects that explain the data as well.
         p_values: accepted effect -> p-value when it was accepted.
+        searched: the last fit whose friction curve was searched for anew.
     """
 
     fit: JointFit
     candidates: dict[str, Candidate]
     alternatives: dict[str, list[str]] = field(default_factory=dict)
     p_values: dict[str, float] = field(default_factory=dict)
+    searched: JointFit | None = None
 
 
 def select(
@@ -95,15 +99,25 @@ def select(
     selection = Selection(base, {effect.name: Candidate(effect.name) for effect in library})
     for _ in range(_MOST_EFFECTS):
         winner = _round(selection, library, tell)
-        if winner is None:
+        if winner is not None:
+            tell(f"accepted {winner.effect.name}")
+        elif not _searched_anew(selection, tell):
             break
-        tell(f"accepted {winner.effect.name}")
-    tell("looking for a better friction curve")
-    selection.fit = restart(selection.fit, thorough=True)
     _drop_unneeded(selection, tell)
     _simplify(selection, library, tell)
     _find_alternatives(selection, library, tell)
     return selection
+
+
+def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
+    """Look for a better friction curve when no effect passes; True if there was one, which a wrong curve
+    may have hidden effects from."""
+    if selection.fit is selection.searched:
+        return False
+    tell("looking for a better friction curve")
+    before, selection.fit = selection.fit, restart(selection.fit)
+    selection.searched = selection.fit
+    return selection.fit is not before
 
 
 def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> Trial | None:
@@ -144,7 +158,9 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
             ].why = f"is a special case of {winner.effect.name}, which took its place"
             selection.alternatives.pop(absorbed, None)
             selection.p_values.pop(absorbed, None)
-    selection.fit = restart(winner.fit)
+    selection.fit = settle(solve(winner.fit.model, winner.fit.x, bend=winner.fit.bend))
+    if worth_a_restart(selection.fit):
+        selection.fit = selection.searched = restart(selection.fit)
     candidate = selection.candidates[winner.effect.name]
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
     selection.p_values[winner.effect.name] = winner.p_value
@@ -227,7 +243,7 @@ def _holm(
 def _try(fit: JointFit, effect: Effect, best: Score, start: dict[str, float], p_value: float) -> Trial:
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
     extra = {f"{effect.name}.{name}": value for name, value in start.items()}
-    new = refit(fit, model, extra)
+    new = refit(fit, model, extra, most=_SPENT)
     return Trial(effect, new, left_out_errors(new), p_value)
 
 
@@ -245,6 +261,8 @@ def _passes(selection: Selection, trial: Trial, before: Array) -> bool:
     evidence = gain_in_evidence(selection.fit, trial.fit)
     if any(trial.fit.at_bound[n] for n in trial.fit.model.names if n.startswith(f"{trial.effect.name}.")):
         candidate.why = "its parameter ran to a bound"
+    elif reason := implausible(trial.fit, trial.effect):
+        candidate.why = reason
     elif new > (1.0 - LEAST_GAIN) * old:
         candidate.why = f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
     elif clear < _CLEAR and evidence < 10 * _LEAST_EVIDENCE:
@@ -255,6 +273,11 @@ def _passes(selection: Selection, trial: Trial, before: Array) -> bool:
         candidate.why = "another effect lowers the left-out error more"
         return True
     return False
+
+
+def implausible(fit: JointFit, effect: Effect) -> str | None:
+    """Why the fitted values cannot be that effect, as a sentence; None if they can."""
+    return effect.implausible(fit.model.effect_values(fit.x, effect), fit.values)
 
 
 def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
@@ -288,7 +311,11 @@ def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
     while dropped:
         dropped = False
         fit = selection.fit
-        for effect in fit.model.spec.effects[:-1]:
+        newest = fit.model.spec.effects[-1:]
+        for effect in fit.model.spec.effects:
+            impossible = implausible(fit, effect)
+            if (effect,) == newest and not impossible:
+                continue  # that it is needed was found just now
             model = JointModel.build(
                 fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants
             )
@@ -297,10 +324,11 @@ def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
             needed = root_mean(left_out_errors(smaller), smaller) > (1.0 + LEAST_GAIN) * root_mean(
                 left_out_errors(fit), fit
             )
-            if not needed:
+            if impossible or not needed:
                 selection.fit = smaller
                 candidate = selection.candidates[effect.name]
-                candidate.accepted, candidate.why = False, "became unneeded when other effects were in"
+                candidate.accepted = False
+                candidate.why = impossible or "became unneeded when other effects were in"
                 selection.alternatives.pop(effect.name, None)
                 selection.p_values.pop(effect.name, None)
                 dropped = True

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from idtool.model.contribution import FIELDS, Contribution
 from idtool.model.motion import Array, Motion
@@ -67,6 +68,30 @@ class Coordinate:
     increment: float = 1.0
 
 
+@dataclass(frozen=True)
+class Past:
+    """What an effect with memory starts a row from.
+
+    Attributes:
+        first: where the memory starts anew, shape (rows,).
+        step: time since the row before, s, shape (rows,).
+        memory: the effect's numbers after the last row, changed in place, shape (`Effect.memory`,).
+        start: where in its range the memory starts, -1 to 1, for each of the starts, shape (starts,).
+    """
+
+    first: NDArray[np.bool_]
+    step: Array
+    memory: Array
+    start: Array
+
+    @classmethod
+    def none(cls, motion: Motion, size: int, start: Array | None = None) -> Past:
+        """Every trial starts anew, in the middle of the range unless `start`, shape (trials,), says where."""
+        return cls(
+            motion.first, motion.step, np.zeros(size), np.zeros(motion.trials) if start is None else start
+        )
+
+
 class Effect(ABC):
     """One physical cause. Sub-classes are final and hold no state.
 
@@ -79,6 +104,9 @@ class Effect(ABC):
         needs: attributes of `Motion` without which it cannot be tested.
         parameters: as in the parameter file.
         coordinates: as the fit varies them.
+        memory: how many numbers it must remember from row to row; 0 for a function of the row alone.
+        free_start: whether nothing tells what it remembers when a trial starts, so that a fit must find
+            that for every trial (`Past.start`).
     """
 
     name: ClassVar[str]
@@ -91,10 +119,22 @@ class Effect(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     parameters: ClassVar[tuple[EffectParameter, ...]]
     coordinates: ClassVar[tuple[Coordinate, ...]]
+    memory: ClassVar[int] = 0
+    free_start: ClassVar[bool] = False
 
     @abstractmethod
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         """What the effect adds at `values` (fit coordinates and constants by name)."""
+
+    def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
+        """As `contribute`, for rows that follow on those before; updates `past`."""
+        return self.contribute(motion, values)
+
+    def from_start(self, motion: Motion, values: Values, start: Array | None) -> Contribution:
+        """As `contribute`, with the memory of each trial started at `start` (see `Past`) if given."""
+        if start is None:
+            return self.contribute(motion, values)
+        return self.resume(motion, values, Past.none(motion, self.memory, start))
 
     def constants(self, motion: Motion) -> dict[str, float]:
         """Numbers that the data set once (a reference temperature) and no fit varies."""
@@ -114,6 +154,18 @@ class Effect(ABC):
 
     def untestable(self, motion: Motion) -> str | None:
         """Why these data cannot show the effect, and what to log or do; None if they can."""
+        return None
+
+    def implausible(self, values: Values, model: Values) -> str | None:
+        """Why fitted values cannot be this effect (a share below zero), as a sentence; None if they can.
+
+        A flexible form can follow what another cause left in the residual, with values that the effect
+        itself could never have.
+
+        Args:
+            values: fit coordinates and constants of the effect.
+            model: every coordinate of the fitted model, those of effects as "effect.coordinate".
+        """
         return None
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
@@ -136,12 +188,14 @@ class Effect(ABC):
         return self.untestable(motion)
 
 
-def derivative(effect: Effect, motion: Motion, values: Values, coordinate: Coordinate) -> Contribution:
+def derivative(
+    effect: Effect, motion: Motion, values: Values, coordinate: Coordinate, start: Array | None = None
+) -> Contribution:
     """Derivative of the contribution with respect to one coordinate (central difference)."""
     value = values[coordinate.name]
     half = coordinate.increment
-    above = effect.contribute(motion, {**values, coordinate.name: value + half})
-    below = effect.contribute(motion, {**values, coordinate.name: value - half})
+    above = effect.from_start(motion, {**values, coordinate.name: value + half}, start)
+    below = effect.from_start(motion, {**values, coordinate.name: value - half}, start)
     change = {}
     for name in FIELDS:
         high, low = getattr(above, name), getattr(below, name)

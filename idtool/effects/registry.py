@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from idtool.effects.backlash import Backlash
 from idtool.effects.base import Effect
+from idtool.effects.compliance import Compliance
 from idtool.effects.direction_asymmetry import DirectionAsymmetry
 from idtool.effects.drive_backdrive import DriveBackdrive
 from idtool.effects.external_periodic import ExternalPeriodic
@@ -35,6 +37,8 @@ _LIBRARY: dict[str, Effect] = {
         TiltMisalignment(),
         PositionStiffness(),
         PositionDependentFriction(),
+        Backlash(),
+        Compliance(),
         ThermalDrift(),
         PositionRipple(),
         ExternalPeriodic(),

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -130,14 +130,21 @@ def _bundled() -> list[str]:
     return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
 
 
-def read_recipe(name_or_path: str) -> Recipe:
+def read_recipe(
+    name_or_path: str, *, speeds: Sequence[float] | None = None, travel: float | None = None
+) -> Recipe:
     """A bundled recipe by name, or a file; a file named as a bundled recipe is read as `./NAME`.
+
+    Args:
+        name_or_path: see above.
+        speeds: of its ways back and forth, in place of the recipe's, rad/s (m/s).
+        travel: likewise, rad (m).
 
     Raises:
         InputError: naming the file, the key and the remedy.
     """
     if name_or_path in _bundled():
-        return parse_recipe(recipe_text(name_or_path), f"recipe {name_or_path}")
+        return parse_recipe(recipe_text(name_or_path), f"recipe {name_or_path}", speeds=speeds, travel=travel)
     path = Path(name_or_path)
     try:
         if path.is_dir():
@@ -159,11 +166,13 @@ def read_recipe(name_or_path: str) -> Recipe:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError("is not UTF-8 text, no recipe", file=path, remedy="name a recipe file") from error
-    return parse_recipe(text, str(path))
+    return parse_recipe(text, str(path), speeds=speeds, travel=travel)
 
 
-def parse_recipe(text: str, source: str) -> Recipe:
-    """Check and expand the TOML of a recipe.
+def parse_recipe(
+    text: str, source: str, *, speeds: Sequence[float] | None = None, travel: float | None = None
+) -> Recipe:
+    """Check and expand the TOML of a recipe; `speeds` and `travel` as in `read_recipe`.
 
     Raises:
         InputError: naming `source`, the key and the remedy.
@@ -194,8 +203,27 @@ def parse_recipe(text: str, source: str) -> Recipe:
         raise InputError("expected a table", file=source, place="setup", remedy="write it as [setup]")
     _known(setup, _SETUP, "setup.", source)
     reader = _Reader(source, cast(Kind, kind), period)
-    trials = reader.trials(setup, document.get("trials"))
+    entries = _with_motion(document.get("trials"), cast(Kind, kind), speeds, travel)
+    trials = reader.trials(setup, entries)
     return Recipe(name, experiment, description, cast(Kind, kind), period, trials, source)
+
+
+def _with_motion(entries: Any, kind: Kind, speeds: Sequence[float] | None, travel: float | None) -> Any:
+    """The trials with other speeds and another travel of the ways back and forth."""
+    if (speeds is None and travel is None) or not isinstance(entries, list):
+        return entries
+    result = []
+    for entry in entries:
+        if isinstance(entry, dict) and entry.get("kind") == "back_and_forth":
+            entry = dict(entry)
+            if speeds is not None:
+                # a list of another key belongs to the speeds that it was written for
+                entry = {k: v[0] if isinstance(v, list) and v else v for k, v in entry.items()}
+                entry[file_key("speed", "velocity", kind)] = list(speeds)
+            if travel is not None:
+                entry[file_key("travel", "position", kind)] = travel
+        result.append(entry)
+    return result
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from idtool.effects import registry
+from idtool.fit.identifiability import Shortcoming, low_speeds, presliding, stribeck_seen
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
 from idtool.fit.model import FrictionKind, JointModel, Spec
-from idtool.fit.results import stribeck_seen
 from idtool.fit.search import search
 from idtool.model import gravity
 from idtool.model.motion import Array
@@ -70,7 +70,7 @@ def _swings(recording: Recording) -> bool:
 
 
 def first_fit(
-    recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 200
+    recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 120
 ) -> JointFit:
     """A joint fit from nothing: global search, then least squares from its best points.
 
@@ -90,39 +90,36 @@ def first_fit(
     return solve(model, best.x)
 
 
-def step_down(fit: JointFit) -> tuple[JointFit, list[str]]:
-    """The same fit under the simplest friction law that the data determine, and why, in sentences."""
+def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
+    """The same fit under the simplest friction law that the data determine; why, in sentences and as data."""
     notes: list[str] = []
+    reasons: list[Shortcoming] = []
     spec = fit.model.spec
     if spec.friction == "lugre":
         friction = fit.model.friction(fit.x)
         bend = max(friction.coulomb, friction.static) / friction.bristle_stiffness
-        counts = bend / fit.model.scales.resolution if fit.model.scales.resolution > 0 else np.inf
+        short = presliding(fit)
         if fit.at_bound["bristle_stiffness"] and bend > fit.model.scales.travel:
             notes.append(
                 "the fit bends the bristle over more than the whole travel, which is no presliding: "
                 "the static curve is used instead of LuGre; sines with more reversals would show it."
             )
             fit = _with_law(fit, "stribeck")
-        elif fit.at_bound["bristle_stiffness"] or counts < 3.0:
+        elif short is not None:
             simpler = _with_law(fit, "stribeck")
-            short = (
-                f"the presliding travel is {max(counts, 0.1):.1g} steps of the position reading, so the data "
-                "give sigma0 a lower bound only"
-            )
-            advice = "a slower sine or a finer encoder would show more."
             if fit.at_bound["bristle_stiffness"] or gain_in_evidence(simpler, fit) < _CLEAR_EVIDENCE:
-                notes.append(f"{short}: the static curve is used instead of LuGre; {advice}")
+                notes.append(f"{short.why}: the static curve is used instead of LuGre; {short.remedy}.")
+                reasons.append(short)
                 fit = simpler
             else:
-                notes.append(f"{short}, though LuGre predicts better than the static curve; {advice}")
+                notes.append("LuGre is kept though its presliding is short: it predicts better.")
     if fit.model.spec.friction == "stribeck" and not stribeck_seen(fit):
-        notes.append(
-            "the data do not show a static level apart from the Coulomb level: Coulomb and viscous friction "
-            "is used; a sweep with more low speeds would show it."
-        )
+        lacking = low_speeds(fit)
+        assert lacking is not None  # it speaks wherever no static level is seen
+        notes.append(f"{lacking.why}: Coulomb and viscous friction is used; {lacking.remedy}.")
+        reasons.append(lacking)
         fit = _with_law(fit, "coulomb")
-    return fit, notes
+    return fit, notes, reasons
 
 
 def _with_law(fit: JointFit, law: FrictionKind) -> JointFit:

@@ -7,15 +7,19 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, stats
+from scipy import optimize
 
 from idtool.errors import InputError
+from idtool.fit.covariance import Uncertainty, correlation_rows, uncertainty
 from idtool.fit.model import JointModel
+from idtool.fit.starts import free_starts, settled, with_starts
 from idtool.model.motion import Array
 from idtool.model.torque import predict
 
 #: A coordinate closer to its bound than this share of the range (or of 1, if open) sits at it.
 _AT_BOUND = 1e-4
+#: How often the starts of effects with memory and the parameters are fitted in turn.
+_SETTLING = 2
 
 
 @dataclass(frozen=True)
@@ -90,18 +94,25 @@ class JointFit:
         return ~np.array(stuck, dtype=bool)
 
     @cached_property
-    def covariance(self) -> Array:
-        """Covariance of the coordinates, robust against autocorrelated residuals.
-
-        The sandwich estimator over contiguous blocks of each trial, long against the residual's
-        correlation time; coordinates at a bound get zero rows.
-        """
-        return _sandwich(self)[0]
+    def uncertainty(self) -> Uncertainty:
+        """Covariance and degrees of freedom of the free coordinates."""
+        trial = self.model.recording.filtered_trial
+        return uncertainty(self.jacobian[:, self.free], self.residual, trial)
 
     @cached_property
-    def quantile(self) -> float:
-        """Student's 97.5 % quantile for the number of independent blocks."""
-        return float(stats.t.ppf(0.975, _sandwich(self)[1]))
+    def covariance(self) -> Array:
+        """Covariance of the coordinates, robust against autocorrelated residuals; those that were held
+        or sit at a bound get zero rows."""
+        covariance = np.zeros((len(self.x), len(self.x)))
+        covariance[np.ix_(self.free, self.free)] = self.uncertainty.covariance
+        return covariance
+
+    @cached_property
+    def quantile(self) -> Array:
+        """Half width of each coordinate's 95 % interval in standard errors."""
+        quantile = np.full(len(self.x), 1.96)
+        quantile[self.free] = self.uncertainty.quantile
+        return quantile
 
     @cached_property
     def correlation(self) -> Array:
@@ -161,9 +172,9 @@ def solve(
         start = cache.get(part.tobytes())
         if start is None:
             start = model.evaluate(whole(part), scale).start
-        result = model.differentiate(whole(part), scale, start).jacobian
+        result = model.differentiate(whole(part), scale, start, varied).jacobian
         assert result is not None
-        return -result[:, varied]
+        return -result
 
     found = optimize.least_squares(
         residual,
@@ -190,47 +201,29 @@ def refit(
 ) -> JointFit:
     """Fit another model from where `fit` ended; `extra` starts the coordinates it did not have."""
     values = {**fit.values, **(extra or {})}
-    return solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
+    known = fit.model.starts if model.recording.trials == fit.model.recording.trials else {}
+    names = [effect.name for effect in model.spec.effects if effect.free_start]
+    model = with_starts(model, {name: known[name] for name in names if name in known})
+    new = solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
+    # starts found before hardly move when another effect comes in: they are not worth their time here
+    return new if all(name in known for name in names) else settle(new, _SETTLING, most=most)
+
+
+def settle(fit: JointFit, times: int = 1, *, most: int = 60) -> JointFit:
+    """The fit with the start of every trial of effects with memory found anew."""
+    for _ in range(times if free_starts(fit.model) else 0):
+        fit = solve(settled(fit.model, fit.x, fit.bend), fit.x, most=most)
+    return fit
 
 
 def on_recording(fit: JointFit, model: JointModel) -> JointFit:
-    """The fitted parameters on other data: only the start deflections are new."""
+    """The fitted parameters on other data: only the starts of its trials are new."""
+    model = settled(model, fit.x, fit.bend)
     evaluation = model.evaluate(fit.x, fit.bend)
     empty = np.zeros((0, len(fit.x)))
     return replace(
         fit, model=model, start=evaluation.start, residual=evaluation.residual, jacobian=empty, evaluations=1
     )
-
-
-def block_labels(fit: JointFit) -> NDArray[np.intp]:
-    """A label per filtered row: contiguous blocks of a trial, long against the correlation time."""
-    trial = fit.model.recording.filtered_trial
-    length = max(4, int(np.ceil(6.0 * correlation_rows(fit.residual, trial))))
-    length = min(length, max(len(trial) // 40, 4))
-    first = np.flatnonzero(np.diff(trial, prepend=-1))
-    rows_in = np.arange(len(trial)) - np.repeat(first, np.diff(np.append(first, len(trial))))
-    sizes = np.repeat(np.diff(np.append(first, len(trial))), np.diff(np.append(first, len(trial))))
-    blocks = np.maximum(sizes // length, 1)
-    label = trial.astype(np.int64) * 1_000_000 + (rows_in * blocks) // sizes
-    return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.intp)
-
-
-def correlation_rows(residual: Array, trial: NDArray[np.intp]) -> float:
-    """Integrated autocorrelation time of a residual, in rows (1 for white noise)."""
-    centred = residual - residual.mean()
-    variance = float(np.mean(centred**2))
-    if variance <= 0:
-        return 1.0
-    total = 1.0
-    for lag in range(1, min(200, len(residual) // 8)):
-        same = trial[lag:] == trial[:-lag]
-        if same.sum() < 20:
-            break
-        rho = float(np.mean(centred[lag:][same] * centred[:-lag][same])) / variance
-        if rho < 0.05:
-            break
-        total += 2.0 * rho
-    return total
 
 
 def effective_rows(fit: JointFit) -> float:
@@ -242,35 +235,10 @@ def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:
     """By how much the larger of two nested models lowers the Bayesian information criterion.
 
     Autocorrelated rows count as the fewer that they are worth, in the larger model's residual for
-    both, so that the two are compared on the same number of rows.
+    both, so that the two are compared on the same number of rows. A start of a trial, which only its
+    first rows determine, costs what Akaike's criterion asks of a parameter.
     """
     effective = effective_rows(larger)
     likelihood = effective * float(np.log(smaller.sse / larger.sse))
-    return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective))
-
-
-def _sandwich(fit: JointFit) -> tuple[Array, int]:
-    free = fit.free
-    n = len(fit.residual)
-    jacobian = fit.jacobian[:, free]
-    size = len(fit.x)
-    covariance = np.zeros((size, size))
-    scale = np.linalg.norm(jacobian, axis=0)
-    scale = np.where(scale > 0, scale, 1.0)
-    scaled = jacobian / scale
-    information = scaled.T @ scaled
-    bread = np.linalg.pinv(information, rcond=1e-12, hermitian=True)
-    labels = block_labels(fit)
-    scores = scaled[:n] * fit.residual[:, None]
-    count = int(labels.max()) + 1
-    sums = np.column_stack([np.bincount(labels, scores[:, j], count) for j in range(scores.shape[1])])
-    free_blocks = max(count - int(free.sum()), 1)
-    meat = sums.T @ sums * count / free_blocks
-    white = np.sum(fit.residual**2) / max(n - int(free.sum()), 1)
-    inner = bread @ meat @ bread
-    # few blocks can make the sandwich fall below what white noise alone would give: never less than that
-    floor = bread * white
-    lift = np.sqrt(np.maximum(1.0, np.diag(floor) / np.maximum(np.diag(inner), 1e-300)))
-    inner = inner * np.outer(lift, lift) / np.outer(scale, scale)
-    covariance[np.ix_(free, free)] = inner
-    return covariance, free_blocks
+    starts = free_starts(larger.model) - free_starts(smaller.model)
+    return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective)) - 2.0 * starts

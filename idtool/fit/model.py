@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from idtool.effects.base import Effect, derivative
 from idtool.model import gravity
@@ -33,7 +34,8 @@ _FRICTION_COORDINATES: dict[FrictionKind, tuple[str, ...]] = {
     "stribeck": ("coulomb", "static", "stribeck_velocity", "viscous"),
     "coulomb": ("coulomb", "viscous"),
 }
-_LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
+#: Coordinates that are logarithms.
+LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,10 @@ class Scales:
         speed = np.abs(motion.velocity)
         top = float(np.quantile(speed, 0.999))
         moving = speed[speed > 0.02 * top]
-        within = [np.ptp(motion.position[motion.trial == t]) for t in range(motion.trials)]
+        # a pass over the rows each, however many trials there are
+        within = np.maximum.reduceat(motion.position, motion.starts) - np.minimum.reduceat(
+            motion.position, motion.starts
+        )
         spread = float(np.std(recording.filtered(recording.torque))) + recording.noise
         return cls(
             torque=spread,
@@ -128,11 +133,18 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class JointModel:
-    """A `Spec` on a `Recording`."""
+    """A `Spec` on a `Recording`.
+
+    Attributes:
+        constants: numbers of each effect that the data set and no fit varies.
+        starts: where the memory of an effect starts in each trial (`Past.start`), shape (trials,); that
+            of an effect that is not named starts in the middle of its range.
+    """
 
     recording: Recording
     spec: Spec
     constants: dict[str, dict[str, float]] = field(default_factory=dict)
+    starts: dict[str, Array] = field(default_factory=dict)
 
     @classmethod
     def build(
@@ -215,13 +227,13 @@ class JointModel:
     def values(self, x: Array) -> dict[str, float]:
         """Physical value of every coordinate by name."""
         return {
-            name: math.exp(number) if name in _LOGARITHMIC else float(number)
+            name: math.exp(number) if name in LOGARITHMIC else float(number)
             for name, number in zip(self.names, x, strict=True)
         }
 
     def coordinates(self, values: Mapping[str, float]) -> Array:
         """Coordinates of physical values by name, moved inside the bounds."""
-        raw = [math.log(values[name]) if name in _LOGARITHMIC else values[name] for name in self.names]
+        raw = [math.log(values[name]) if name in LOGARITHMIC else values[name] for name in self.names]
         low, high = self.bounds
         return np.asarray(np.clip(np.array(raw), low, high))
 
@@ -236,19 +248,22 @@ class JointModel:
     def contribution(self, x: Array) -> Contribution:
         """Gravity and all effects."""
         motion = self.recording.motion
-        parts = [e.contribute(motion, self.effect_values(x, e)) for e in self.spec.effects]
+        parts = [
+            e.from_start(motion, self.effect_values(x, e), self.starts.get(e.name)) for e in self.spec.effects
+        ]
         coefficients = np.array([self.values(x)[f"gravity.{c}"] for c in self.spec.gravity_columns])
         if len(coefficients):
             parts.append(Contribution(torque=self.gravity_columns @ coefficients))
         return combine(parts)
 
-    def directions(self, x: Array) -> list[Direction]:
-        """One per coordinate."""
+    def directions(self, x: Array, varied: NDArray[np.bool_] | None = None) -> list[Direction]:
+        """One per coordinate, or per coordinate that is `varied`."""
         value = self.values(x)
         motion: Motion = self.recording.motion
         result = []
         effects = {e.name: e for e in self.spec.effects}
-        for name in self.names:
+        wanted = np.ones(len(x), dtype=bool) if varied is None else varied
+        for name in np.array(self.names)[wanted].tolist():
             owner, _, part = name.partition(".")
             if owner == "gravity":
                 column = self.gravity_columns[:, self.spec.gravity_columns.index(part)]
@@ -256,12 +271,13 @@ class JointModel:
             elif part:
                 effect = effects[owner]
                 coordinate = next(c for c in effect.coordinates if c.name == part)
-                change = derivative(effect, motion, self.effect_values(x, effect), coordinate)
+                values, start = self.effect_values(x, effect), self.starts.get(owner)
+                change = derivative(effect, motion, values, coordinate, start)
                 result.append(Direction(effect=change))
             elif name == "coulomb" and self.spec.friction == "coulomb":
                 result.append(Direction(coulomb=value[name], static=value[name]))
             else:
-                unit = value[name] if name in _LOGARITHMIC else 1.0
+                unit = value[name] if name in LOGARITHMIC else 1.0
                 result.append(replace(Direction(), **{name: unit}))  # type: ignore[arg-type]
         return result
 
@@ -276,13 +292,16 @@ class JointModel:
         friction, effect = self.friction(x), self.contribution(x)
         zero = np.zeros(motion.trials)
         prediction = predict(motion, friction, effect, zero)
-        both = recording.filtered(np.column_stack([prediction.torque, prediction.start_column]))
+        both = recording.filtered_columns(prediction.torque, prediction.start_column)
         residual, start, penalty = self._eliminate(self.measured - both[:, 0], both[:, 1], bend)
         return Evaluation(residual, start, penalty)
 
-    def differentiate(self, x: Array, bend: float, start: Array) -> Evaluation:
-        """Residual and projected Jacobian at coordinates `x` and the start deflections `start`."""
-        return self.project(x, bend, start, self.directions(x))
+    def differentiate(
+        self, x: Array, bend: float, start: Array, varied: NDArray[np.bool_] | None = None
+    ) -> Evaluation:
+        """Residual and projected Jacobian at coordinates `x` and the start deflections `start`; the Jacobian
+        has a column for every coordinate, or for those that are `varied`."""
+        return self.project(x, bend, start, self.directions(x, varied))
 
     def project(self, x: Array, bend: float, start: Array, directions: Sequence[Direction]) -> Evaluation:
         """As `differentiate`, along any directions (columns that a candidate effect would add)."""
@@ -290,7 +309,9 @@ class JointModel:
         prediction, full = linearise(
             recording.motion, self.friction(x), self.contribution(x), start, directions
         )
-        columns = recording.filtered(np.column_stack([prediction.torque, prediction.start_column, full]))
+        columns = np.column_stack(
+            [recording.filtered(c) for c in (prediction.torque, prediction.start_column, *full.T)]
+        )
         residual = self.measured - columns[:, 0]
         projected, moved = self.eliminate_columns(columns[:, 2:], columns[:, 1], bend)
         penalty = self._weight(bend) * start
@@ -298,13 +319,9 @@ class JointModel:
 
     def eliminate_columns(self, columns: Array, start_column: Array, bend: float) -> tuple[Array, Array]:
         """Columns freed from what the start deflections explain, and how far each moves them."""
-        trial = self.recording.filtered_trial
-        count = self.recording.trials
-        norm = np.bincount(trial, start_column**2, count) + self._weight(bend) ** 2
-        products = np.empty((count, columns.shape[1]))
-        for j in range(columns.shape[1]):
-            products[:, j] = np.bincount(trial, start_column * columns[:, j], count)
-        share = products / norm[:, None]
+        trial, members = self.recording.filtered_trial, self.recording.members
+        norm = members @ start_column**2 + self._weight(bend) ** 2
+        share = (members @ (start_column[:, None] * columns)) / norm[:, None]
         return columns - start_column[:, None] * share[trial], share
 
     def _eliminate(self, residual: Array, start_column: Array, bend: float) -> tuple[Array, Array, Array]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from idtool.fit.joint import JointFit, solve
+from idtool.model.stribeck import level
 
 _RATIOS = (0.6, 1.5)
 _SCREEN = 6
@@ -13,23 +14,30 @@ _BETTER = 0.998
 _AT_NOISE = 1.15
 
 
-def restart(fit: JointFit, *, thorough: bool = False) -> JointFit:
+def worth_a_restart(fit: JointFit) -> bool:
+    """Whether the residual stands out of the sensor noise, so that a better minimum could show."""
+    return fit.rmse >= _AT_NOISE * fit.model.filtered_noise
+
+
+def restart(fit: JointFit) -> JointFit:
     """The best of `fit` and of fits started from a falling and a rising, a narrow and a wide curve.
 
     A model that lacked an effect can have bent its friction curve to make up for it, and stays bent
     when the effect is added. The starts share everything but the curve with `fit`; the few evaluations
-    that screen them are cheap, and only one that gets close is finished. Unless `thorough`, a fit whose
-    residual is close to the sensor noise is left as it is.
+    that screen them are cheap, and only one that gets close is finished.
     """
     model = fit.model
-    if "static" not in model.names or (not thorough and fit.rmse < _AT_NOISE * model.filtered_noise):
+    if "static" not in model.names:
         return fit
     best = fit
+    # a static level that is gone at the slowest speed seen says nothing of the curve
+    friction = model.friction(fit.x)
+    slow = float(level(model.scales.slowest, friction.coulomb, friction.static, friction.stribeck_velocity))
     speeds = (1.5 * model.scales.slowest, math.sqrt(model.scales.slowest * model.scales.speed))
     for ratio in _RATIOS:
         for speed in speeds:
             values = dict(fit.values)
-            moving = max(values["coulomb"], 0.3 * values["static"])
+            moving = max(values["coulomb"], 0.3 * slow)
             values |= {"coulomb": moving, "static": ratio * moving, "stribeck_velocity": speed}
             found = solve(model, model.coordinates(values), bend=fit.bend, most=_SCREEN)
             if found.sse < 1.3 * best.sse:

@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from idtool.effects.base import Effect
+from idtool.fit.identifiability import undetermined
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter
-
-#: A parameter whose relative standard error is above this is not determined by the data.
-_TOO_VAGUE = 0.5
-#: A difference of the two friction levels below this many standard errors is no Stribeck effect.
-_NO_STRIBECK = 2.0
 
 
 def static_parameters(fit: JointFit) -> dict[str, Parameter]:
     """The four of `[friction.static]`; those that the friction law lacks are marked not identified."""
     friction = fit.model.friction(fit.x)
     found = {name: _one(fit, name, name != "viscous") for name in STATIC if name in fit.model.names}
-    if "static" in found and not stribeck_seen(fit):
-        found["stribeck_velocity"] = _doubtful(found["stribeck_velocity"])
-        found["static"] = _doubtful(found["static"])
+    found = _doubting("static", found, fit)
     return {name: found.get(name) or Parameter(getattr(friction, name), identified=False) for name in STATIC}
 
 
@@ -33,14 +28,11 @@ def dynamic_parameters(fit: JointFit) -> dict[str, Parameter]:
     friction = fit.model.friction(fit.x)
     if fit.model.spec.friction != "lugre":
         return {name: Parameter(getattr(friction, name), at_bound=True, identified=False) for name in DYNAMIC}
-    stiffness = _one(fit, "bristle_stiffness", True)
-    damping = _one(fit, "bristle_damping", False)
-    if (
-        max(friction.coulomb, friction.static) / friction.bristle_stiffness
-        < 3.0 * fit.model.scales.resolution
-    ):
-        stiffness, damping = _doubtful(stiffness), _doubtful(damping)
-    return {"bristle_stiffness": stiffness, "bristle_damping": damping}
+    found = {
+        "bristle_stiffness": _one(fit, "bristle_stiffness", True),
+        "bristle_damping": _one(fit, "bristle_damping", False),
+    }
+    return _doubting("dynamic", found, fit)
 
 
 def gravity_parameters(fit: JointFit) -> dict[str, Parameter]:
@@ -48,12 +40,13 @@ def gravity_parameters(fit: JointFit) -> dict[str, Parameter]:
     spec = fit.model.spec
     if spec.gravity is None:
         return {}
-    return {
-        name: _one(fit, f"gravity.{name}", False, vague=False)
+    found = {
+        name: _one(fit, f"gravity.{name}", False)
         if name in spec.gravity_columns
         else Parameter(0.0, identified=False)
         for name in GRAVITY_MODELS[spec.gravity]
     }
+    return _doubting("gravity", found, fit)
 
 
 def effect_entries(fit: JointFit) -> tuple[EffectEntry, ...]:
@@ -80,30 +73,22 @@ def effect_entry(fit: JointFit, effect: Effect) -> EffectEntry:
             gradient[name][place] = change / increment
     covariance = fit.covariance[np.ix_(mine, mine)]
     at_bound = any(fit.at_bound[fit.model.names[i]] for i in mine)
+    quantile = float(max((fit.quantile[i] for i in mine), default=0.0))
+    identified = not at_bound and f"effects.{effect.name}" not in undetermined(fit)
     entries: dict[str, Parameter] = {}
     for name, value in centre.items():
         sd = float(np.sqrt(max(float(gradient[name] @ covariance @ gradient[name]), 0.0)))
         constant = not gradient[name].any()
-        half = fit.quantile * sd
+        half = quantile * sd
         entries[name] = (
             Parameter(value)
             if constant and not at_bound
-            else Parameter(value, sd, (value - half, value + half), at_bound, not at_bound)
+            else Parameter(value, sd, (value - half, value + half), at_bound, identified)
         )
     return EffectEntry(effect.name, entries)
 
 
-def stribeck_seen(fit: JointFit) -> bool:
-    """Whether the static and the Coulomb level differ by more than their uncertainty."""
-    if "static" not in fit.model.names:
-        return False
-    i, j = fit.model.names.index("coulomb"), fit.model.names.index("static")
-    c = fit.covariance
-    spread = math.sqrt(max(c[i, i] + c[j, j] - 2.0 * c[i, j], 0.0))
-    return abs(float(fit.x[i] - fit.x[j])) > _NO_STRIBECK * spread
-
-
-def _one(fit: JointFit, name: str, logarithmic: bool, *, vague: bool = True) -> Parameter:
+def _one(fit: JointFit, name: str, logarithmic: bool) -> Parameter:
     i = fit.model.names.index(name)
     sd = math.sqrt(max(float(fit.covariance[i, i]), 0.0))
     value = fit.values[name]
@@ -113,19 +98,22 @@ def _one(fit: JointFit, name: str, logarithmic: bool, *, vague: bool = True) -> 
         ends = (math.exp(low), math.exp(high)) if logarithmic else (low, high)
         interval = ends if all(map(math.isfinite, ends)) else None
         return Parameter(value, None, interval, at_bound=True, identified=False)
-    half = fit.quantile * sd
+    half = float(fit.quantile[i]) * sd
     if logarithmic:
         reach = math.exp(min(half, 50.0))
         stderr, interval = value * sd, (value / reach, value * reach)
-        determined = sd < _TOO_VAGUE
     else:
         stderr, interval = sd, (value - half, value + half)
-        determined = not vague or sd < _TOO_VAGUE * abs(value)
-    return Parameter(value, stderr, interval, at_bound=False, identified=determined)
+    return Parameter(value, stderr, interval, at_bound=False)
 
 
-def _doubtful(parameter: Parameter) -> Parameter:
-    return Parameter(parameter.value, parameter.stderr, parameter.ci95, parameter.at_bound, False)
+def _doubting(part: str, found: dict[str, Parameter], fit: JointFit) -> dict[str, Parameter]:
+    """The parameters of a part, those that the data do not determine marked so."""
+    lacking = undetermined(fit)
+    return {
+        name: replace(parameter, identified=False) if f"{part}.{name}" in lacking else parameter
+        for name, parameter in found.items()
+    }
 
 
 def passivity(static: Mapping[str, Parameter], dynamic: Mapping[str, Parameter]) -> str | None:

@@ -1,12 +1,15 @@
 """The global search: NLopt over the few nonlinear friction parameters, the rest solved in closed form.
 
-Given the friction levels, the Stribeck velocity and the bristle stiffness, the bristle's deflection is
-known, and the torque is linear in everything else. So the search has four dimensions, or one (the
-logarithm of sigma0) where the static parameters are held.
+Measured in units of a friction level, the bristle's deflection depends on three numbers only: how far
+the bristle bends, the ratio of the two levels, and the Stribeck velocity. The torque is linear in
+everything else, the level included. So the search has three dimensions, or one where the static
+parameters are held. The level is that at a medium speed, which the data fix whatever the curve is; so the
+best bend hardly depends on the curve, and after the global search a grid over curves shows every basin.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -29,22 +32,39 @@ OPTIMIZERS = {
     "isres": nlopt.GN_ISRES,
     "esch": nlopt.GN_ESCH,
 }
-_SEARCHED = ("bristle_stiffness", "stribeck_velocity", "coulomb", "static")
+_SEARCHED = ("bend", "ratio", "stribeck_velocity")
+#: The level ratio static / coulomb lies within this and its inverse.
+_STEEPEST = 6.0
+#: A point whose cost is within this factor of the best may end in the better minimum.
+_RIVAL = 1.02
+#: Grid over the friction curve that finds its other basins, and how many of them are polished.
+_GRID_SPEEDS = 10
+_GRID_RATIOS = (0.3, 0.6, 0.85, 1.2, 1.7, 3.0)
+_BASINS = 3
+#: Evaluations of a local polish, and its first steps (logarithms).
+_POLISH = 40
+_STEP = {"bend": 0.1, "ratio": 0.2, "stribeck_velocity": 0.3}
 
 
 @dataclass
 class Projection:
-    """Cost of the nonlinear friction parameters, everything linear solved (variable projection).
+    """Cost of the shape of the friction model, everything linear solved (variable projection).
 
     Attributes:
         model: the model whose gravity and additive effects are the linear columns.
+        coulomb: Coulomb level to hold; None solves it along.
         evaluations: how often the cost was computed.
     """
 
     model: JointModel
+    coulomb: float | None = None
     evaluations: int = 0
     _fixed: Array = field(init=False)
     _names: list[str] = field(init=False)
+    _typical: float = field(init=False)
+    _curve: tuple[float, float, float] | None = field(init=False, default=None)
+    _over_steps: Array = field(init=False)
+    _over_rows: Array = field(init=False)
 
     def __post_init__(self) -> None:
         motion = self.model.recording.motion
@@ -63,32 +83,88 @@ class Projection:
                     columns.append(at.torque)
                     self._names.append(f"{effect.name}.{c.name}")
         self._fixed = self.model.recording.filtered(np.column_stack(columns))
+        self._typical = _moving_torque(self.model) if self.coulomb is None else self.coulomb
 
-    def solve(self, friction: Mapping[str, float]) -> tuple[float, dict[str, float]]:
-        """Sum of squares and the linear parameters at given levels, Stribeck velocity and stiffness."""
+    def solve(self, shape: Mapping[str, float]) -> tuple[float, dict[str, float]]:
+        """Sum of squares, and all friction and linear parameters, at a shape.
+
+        Args:
+            shape: "bend" (deflection at `medium` speed, rad or m), "ratio" (static / coulomb),
+                "stribeck_velocity".
+        """
         self.evaluations += 1
         model, motion = self.model, self.model.recording.motion
-        stiffness = friction["bristle_stiffness"]
-        curve = (friction["coulomb"], friction["static"], friction["stribeck_velocity"])
-        rho = stiffness / level(motion.step_velocity, *curve)
+        bend, ratio, medium = shape["bend"], shape["ratio"], self.medium_level(shape)
+        curve = (1.0 / medium, ratio / medium, shape["stribeck_velocity"])
+        if curve != self._curve:  # a search over the bend alone keeps its curve
+            self._curve = curve
+            self._over_steps = 1.0 / level(motion.step_velocity, *curve)
+            self._over_rows = np.abs(motion.velocity) / level(motion.velocity, *curve)
         z, decay = lugre.propagate(
-            motion.step_velocity, motion.step, rho, motion.first, np.zeros(motion.trials)
+            motion.step_velocity,
+            motion.step,
+            self._over_steps / bend,
+            motion.first,
+            np.zeros(motion.trials),
         )
-        rate = motion.velocity - stiffness / level(motion.velocity, *curve) * np.abs(motion.velocity) * z
         damped = model.spec.friction == "lugre"
-        new = model.recording.filtered(np.column_stack([stiffness * z, stiffness * decay, rate]))
-        columns = np.column_stack(
-            [model.measured - new[:, 0], new[:, 2:] if damped else new[:, :0], self._fixed]
-        )
-        bend = max(curve[0], curve[1]) / stiffness
-        free, _ = model.eliminate_columns(columns, new[:, 1], bend)
-        names = (["bristle_damping"] if damped else []) + self._names
-        target, regressors = free[:, 0], free[:, 1:]
-        solution = np.linalg.lstsq(regressors, target, rcond=1e-10)[0]
-        if damped and solution[0] < 0:
-            solution = np.concatenate([[0.0], np.linalg.lstsq(regressors[:, 1:], target, rcond=1e-10)[0]])
-        residual = target - regressors @ solution
-        return float(residual @ residual), dict(zip(names, solution.tolist(), strict=True))
+        rate = self._over_rows / bend
+        columns = [z, decay, motion.velocity - rate * z, rate * decay] if damped else [z, decay]
+        new = model.recording.filtered_columns(*columns)
+        new[:, :2] /= bend
+        held = None if self.coulomb is None else self.coulomb * medium
+        target = model.measured if held is None else model.measured - held * new[:, 0]
+        regressors = [] if held is not None else [new[:, :1]]
+        names = [] if held is not None else ["level"]
+        if damped:
+            regressors.append(new[:, 2:3])
+            names.append("bristle_damping")
+        everything = np.column_stack([target, *regressors, self._fixed])
+        reach = max(curve[:2]) * bend * self._typical
+        names += self._names
+        values: dict[str, float] = {}
+        # the start deflection passes through sigma1 too: a first pass finds it, the second uses it
+        for _ in range(2 if damped else 1):
+            start = new[:, 1]
+            if values:
+                start = start - values["bristle_damping"] / self._level(values, held) * new[:, 3]
+            free, _ = model.eliminate_columns(everything, start, reach)
+            cost, solution = _not_negative(free[:, 1:], free[:, 0], len(names) - len(self._names) + 1)
+            values = dict(zip(names, solution.tolist(), strict=True))
+        scale = self._level(values, held)
+        values.pop("level", None)
+        values |= {"coulomb": scale * curve[0], "static": scale * curve[1], "bristle_stiffness": scale / bend}
+        return cost, {**values, "stribeck_velocity": shape["stribeck_velocity"]}
+
+    def medium_level(self, shape: Mapping[str, float]) -> float:
+        """Friction level at a medium speed over the Coulomb level."""
+        s = self.model.scales
+        medium = np.array([math.sqrt(s.slowest * s.speed)])
+        return float(level(medium, 1.0, shape["ratio"], shape["stribeck_velocity"])[0])
+
+    def _level(self, values: Mapping[str, float], held: float | None) -> float:
+        return max(values["level"], 1e-3 * self._typical) if held is None else held
+
+
+def _not_negative(columns: Array, target: Array, count: int) -> tuple[float, Array]:
+    """Least squares whose first `count` unknowns (friction) are not below zero."""
+    information, correlation = columns.T @ columns, columns.T @ target
+    size = np.sqrt(np.diag(information))
+    size = np.where(size > 0, size, 1.0)
+    solution = np.zeros(columns.shape[1])
+    kept = np.ones(columns.shape[1], dtype=bool)
+    for _ in range(count + 1):
+        solution[:] = 0.0
+        scaled = information[np.ix_(kept, kept)] / np.outer(size[kept], size[kept])
+        solution[kept] = np.linalg.lstsq(scaled, correlation[kept] / size[kept], rcond=1e-12)[0] / size[kept]
+        negative = kept.copy()
+        negative[count:] = False
+        negative &= solution < 0.0
+        if not negative.any():
+            break
+        kept &= ~negative
+    residual = target - columns @ solution
+    return float(residual @ residual), solution
 
 
 @dataclass(frozen=True)
@@ -97,6 +173,67 @@ class Found:
 
     cost: float
     values: dict[str, float]
+
+
+@dataclass
+class _Search:
+    """The points that a search has seen; coordinates are logarithms of the shape's free numbers."""
+
+    projection: Projection
+    held: dict[str, float]
+    free: list[str]
+    low: Array
+    high: Array
+    tell: Callable[[int], None]
+    seen: list[tuple[float, Array, dict[str, float]]] = field(default_factory=list)
+
+    def cost(self, x: Array, _gradient: Array | None = None) -> float:
+        shape = {**self.held, **{name: math.exp(v) for name, v in zip(self.free, x, strict=True)}}
+        value, values = self.projection.solve(shape)
+        self.seen.append((value, np.array(x), values))
+        self.tell(len(self.seen))
+        return value
+
+    def run(self, algorithm: int, start: Array, evaluations: int, step: Array | None = None) -> Array:
+        """Best point of one NLopt run."""
+        first = len(self.seen)
+        optimiser = nlopt.opt(algorithm, len(self.free))
+        optimiser.set_lower_bounds(self.low)
+        optimiser.set_upper_bounds(self.high)
+        optimiser.set_min_objective(self.cost)
+        optimiser.set_maxeval(evaluations)
+        if step is not None:
+            optimiser.set_initial_step(step)
+            optimiser.set_xtol_abs(1e-3)
+            optimiser.set_ftol_rel(1e-4)
+        with contextlib.suppress(nlopt.RoundoffLimited):  # the best point is in `seen` all the same
+            optimiser.optimize(np.clip(start, self.low, self.high))
+        return min(self.seen[first:], key=lambda item: item[0])[1]
+
+    def polish(self, start: Array) -> Array:
+        """Local search without derivatives."""
+        algorithm = nlopt.LN_BOBYQA if len(self.free) > 1 else nlopt.LN_COBYLA
+        return self.run(algorithm, start, _POLISH, np.array([_STEP[name] for name in self.free]))
+
+    def other_basins(self, best: Array) -> list[Array]:
+        """Local minima on a grid of friction curves, the bend as at `best`; lowest first."""
+        if "ratio" not in self.free or "stribeck_velocity" not in self.free:
+            return []
+        i, j = self.free.index("stribeck_velocity"), self.free.index("ratio")
+        speeds = np.linspace(self.low[i], self.high[i], _GRID_SPEEDS)
+        costs = np.empty((len(speeds), len(_GRID_RATIOS)))
+        points = {}
+        for a, speed in enumerate(speeds):
+            for b, ratio in enumerate(_GRID_RATIOS):
+                x = best.copy()
+                x[i], x[j] = speed, math.log(ratio)
+                points[a, b] = x
+                costs[a, b] = self.cost(x)
+        padded = np.pad(costs, 1, constant_values=np.inf)
+        around = np.stack([padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]])
+        lowest = np.argwhere(costs <= around.min(axis=0))
+        ordered = sorted((tuple(place) for place in lowest), key=lambda place: costs[place])
+        return [points[int(a), int(b)] for a, b in ordered[:_BASINS]]
 
 
 def search(
@@ -109,15 +246,15 @@ def search(
     keep: int = 3,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Found]:
-    """Search the nonlinear friction parameters globally.
+    """Search the shape of the friction model globally, then polish locally.
 
     Args:
         model: gravity and additive effects in it are solved as linear unknowns.
-        fixed: parameters held at a value (the static set, for a search over sigma0 alone).
+        fixed: "coulomb", "static" and "stribeck_velocity" to hold, for a search over sigma0 alone.
         optimizer: a key of `OPTIMIZERS`.
-        evaluations: how many costs to compute.
+        evaluations: how many costs the global search computes.
         seed: for the stochastic optimisers.
-        keep: how many different points to hand back.
+        keep: how many different points to hand back at most.
         progress: called with (done, all).
 
     Returns:
@@ -128,63 +265,57 @@ def search(
     """
     if optimizer not in OPTIMIZERS:
         raise InputError(f"unknown optimizer {optimizer!r}", remedy=nearest(optimizer, OPTIMIZERS))
-    projection = Projection(model)
-    held = dict(fixed or {})
+    held: dict[str, float] = {}
+    if fixed is not None:
+        held = {"ratio": fixed["static"] / fixed["coulomb"], "stribeck_velocity": fixed["stribeck_velocity"]}
     law = model.spec.friction
     if law != "lugre":
-        held.setdefault("bristle_stiffness", model.stiff)
+        held["bend"] = model.scales.shortest_bend
     if law == "coulomb":
-        held.setdefault("stribeck_velocity", model.scales.slowest)
-    free = [name for name in _SEARCHED if name not in held and not (law == "coulomb" and name == "static")]
+        held |= {"stribeck_velocity": model.scales.slowest, "ratio": 1.0}
+    free = [name for name in _SEARCHED if name not in held]
     low, high = _box(model, free)
-    seen: list[tuple[float, Array, dict[str, float]]] = []
-
-    def named(x: Array) -> dict[str, float]:
-        values = {**held, **{name: math.exp(v) for name, v in zip(free, x, strict=True)}}
-        values.setdefault("static", values["coulomb"])
-        return values
-
-    def cost(x: Array, _gradient: Array) -> float:
-        point = named(x)
-        value, linear = projection.solve(point)
-        seen.append((value, x.copy(), {**point, **linear}))
-        if progress is not None:
-            progress(len(seen), evaluations)
-        return value
-
+    most = evaluations + _POLISH
+    state = _Search(
+        Projection(model, None if fixed is None else fixed["coulomb"]),
+        held,
+        free,
+        low,
+        high,
+        lambda done: progress(min(done, most), most) if progress is not None else None,
+    )
     if free:
         nlopt.srand(seed + 1)
-        optimiser = nlopt.opt(OPTIMIZERS[optimizer], len(free))
-        optimiser.set_lower_bounds(low)
-        optimiser.set_upper_bounds(high)
-        optimiser.set_min_objective(cost)
-        optimiser.set_maxeval(evaluations)
-        optimiser.set_xtol_abs(1e-4)
-        optimiser.optimize(0.5 * (low + high))
+        best = state.polish(state.run(OPTIMIZERS[optimizer], 0.5 * (low + high), evaluations))
+        for start in state.other_basins(best):
+            state.polish(start)
     else:
-        cost(np.empty(0), np.empty(0))
-    return _different(seen, high - low, keep)
+        state.cost(np.empty(0))
+    return _different(state.seen, high - low, keep)
 
 
 def cost_over_stiffness(
     model: JointModel, values: Mapping[str, float], points: int = 41
 ) -> tuple[Array, Array]:
     """Root-mean-square residual over the bristle stiffness, static parameters held, linear ones solved."""
-    low, high = _box(model, ["bristle_stiffness"])
-    grid = np.exp(np.linspace(low[0], high[0], points))
-    projection = Projection(model)
-    costs = [projection.solve({**values, "bristle_stiffness": float(s)})[0] for s in grid]
-    return grid, np.sqrt(np.array(costs) / len(model.measured))
+    low, high = _box(model, ["bend"])
+    bends = np.exp(np.linspace(high[0], low[0], points))
+    projection = Projection(model, values["coulomb"])
+    shape = {
+        "ratio": values["static"] / values["coulomb"],
+        "stribeck_velocity": values["stribeck_velocity"],
+    }
+    costs = [projection.solve({**shape, "bend": float(bend)})[0] for bend in bends]
+    level = values["coulomb"] * projection.medium_level(shape)
+    return level / bends, np.sqrt(np.array(costs) / len(model.measured))
 
 
 def _box(model: JointModel, names: list[str]) -> tuple[Array, Array]:
     s = model.scales
-    level_low, level_high = math.log(0.05 * s.torque), math.log(2.0 * _moving_torque(model))
     table = {
-        "bristle_stiffness": (math.log(0.1 * s.torque / s.travel), math.log(s.torque / s.shortest_bend)),
+        "bend": (math.log(s.shortest_bend), math.log(10.0 * s.travel)),
         "stribeck_velocity": (math.log(0.5 * s.slowest), math.log(1.2 * s.speed)),
-        "coulomb": (level_low, level_high),
-        "static": (level_low, level_high),
+        "ratio": (-math.log(_STEEPEST), math.log(_STEEPEST)),
     }
     return np.array([table[n][0] for n in names]), np.array([table[n][1] for n in names])
 
@@ -199,12 +330,12 @@ def _moving_torque(model: JointModel) -> float:
 
 
 def _different(seen: list[tuple[float, Array, dict[str, float]]], span: Array, keep: int) -> list[Found]:
-    """The best points that lie apart by a tenth of the box in some coordinate."""
+    """The best point and its rivals that lie apart by a tenth of the box in some coordinate."""
     ordered = sorted(seen, key=lambda item: item[0])
-    chosen: list[tuple[float, Array, dict[str, float]]] = []
+    chosen = ordered[:1]
     for item in ordered:
-        if all(np.any(np.abs(item[1] - other[1]) > 0.1 * span) for other in chosen) or not chosen:
-            chosen.append(item)
-        if len(chosen) == keep:
+        if len(chosen) == keep or item[0] > _RIVAL * ordered[0][0]:
             break
+        if all(np.any(np.abs(item[1] - other[1]) > 0.1 * span) for other in chosen):
+            chosen.append(item)
     return [Found(cost, values) for cost, _, values in chosen]

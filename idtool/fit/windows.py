@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from idtool.fit.joint import JointFit
@@ -14,6 +15,8 @@ from idtool.model.stribeck import EXPONENT, level
 
 _LEAST_SECONDS = 0.4
 _LEAST_ROWS = 20
+#: Of a window's rows at least this share must be usable.
+_MOSTLY = 0.5
 #: Steady speed: over this long its mean changes by less than this share.
 _SETTLING_S = 0.25
 _CHANGE = 0.05
@@ -59,41 +62,52 @@ def steady_windows(fit: JointFit) -> list[Window]:
     friction = model.friction(fit.x)
     slow = _change_of_speed(motion) < _CHANGE * np.abs(motion.velocity)
     moving = np.abs(motion.velocity) > 0.5 * model.scales.slowest
-    flags = slow & moving & model.recording.usable
+    flags = slow & moving
+    usable = model.recording.usable
     direction = np.sign(motion.velocity)
     edges = np.flatnonzero(
         (np.diff(flags.astype(int)) != 0) | (np.diff(direction) != 0) | (np.diff(motion.trial) != 0)
     )
     bounds = np.concatenate([[0], edges + 1, [len(motion)]])
+    turns = motion.first | (np.diff(direction, prepend=0.0) != 0)
+    turned = np.maximum.accumulate(np.where(turns, np.arange(len(motion)), 0))
+    curve = (friction.coulomb, friction.static, friction.stribeck_velocity)
     windows = []
-    residual = fit.full_residual
     for begin, end in pairwise(bounds.tolist()):
-        if (
-            not flags[begin]
-            or end - begin < _LEAST_ROWS
-            or motion.time[end - 1] - motion.time[begin] < _LEAST_SECONDS
-        ):
+        if not flags[begin] or not _long(motion, usable, begin, end):
             continue
-        w = float(np.mean(motion.velocity[begin:end]))
-        g = level(w, friction.coulomb, friction.static, friction.stribeck_velocity, EXPONENT)
-        settled = float(np.sign(w) * g + friction.viscous * w)
-        values = residual[begin:end]
-        pieces = np.array_split(values, min(8, len(values) // 5))
-        spread = float(np.std([piece.mean() for piece in pieces], ddof=1) / np.sqrt(len(pieces)))
-        travel = abs(float(motion.position[end - 1] - motion.position[begin]))
-        first = int(motion.starts[motion.trial[begin]])
-        # how far the bristle still is from settling, averaged over the window: exponential in travel
-        rate = friction.bristle_stiffness / g
-        approach = abs(float(motion.position[begin] - motion.position[first]))
-        left = 2.0 * np.exp(-rate * approach) * (-np.expm1(-rate * travel)) / max(rate * travel, 1e-12)
-        windows.append(
-            Window(
-                int(motion.trial[begin]),
-                w,
-                settled + float(values.mean()),
-                spread,
-                bool(left < _SETTLED),
-                travel,
-            )
-        )
+        g = level(float(np.mean(motion.velocity[begin:end])), *curve, EXPONENT)
+        # how far the bristle still is from settling: exponential in the travel since the axis turned around
+        travel = np.abs(motion.position[begin:end] - motion.position[turned[begin]])
+        bends = friction.bristle_stiffness / g * travel
+        left = 2.0 * np.exp(-bends)
+        steady = bool(np.mean(left) < _SETTLED)
+        after = begin + int(np.count_nonzero(left >= _SETTLED))
+        if not steady and _long(motion, usable, after, end):
+            begin, steady = after, True  # the rest of the way is long enough by itself
+        windows.append(_window(fit, begin, end, steady))
     return windows
+
+
+def _long(motion: Motion, usable: NDArray[np.bool_], begin: int, end: int) -> bool:
+    rows = int(np.count_nonzero(usable[begin:end]))
+    return (
+        rows >= max(_LEAST_ROWS, _MOSTLY * (end - begin))
+        and float(motion.time[end - 1] - motion.time[begin]) >= _LEAST_SECONDS
+    )
+
+
+def _window(fit: JointFit, begin: int, end: int, steady: bool) -> Window:
+    motion, friction = fit.model.recording.motion, fit.model.friction(fit.x)
+    w = float(np.mean(motion.velocity[begin:end]))
+    g = level(w, friction.coulomb, friction.static, friction.stribeck_velocity, EXPONENT)
+    values = fit.full_residual[begin:end][fit.model.recording.usable[begin:end]]
+    pieces = np.array_split(values, min(8, len(values) // 5))
+    return Window(
+        trial=int(motion.trial[begin]),
+        velocity=w,
+        friction=float(np.sign(w) * g + friction.viscous * w) + float(values.mean()),
+        stderr=float(np.std([piece.mean() for piece in pieces], ddof=1) / np.sqrt(len(pieces))),
+        steady=steady,
+        travel=abs(float(motion.position[end - 1] - motion.position[begin])),
+    )

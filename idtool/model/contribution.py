@@ -24,6 +24,7 @@ class Contribution:
         level_torque: torque added to g.
         static_change: relative change of the static level only.
         viscous_change: relative change of the viscous coefficient.
+        bristle_change: relative change of the torque that the bristle passes on.
         exponent_change: added to the Stribeck exponent.
         delay: by how much position and velocity lag the current, s.
         saturation: kappa / K: relative loss of torque per torque, 1/(N m).
@@ -34,6 +35,7 @@ class Contribution:
     level_torque: Term = 0.0
     static_change: Term = 0.0
     viscous_change: Term = 0.0
+    bristle_change: Term = 0.0
     exponent_change: Term = 0.0
     delay: Term = 0.0
     saturation: Term = 0.0

@@ -82,7 +82,8 @@ def predict(motion: Motion, friction: Friction, effect: Contribution, start: Arr
     z, decay = lugre.propagate(
         motion.step_velocity, motion.step, friction.bristle_stiffness / level.value, motion.first, start
     )
-    return _finish(motion, friction, effect, z, decay)
+    at_row = _Level(motion.velocity, friction, effect)
+    return _output(motion, effect, _finish(motion, friction, effect, at_row, z, decay), None, ())[0]
 
 
 def linearise(
@@ -100,25 +101,32 @@ def linearise(
     z, decay, tangents = lugre.propagate_tangents(
         motion.step_velocity, motion.step, rho_step, motion.first, start, dlog_rho
     )
-    prediction = _finish(motion, friction, effect, z, decay, undelayed=True)
+    prediction = _finish(motion, friction, effect, at_row, z, decay)
     rho_speed = friction.bristle_stiffness / at_row.value * np.abs(motion.velocity)
     z_rate = motion.velocity - rho_speed * z
-    through_z = friction.bristle_stiffness - friction.bristle_damping * rho_speed
-    jacobian = np.empty((len(motion), len(directions)))
-    for index, direction in enumerate(directions):
-        column = direction.bristle_stiffness * z + direction.bristle_damping * z_rate
-        viscous = (
-            direction.viscous * (1.0 + effect.viscous_change)
-            + friction.viscous * direction.effect.viscous_change
-        )
-        column = column + viscous * motion.velocity + direction.effect.torque
-        if index in bending:
-            place = bending.index(index)
-            column = column + through_z * tangents[:, place]
-            row_dlog = at_row.dlog_rho(direction, direction.effect, friction)
-            column = column - friction.bristle_damping * rho_speed * z * row_dlog
-        jacobian[:, index] = column
-    return _output(motion, effect, prediction, jacobian, directions)
+    passed = 1.0 + effect.bristle_change
+    through_z = passed * (friction.bristle_stiffness - friction.bristle_damping * rho_speed)
+    through_log = passed * (friction.bristle_damping * rho_speed * z)
+    # one row per direction: a column of a matrix stored by rows is slow to write
+    jacobian = np.zeros((len(directions), len(motion)))
+    for column, direction in zip(jacobian, directions, strict=True):
+        if direction.bristle_stiffness:
+            column += direction.bristle_stiffness * passed * z
+        if direction.bristle_damping:
+            column += direction.bristle_damping * passed * z_rate
+        if not _zero(direction.effect.bristle_change):
+            bristle = friction.bristle_stiffness * z + friction.bristle_damping * z_rate
+            column += direction.effect.bristle_change * bristle
+        if direction.viscous:
+            column += direction.viscous * (1.0 + effect.viscous_change) * motion.velocity
+        if not _zero(direction.effect.viscous_change):
+            column += friction.viscous * direction.effect.viscous_change * motion.velocity
+        if not _zero(direction.effect.torque):
+            column += direction.effect.torque
+    for place, index in enumerate(bending):
+        row_dlog = at_row.dlog_rho(directions[index], directions[index].effect, friction)
+        jacobian[index] += through_z * tangents[:, place] - through_log * row_dlog
+    return _output(motion, effect, prediction, jacobian.T, directions)
 
 
 class _Level:
@@ -141,9 +149,13 @@ class _Level:
 
     def dlog_rho(self, direction: Direction, effect: Contribution, friction: Friction) -> Array:
         """Derivative of ln(sigma0 / g) along `direction`, whose effect part is `effect`."""
-        change: Term = direction.coulomb * (1.0 - self.fade)
-        static = direction.static * (self.static / friction.static) + friction.static * effect.static_change
-        change = change + static * self.fade
+        change: Term = 0.0
+        if direction.coulomb:
+            change = direction.coulomb * (1.0 - self.fade)
+        if direction.static:
+            change = change + direction.static * (self.static / friction.static) * self.fade
+        if not _zero(effect.static_change):
+            change = change + friction.static * effect.static_change * self.fade
         if direction.stribeck_velocity or not _zero(effect.exponent_change):
             bend: Term = 0.0
             if direction.stribeck_velocity:
@@ -151,9 +163,13 @@ class _Level:
             if not _zero(effect.exponent_change):
                 bend = bend - self.power * np.log(np.maximum(self.ratio, 1e-12)) * effect.exponent_change
             change = change + (self.static - friction.coulomb) * self.fade * bend
-        change = self.scale * change + self.plain * effect.level_change + effect.level_torque
+        if not _zero(change):
+            change = self.scale * change
+        if not _zero(effect.level_change):
+            change = change + self.plain * effect.level_change
+        change = change + effect.level_torque
         stiff = direction.bristle_stiffness / friction.bristle_stiffness
-        return np.asarray(stiff - change / self.value, dtype=float)
+        return np.asarray(stiff if _zero(change) else stiff - change / self.value, dtype=float)
 
 
 def _zero(term: Term) -> bool:
@@ -174,24 +190,16 @@ def _at_step(effect: Contribution, motion: Motion) -> Contribution:
 
 
 def _finish(
-    motion: Motion,
-    friction: Friction,
-    effect: Contribution,
-    z: Array,
-    decay: Array,
-    *,
-    undelayed: bool = False,
+    motion: Motion, friction: Friction, effect: Contribution, level: _Level, z: Array, decay: Array
 ) -> Prediction:
-    level = _Level(motion.velocity, friction, effect)
+    """The torque before what acts on the finished torque (`_output`)."""
     rho_speed = friction.bristle_stiffness / level.value * np.abs(motion.velocity)
-    through_z = friction.bristle_stiffness - friction.bristle_damping * rho_speed
-    torque = through_z * z + friction.bristle_damping * motion.velocity
+    passed = 1.0 + effect.bristle_change
+    through_z = passed * (friction.bristle_stiffness - friction.bristle_damping * rho_speed)
+    torque = through_z * z + passed * friction.bristle_damping * motion.velocity
     torque += friction.viscous * (1.0 + effect.viscous_change) * motion.velocity
     torque += effect.torque
-    prediction = Prediction(torque, through_z * decay, z)
-    if undelayed:
-        return prediction
-    return _output(motion, effect, prediction, None, ())[0]
+    return Prediction(torque, through_z * decay, z)
 
 
 def _output(

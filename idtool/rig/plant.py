@@ -235,7 +235,6 @@ def advance(p: PlantNumbers, state: Array, command: float, mode: int, hand: floa
     load = gravity_torque(p, state[LOAD_POSITION] if elastic else q)
     level = friction_level(p, q, w, load, state[DWELL], factor)
     share = engagement(p, state, load, level)
-    level *= share
 
     rest = effect_torque(p, q, w, state[TIME]) + state[HYSTERESIS]
     if elastic:
@@ -248,13 +247,17 @@ def advance(p: PlantNumbers, state: Array, command: float, mode: int, hand: floa
     else:
         rest += share * load - hand
 
-    # z+ = keep z + gain w+; the mean of dz/dt over the step is (z+ - z) / h
-    x = p.bristle_stiffness * abs(w) / level * h
-    keep = math.exp(-x)
-    gain = h * (1.0 - keep) / x if x > 1e-6 else h * (1.0 - 0.5 * x)
-    push = motor - rest - p.bristle_stiffness * keep * z + p.bristle_damping * (1.0 - keep) * z / h
-    drag = p.bristle_stiffness * gain + p.bristle_damping * gain / h + p.viscous * factor
-    new = (w + h * push / p.inertia) / (1.0 + h * drag / p.inertia)
+    # z+ = keep z + gain w+; the mean of dz/dt over the step is (z+ - z) / h. The bristle slips at the new
+    # speed, found in two rounds: with the old one sigma1 would act a step late, which looks like inertia
+    new = w
+    for _ in range(2):
+        x = p.bristle_stiffness * abs(new) / (share * level) * h
+        keep = math.exp(-x)
+        gain = h * (1.0 - keep) / x if x > 1e-6 else h * (1.0 - 0.5 * x)
+        push = motor - rest - p.bristle_stiffness * keep * z + p.bristle_damping * (1.0 - keep) * z / h
+        drag = p.bristle_stiffness * gain + p.bristle_damping * gain / h + p.viscous * factor
+        new = (w + h * push / p.inertia) / (1.0 + h * drag / p.inertia)
+        level = friction_level(p, q, new, load, state[DWELL], factor)
 
     state[BRISTLE] = keep * z + gain * new
     state[VELOCITY] = new

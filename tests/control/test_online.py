@@ -28,6 +28,14 @@ EFFECTS: dict[str, dict[str, float]] = {
     "position_stiffness": {"stiffness": 0.05, "neutral": 0.4},
     "position_dependent_friction": {"slope_1": 0.3, "slope_2": 0.1, "center": 0.2, "half_stroke": 1.5},
     "thermal_drift": {"rate": 0.02, "reference": 25.0},
+    "backlash": {
+        "gap": 0.05,
+        "share_behind_gap": 0.5,
+        "share_under_load": 0.2,
+        "share_at_once": 0.3,
+        "load_scale": 0.3,
+    },
+    "compliance": {"stiffness": 4.0, "damping": 0.02, "load_inertia": 0.01},
     "position_ripple": {
         "cycles": 7.0,
         "amplitude_1": 0.03,

@@ -65,6 +65,13 @@ CASES = [
     ("thermal_drift", {"rate_per_k": 0.03, "reference_degc": 25.0}, "rate_per_k", 0.05),
     ("nonlinear_viscous", {"quadratic_nm_s2_per_rad2": 0.1}, "quadratic_nm_s2_per_rad2", 0.1),
     ("transport_delay", {"delay_s": 0.01}, "delay_s", 0.1),
+    ("backlash", {"gap_rad": 0.05, "share_behind_gap": 0.5}, "gap_rad", 0.02),
+    (
+        "compliance",
+        {"stiffness_nm_per_rad": 3.0, "damping_nm_s_per_rad": 0.02, "load_inertia_kg_m2": 0.006},
+        "stiffness_nm_per_rad",
+        0.03,
+    ),
 ]
 
 

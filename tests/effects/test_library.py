@@ -51,9 +51,7 @@ def test_says_what_a_reader_needs(effect: Effect) -> None:
     for text in (effect.title, effect.reveals, effect.citation):
         assert len(text) > 5
     assert set(effect.look_alikes) | set(effect.absorbs) <= set(registry.names()) | {
-        "backlash",
         "hysteresis",
-        "compliance",
         "breakaway_dwell",
     }
     assert effect.name not in effect.look_alikes

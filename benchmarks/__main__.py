@@ -1,0 +1,55 @@
+"""python -m benchmarks [PART...]"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+from benchmarks import dynamic, kernel, machine, scaling, session, startup
+from benchmarks.table import Section, goals_table
+
+PARTS: dict[str, Callable[[], Section]] = {
+    "kernel": kernel.measure,
+    "dynamic": dynamic.measure,
+    "scaling": scaling.measure,
+    "startup": startup.measure,
+    "session": session.measure,
+}
+_REPORT = Path(__file__).resolve().parent.parent / "docs" / "benchmarks.md"
+
+_HEAD = """# Benchmarks
+
+Written by `make bench` (`python -m benchmarks`; `python -m benchmarks kernel` prints one part). Everything on
+one core; times are those of the processor (of a second process, by the clock). What is compared was run in
+turns, and the shortest of several rounds counts: other work on a machine only ever adds to a time. Ratios
+carry over to other machines better than times do.
+"""
+
+
+def main() -> None:
+    """Run the parts that were named, or all; only a run of all writes the report."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Benchmarks of ffc-id.")
+    parser.add_argument(
+        "parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all if none is named"
+    )
+    parts = parser.parse_args().parts
+    for name in parts:
+        if name not in PARTS:
+            parser.error(f"unknown part {name!r}; there are {', '.join(PARTS)}")
+    sections = []
+    for name in parts or PARTS:
+        sections.append(PARTS[name]())
+        print(sections[-1].markdown(), flush=True)
+    goals = goals_table(sections)
+    print(goals.markdown())
+    if not parts:
+        packages = ", ".join(f"{name} {version}" for name, version in machine.versions().items())
+        goals.notes.append(f"Processor: {machine.processor()}. {packages}.")
+        text = "\n".join([_HEAD, *(part.markdown() for part in (goals, *sections))])
+        _REPORT.write_text(text.rstrip() + "\n")
+        print(f"written: docs/{_REPORT.name}")
+
+
+if __name__ == "__main__":
+    main()

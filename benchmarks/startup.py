@@ -1,0 +1,106 @@
+"""What a second process pays before it does anything: compiled code from the cache, and `--help`."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from benchmarks.table import Goal, Section, seconds
+
+_GOAL = 0.1
+_IMPORTS = "import numpy, numba"
+#: What numba puts off until the first compiled function of a process is loaded, whosever it is.
+_SET_UP = """import numpy, numba
+from numba.core.registry import cpu_target
+cpu_target.typing_context.refresh()
+cpu_target.target_context.refresh()
+"""
+#: What is compiled runs once on a few rows; the time is printed by the process itself.
+_KERNEL = """
+import time
+{imports}
+began = time.perf_counter()
+import numpy as np
+from idtool.model import lugre
+ones = np.ones(4)
+first = np.array([True, False, False, False])
+lugre.propagate(ones, ones, ones, first, np.zeros(1))
+print(time.perf_counter() - began)
+"""
+#: Reading a motion and one differentiation touch every compiled function of a fit.
+_WHOLE = """
+import time
+{imports}
+import pandas, scipy.signal, scipy.sparse, scipy.optimize, scipy.stats, nlopt
+began = time.perf_counter()
+import numpy as np
+from idtool.model import lugre
+from idtool import smoother
+ones = np.ones(60)
+first = np.arange(60) == 0
+lugre.propagate(ones, ones, ones, first, np.zeros(1))
+lugre.propagate_tangents(ones, ones, ones, first, np.zeros(1), np.ones((60, 2)))
+t = 0.01 * np.arange(60)
+smoother.smooth(t, np.sin(t), np.cos(t), first)
+print(time.perf_counter() - began)
+"""
+
+
+def measure(rounds: int = 8) -> Section:
+    """Shortest times of several fresh processes, the cache warm."""
+    program = Path(sys.executable).with_name("ffc-id")
+    tasks = {
+        "python -c pass": [sys.executable, "-c", "pass"],
+        "import numpy, numba": [sys.executable, "-c", _IMPORTS],
+        "ffc-id --help": [str(program), "--help"],
+    }
+    inside = {
+        "propagate": _KERNEL.format(imports=_IMPORTS),
+        "all that reading a log and a fit compile": _WHOLE.format(imports=_IMPORTS),
+        "and numba's own set-up: propagate": _KERNEL.format(imports=_SET_UP),
+        "and numba's own set-up: all of a fit": _WHOLE.format(imports=_SET_UP),
+    }
+    best = dict.fromkeys([*tasks, *inside], float("inf"))
+    for _ in range(rounds):  # the first one may have to fill the cache
+        for name, command in tasks.items():
+            began = time.perf_counter()
+            subprocess.run(command, check=True, capture_output=True)
+            best[name] = min(best[name], time.perf_counter() - began)
+        for name, script in inside.items():
+            done = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
+            best[name] = min(best[name], float(done.stdout))
+    section = Section(
+        "A second process",
+        ["what", "time"],
+        notes=[
+            "The upper part is the whole process. The lower part is timed inside a process that has "
+            "numpy and "
+            "numba imported already: importing our module, loading the compiled code from numba's cache and "
+            "running it on a few rows. Most of that is what numba puts off until the first compiled "
+            "function of a "
+            "process (its registries, which import scipy.linalg); the last two rows leave that out too."
+        ],
+    )
+    for name in tasks:
+        section.add(f"`{name}`", seconds(best[name]))
+    for name in inside:
+        section.add(f"after numba: {name}", seconds(best[name]))
+    found = best["propagate"]
+    section.goals.append(
+        Goal(
+            f"compiled code from the cache in a second process, without importing numba: below {_GOAL:g} s",
+            seconds(found),
+            found < _GOAL,
+        )
+    )
+    less = best["and numba's own set-up: propagate"]
+    section.goals.append(
+        Goal(
+            f"the same, without what numba itself sets up at its first use: below {_GOAL:g} s",
+            seconds(less),
+            less < _GOAL,
+        )
+    )
+    return section

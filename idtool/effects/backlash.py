@@ -1,0 +1,136 @@
+"""Backlash: while the motor crosses a gap, part of the friction stays behind."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Values
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Array, Motion
+
+#: A gap is looked for between these shares of the stroke.
+_GAPS = (0.003, 0.006, 0.012, 0.025, 0.05)
+#: Less than this share of the friction behind the gap is no sign of a gap.
+_LEAST_SHARE = 0.05
+#: A load counts as one above some of this share of the largest.
+_LOADED = 0.05
+#: Contact sets in over the last part of the half gap, so that the torque has no jump.
+_ONSET = 0.1
+
+
+@numba.njit(cache=True)
+def _apart(
+    position: Array,
+    velocity: Array,
+    first: NDArray[np.bool_],
+    start: Array,
+    half: float,
+    memory: Array,
+    out: Array,
+) -> None:
+    """Play operator: 1 where the motor moves free inside the gap, 0 in contact."""
+    behind = memory[0]
+    begun = 0
+    for k in range(position.shape[0]):
+        q = position[k]
+        if first[k]:
+            behind = q - half * start[begun]
+            begun += 1
+        behind = min(max(behind, q - half), q + half)
+        depth = (q - behind) / half
+        if velocity[k] < 0.0:
+            depth = -depth  # only the face ahead can be met; the other is being left
+        out[k] = min(max((1.0 - depth) / _ONSET, 0.0), 1.0)
+    memory[0] = behind
+
+
+@final
+class Backlash(Effect):
+    """What lies behind the gap rests by its own friction while the motor crosses. A load that outweighs
+    that friction can hold one face in contact, so the share that comes free is told with and without."""
+
+    name = "backlash"
+    title = "Backlash"
+    formula = "g(w) times 1 - share while the motor crosses the gap after a reversal; play operator"
+    reveals = "reversals near zero load"
+    look_alikes = ("hysteresis", "transport_delay")
+    citation = "Nordin & Gutman 2002; play operator: Krasnosel'skii & Pokrovskii 1989"
+    parameters = (
+        EffectParameter("gap", "position", "full width of the gap", 0.0),
+        EffectParameter("share_behind_gap", "number", "share of the friction that lies behind it", 0.0, 1.0),
+        EffectParameter("share_under_load", "number", "the same under a load", optional=True),
+        EffectParameter("share_at_once", "number", "share of the bristle's torque that vanishes at once"),
+        EffectParameter("load_scale", "torque", "load well below which it is no load", 0.0, optional=True),
+    )
+    coordinates = (
+        Coordinate("share_behind_gap", lower=-0.5, upper=0.98, increment=1e-3),
+        Coordinate("share_under_load", lower=-0.5, upper=0.98, increment=1e-3),
+        Coordinate("share_at_once", lower=-0.5, upper=0.98, increment=1e-3),
+        Coordinate("log_gap", null=-3.0, lower=-16.0, upper=4.0, increment=1e-5),
+    )
+    memory = 1
+    free_start = True
+
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        return self.resume(motion, values, Past.none(motion, self.memory))
+
+    def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
+        apart = np.empty(len(motion))
+        half = 0.5 * math.exp(values["log_gap"])
+        _apart(motion.position, motion.velocity, past.first, past.start, half, past.memory, apart)
+        share: Array | float = values["share_behind_gap"]
+        if "share_under_load" in values and motion.load is not None:
+            free = np.exp(-np.abs(motion.load) / values["load_scale"])
+            share = share * free + values["share_under_load"] * (1.0 - free)
+        return Contribution(level_change=-share * apart, bristle_change=-values["share_at_once"] * apart)
+
+    def constants(self, motion: Motion) -> dict[str, float]:
+        scale = _load_scale(motion)
+        return {} if scale is None else {"load_scale": scale}
+
+    def active(self, motion: Motion) -> tuple[Coordinate, ...]:
+        if _load_scale(motion) is not None:
+            return self.coordinates
+        return tuple(c for c in self.coordinates if c.name != "share_under_load")
+
+    def starts(self, motion: Motion) -> list[dict[str, float]]:
+        stroke = float(np.ptp(motion.position))
+        return [{"log_gap": math.log(share * stroke)} for share in _GAPS]
+
+    def untestable(self, motion: Motion) -> str | None:
+        turns = np.sign(motion.velocity[1:]) * np.sign(motion.velocity[:-1]) < 0
+        if int(np.sum(turns & ~motion.first[1:])) < 4:
+            return "the axis hardly ever turned round: log slow moves both ways"
+        return None
+
+    def implausible(self, values: Values, model: Values) -> str | None:
+        share = 1.0 - (1.0 - values["share_behind_gap"]) * (1.0 - values["share_at_once"])
+        if share < _LEAST_SHARE:
+            return (
+                f"friction inside the gap would be {100.0 * (1.0 - share):.0f} % of that outside it: no gap"
+            )
+        return None
+
+    def to_parameters(self, values: Values) -> dict[str, float]:
+        others = {name: value for name, value in values.items() if name != "log_gap"}
+        return {"gap": math.exp(values["log_gap"]), **others}
+
+    def to_values(self, parameters: Values) -> dict[str, float]:
+        others = {name: value for name, value in parameters.items() if name != "gap"}
+        return {"log_gap": math.log(parameters["gap"]), **others}
+
+
+def _load_scale(motion: Motion) -> float | None:
+    """A small part of the largest load; None where there are not both loaded and unloaded rows."""
+    if motion.load is None or not len(motion):
+        return None
+    size = np.abs(motion.load)
+    scale = _LOADED * float(np.max(size))
+    if scale < 1e-9 or not 0.05 < float(np.mean(size > 2.0 * scale)) < 0.95:
+        return None
+    return scale

@@ -1,0 +1,125 @@
+"""Compliance: part of the inertia hangs on a spring and damper and swings behind the motor."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Values
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Array, Motion
+
+#: A lightly damped resonance is narrow: a search that starts beside it does not find it.
+_FREQUENCIES_HZ = (1.2, 1.7, 2.3, 3.1, 4.0, 5.0, 6.2, 7.7, 9.5, 12.0, 15.0, 20.0)
+_START_RATIOS = (0.03, 0.15)
+#: A step longer than this part of a period is done in several.
+_SUBSTEP_RAD = 0.2
+
+
+@numba.njit(cache=True)
+def _lag(
+    acceleration: Array,
+    first: NDArray[np.bool_],
+    step: Array,
+    omega: float,
+    ratio: float,
+    memory: Array,
+    out: Array,
+) -> None:
+    """Acceleration of the load less that of the motor.
+
+    The twist e = load - motor obeys e'' + 2 ratio omega e' + omega^2 e = -a. The acceleration is held
+    at its mean over a step, and e and e' are advanced by the mid-point rule, which neither damps nor
+    excites the oscillation.
+    """
+    twist, rate, last = memory[0], memory[1], memory[2]
+    for k in range(acceleration.shape[0]):
+        a = acceleration[k]
+        if first[k]:
+            # it was pulled along before the first row: the twist that this acceleration would hold
+            twist, rate = -a / (omega * omega), 0.0
+        else:
+            mean = 0.5 * (a + last)
+            parts = math.ceil(omega * step[k] / _SUBSTEP_RAD)
+            h = step[k] / max(parts, 1)
+            for _ in range(parts):
+                pull = 2.0 * ratio * omega + 0.5 * h * omega * omega
+                drive = -mean - omega * omega * twist
+                middle = (rate + 0.5 * h * drive) / (1.0 + 0.5 * h * pull)
+                twist += h * middle
+                rate = 2.0 * middle - rate
+        last = a
+        out[k] = -omega * omega * twist - 2.0 * ratio * omega * rate - a
+    memory[0], memory[1], memory[2] = twist, rate, last
+
+
+@final
+class Compliance(Effect):
+    """Comes on top of the inertia, which carries the whole of what moves slowly."""
+
+    name = "compliance"
+    title = "Compliance"
+    formula = "J_load (a_load - a), J_load a_load = k (q - q_load) + c (w - w_load)"
+    reveals = "sines of rising frequency, beyond the resonance; the same with another payload"
+    look_alikes = ("inertia", "transport_delay")
+    citation = "Spong 1987"
+    parameters = (
+        EffectParameter("stiffness", "stiffness", "stiffness k of the transmission", 0.0),
+        EffectParameter("damping", "damping", "damping c of the transmission", 0.0),
+        EffectParameter("load_inertia", "inertia", "inertia behind the spring", 0.0),
+    )
+    coordinates = (
+        Coordinate("load_inertia", lower=0.0),
+        Coordinate("log_omega", null=3.0, lower=0.0, upper=7.0, increment=1e-3),
+        Coordinate("damping_ratio", null=_START_RATIOS[-1], lower=0.002, upper=3.0, increment=1e-3),
+    )
+    memory = 3
+
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        return self.resume(motion, values, Past.none(motion, self.memory))
+
+    def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
+        lag = np.empty(len(motion))
+        omega = math.exp(values["log_omega"])
+        _lag(motion.acceleration, past.first, past.step, omega, values["damping_ratio"], past.memory, lag)
+        return Contribution(torque=values["load_inertia"] * lag)
+
+    def starts(self, motion: Motion) -> list[dict[str, float]]:
+        return [
+            {"log_omega": math.log(2.0 * math.pi * frequency), "damping_ratio": ratio}
+            for frequency in _FREQUENCIES_HZ
+            for ratio in _START_RATIOS
+        ]
+
+    def untestable(self, motion: Motion) -> str | None:
+        longest = float(np.max(np.bincount(motion.trial, motion.step))) if len(motion) else 0.0
+        if longest < 1.0:
+            return "every trial is shorter than a second: log sines of rising frequency"
+        return None
+
+    def implausible(self, values: Values, model: Values) -> str | None:
+        whole = model.get("inertia.inertia")
+        if whole is not None and values["load_inertia"] > whole:
+            return "more inertia would hang on the spring than the axis has"
+        return None
+
+    def to_parameters(self, values: Values) -> dict[str, float]:
+        omega, inertia = math.exp(values["log_omega"]), values["load_inertia"]
+        return {
+            "stiffness": inertia * omega**2,
+            "damping": 2.0 * values["damping_ratio"] * omega * inertia,
+            "load_inertia": inertia,
+        }
+
+    def to_values(self, parameters: Values) -> dict[str, float]:
+        inertia = max(parameters["load_inertia"], 1e-300)
+        omega = math.sqrt(max(parameters["stiffness"] / inertia, 1e-300))
+        return {
+            "load_inertia": parameters["load_inertia"],
+            "log_omega": math.log(omega),
+            "damping_ratio": parameters["damping"] / (2.0 * omega * inertia),
+        }

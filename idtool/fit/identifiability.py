@@ -1,0 +1,429 @@
+"""What data cannot determine, in words: one implementation for `check` and for every fit.
+
+`shortcomings(fit)` lists what the data behind a fit lack: which parameters that leaves undetermined, why,
+and the run that would show them. The flags of the parameter file follow from the same list
+(`undetermined`), so that the words and the flags cannot disagree.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from idtool.fit.joint import JointFit
+from idtool.fit.model import LOGARITHMIC
+from idtool.fit.windows import Window, steady_windows
+from idtool.mending import SATURATED
+from idtool.model.motion import Array, Motion
+from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
+from idtool.signals import Recording
+from idtool.units import unit_text
+
+#: A parameter whose relative standard error is above this is not determined by the data.
+_TOO_VAGUE = 0.5
+#: A difference of the two friction levels below this many standard errors is no Stribeck effect.
+_NO_STRIBECK = 2.0
+#: Presliding travel below this many steps of the position reading gives sigma0 a lower bound only.
+_COUNTS = 3.0
+#: Low speeds are those between these multiples of the Stribeck velocity (at rest the torque is any below the
+#: static level and shows neither); the axis must pass through them more slowly than the filter's window is
+#: long, and for this many windows in all.
+_REST = 0.1
+_LOW = 1.5
+_LOW_WINDOWS = 5.0
+#: Less than this share of the motion in one direction is no motion in it.
+_OTHER_WAY = 0.02
+#: Gravity acts alike where the cosine of the tilt changes by less than this.
+_TILTED = 0.1
+#: Effects that look like friction in one direction.
+_ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
+#: Speeds above this share of the highest are motion.
+_MOVING = 0.05
+#: A bristle has settled after a travel of this many times its bend tau / sigma0.
+_SETTLED_AFTER = 5.0
+#: Acceleration of the ramps of the bundled sweep, rad/s^2, and by how much their rounding lengthens them.
+_RAMP = 0.1
+_RAMP_SHAPE = 0.5 * math.pi
+_LEAST_SPEEDS = 3
+#: Shortest stretch of constant speed that counts, s.
+_STEADY_S = 0.4
+
+PARTS = ("gravity", "static", "dynamic", "effects")
+
+
+@dataclass(frozen=True)
+class Shortcoming:
+    """One thing that the data lack.
+
+    Attributes:
+        code: a word that stays the same ("no_low_speeds", "one_payload", ...).
+        parts: parts of the parameter file that it concerns.
+        parameters: "part.name" of what is not determined because of it; () where it costs accuracy only.
+        why: in words, without a full stop.
+        remedy: what to do, without a full stop.
+        run: the command that would show what is missing; "" where no single command does.
+    """
+
+    code: str
+    parts: tuple[str, ...]
+    parameters: tuple[str, ...]
+    why: str
+    remedy: str
+    run: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """Why and what to do."""
+        return f"{self.why}; {self.remedy}."
+
+    def to_document(self) -> dict[str, object]:
+        """A JSON document."""
+        return {
+            "code": self.code,
+            "parameters": list(self.parameters),
+            "why": self.why,
+            "remedy": self.remedy,
+            "run": self.run,
+        }
+
+
+def shortcomings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[Shortcoming]:
+    """Everything that the data behind a fit lack.
+
+    Args:
+        fit: of any friction law; what a law leaves out is not judged.
+        parts: parts of the parameter file to speak about.
+    """
+    found = [*_about_parameters(fit), unsteady(fit, steady_windows(fit)), saturated(fit.model.recording)]
+    return [one for one in found if one is not None and set(one.parts) & set(parts)]
+
+
+def undetermined(fit: JointFit) -> frozenset[str]:
+    """ "part.name" of every parameter that the data do not determine, beyond what its error says."""
+    return frozenset(name for one in _about_parameters(fit) for name in one.parameters)
+
+
+def _about_parameters(fit: JointFit) -> list[Shortcoming]:
+    judged = [one_payload(fit), one_direction(fit), low_speeds(fit), presliding(fit), at_bound(fit)]
+    found = [one for one in judged if one is not None]
+    told = {name for one in found for name in one.parameters}
+    return [*found, *vague(fit, told)]
+
+
+def one_payload(fit: JointFit) -> Shortcoming | None:
+    """One payload only: no payload slope, and a base that includes that payload."""
+    spec, motion = fit.model.spec, fit.model.recording.motion
+    if spec.gravity != "slide" or "per_payload" in spec.gravity_columns:
+        return None
+    payload = 0.0
+    if motion.payload is not None:
+        factor = np.ones(len(motion)) if motion.gravity_factor is None else motion.gravity_factor
+        payload = float(np.median(motion.payload[np.abs(factor) > 0.0]))
+    lacking = ("gravity.per_payload", "gravity.base") if payload else ("gravity.per_payload",)
+    also = ", and the base found includes it" if payload else ""
+    return Shortcoming(
+        "one_payload",
+        ("gravity",),
+        lacking,
+        f"one payload only ({payload:g} kg): gravity per payload is not determined{also}",
+        "run payload steps with two payloads or more (`ffc-id run-gravity -o gravity.csv`)",
+        "ffc-id run-gravity",
+    )
+
+
+def one_direction(fit: JointFit) -> Shortcoming | None:
+    """Motion in one direction: a level of friction and a constant torque look the same."""
+    spec, recording = fit.model.spec, fit.model.recording
+    if not moves_one_way(recording):
+        return None
+    lacking = [f"static.{name}" for name in ("coulomb", "static") if name in fit.model.names]
+    # an arm's gravity changes along the way, and a tilted slide's from run to run
+    constant = spec.gravity == "slide" and _constant_tilt(recording.motion)
+    lacking += ["gravity.base"] if constant and "base" in spec.gravity_columns else []
+    lacking += [
+        f"effects.{e.name}" for e in spec.effects if e.name in ("torque_offset", "direction_asymmetry")
+    ]
+    other = "gravity" if constant else "an offset"
+    return Shortcoming(
+        "one_direction",
+        ("gravity", "static"),
+        tuple(lacking),
+        f"one direction only: Coulomb friction and {other} cannot be told apart",
+        "move both ways through the same stretch (`ffc-id run-sweep -o sweep.csv`)",
+        "ffc-id run-sweep",
+    )
+
+
+def _constant_tilt(motion: Motion) -> bool:
+    return motion.gravity_factor is None or float(np.ptp(motion.gravity_factor)) < _TILTED
+
+
+def moves_one_way(recording: Recording) -> bool:
+    """Whether the axis moves in one direction only."""
+    velocity = recording.motion.velocity[recording.usable]
+    fast = velocity[np.abs(velocity) > _MOVING * float(np.quantile(np.abs(velocity), 0.999))]
+    forward = float(np.mean(fast > 0)) if len(fast) else 0.0
+    return min(forward, 1.0 - forward) < _OTHER_WAY
+
+
+def low_speeds(fit: JointFit) -> Shortcoming | None:
+    """No low speeds, or no static level apart from the Coulomb level at them."""
+    if "static" not in fit.model.names or "static" in fit.held:
+        return None
+    seen, passed = stribeck_seen(fit), _passes_low_speeds(fit)
+    unknown = is_vague(fit, "stribeck_velocity") or fit.at_bound["stribeck_velocity"]
+    if seen and passed and not unknown:
+        return None
+    slowest, fastest = _speeds(fit.model.recording)
+    unit = unit_text("velocity", fit.model.recording.axis.kind)
+    fall = "the Stribeck velocity and the static level are not determined"
+    if not passed or slowest > 0.3 * fastest:
+        why = f"no low speeds (the slowest constant speed is {slowest:.2g} {unit}): {fall}"
+    elif not seen:
+        why = f"no static level shows apart from the Coulomb level down to {slowest:.2g} {unit}: {fall}"
+    else:
+        why = f"too few rows at low speeds: {fall}"
+    run = _slow_sweep(fit, slowest)
+    lacking = ("static.static", "static.stribeck_velocity")
+    return Shortcoming("no_low_speeds", ("static",), lacking, why, f"run slower ones (`{run}`)", run)
+
+
+def stribeck_seen(fit: JointFit) -> bool:
+    """Whether the static and the Coulomb level differ by more than their uncertainty."""
+    if "static" not in fit.model.names:
+        return False
+    i, j = fit.model.names.index("coulomb"), fit.model.names.index("static")
+    # one way only, the levels may be off by the same torque: their difference is known, not their ratio
+    one_way = moves_one_way(fit.model.recording)
+    levels = np.exp(fit.x[[i, j]])
+    weight = levels if one_way else np.ones(2)
+    apart = levels[0] - levels[1] if one_way else fit.x[i] - fit.x[j]
+    direction = weight * np.array([1.0, -1.0])
+    spread = math.sqrt(max(float(direction @ fit.covariance[np.ix_([i, j], [i, j])] @ direction), 0.0))
+    return abs(float(apart)) > _NO_STRIBECK * spread
+
+
+def _error(fit: JointFit, name: str) -> float:
+    """Standard error of a coordinate; of a logarithmic one it is relative."""
+    i = fit.model.names.index(name)
+    return math.sqrt(max(float(fit.covariance[i, i]), 0.0))
+
+
+def _passes_low_speeds(fit: JointFit) -> bool:
+    """Whether the axis stays at low speeds for longer than the filter blurs."""
+    recording = fit.model.recording
+    motion = recording.motion
+    speed = np.abs(motion.velocity) / fit.values["stribeck_velocity"]
+    low = (speed < _LOW) & (speed > _REST) & recording.usable
+    window = recording.filter.taps * float(np.median(motion.step[~motion.first]))
+    stays = [float(motion.time[end - 1] - motion.time[begin]) for begin, end in _runs(low, motion)]
+    return float(sum(stay for stay in stays if stay > window)) > _LOW_WINDOWS * window
+
+
+def _slow_sweep(fit: JointFit, slowest: float) -> str:
+    """The sweep that would show low speeds: down to a twentieth of the slowest so far."""
+    # the bristle must settle at each speed, and the slowest way must not take hours
+    travel = max(2.0 * _SETTLED_AFTER * _bend(fit), 0.1 * fit.model.scales.travel)
+    travel = min(travel, fit.model.scales.travel)
+    speeds = [slowest * share for share in (0.05, 0.1, 0.2, 0.35, 0.5, 0.7)]
+    # ramps as gentle as those of the bundled sweep must fit into the way
+    fitting = [speed for speed in speeds if _RAMP_SHAPE * speed**2 < 0.8 * _RAMP * travel]
+    listed = ",".join(f"{speed:.2g}" for speed in (fitting if len(fitting) > 1 else speeds[:3]))
+    return _sweep_command(fit, f"--speeds {listed} --travel {travel:.2g} -o low-speeds.csv")
+
+
+def _long_sweep(fit: JointFit, windows: Sequence[Window]) -> tuple[float, str]:
+    """The travel in which the bristle settles at three of the speeds at least, and that sweep."""
+    settling = _SETTLED_AFTER * _bend(fit)
+    speeds = sorted({float(f"{abs(window.velocity):.1g}") for window in windows})
+
+    def needed(speed: float) -> float:
+        ramp = 0.5 * _RAMP_SHAPE * speed**2 / _RAMP
+        return max(settling, ramp) + 0.6 * speed + ramp
+
+    travel = max(1.3 * settling, needed(speeds[:_LEAST_SPEEDS][-1]))
+    listed = ",".join(f"{speed:g}" for speed in speeds if needed(speed) <= travel)
+    return travel, _sweep_command(fit, f"--speeds {listed} --travel {travel:.2g} -o long.csv")
+
+
+def _sweep_command(fit: JointFit, options: str) -> str:
+    # the bundled recipe is for a rotary axis
+    recipe = "" if fit.model.recording.axis.kind == "rotary" else "--recipe YOURS.toml "
+    return f"ffc-id run-sweep {recipe}{options}"
+
+
+def presliding(fit: JointFit) -> Shortcoming | None:
+    """Presliding travel shorter than a few steps of the position reading."""
+    if fit.model.spec.friction != "lugre":
+        return None
+    resolution = fit.model.scales.resolution
+    counts = _bend(fit) / resolution if resolution > 0 else math.inf
+    if counts >= _COUNTS and not (fit.at_bound["bristle_stiffness"] and _bend(fit) < fit.model.scales.travel):
+        return None
+    kind = fit.model.recording.axis.kind
+    friction = fit.model.friction(fit.x)
+    least = max(friction.coulomb, friction.static) / max(_COUNTS * resolution, 1e-300)
+    bound = f" ({least:.2g} {unit_text('stiffness', kind)})" if resolution > 0 else ""
+    return Shortcoming(
+        "short_presliding",
+        ("dynamic",),
+        ("dynamic.bristle_stiffness", "dynamic.bristle_damping"),
+        f"the presliding travel is {max(counts, 0.1):.1g} steps of the position reading, so the data give "
+        f"sigma0 a lower bound only{bound}",
+        "a finer encoder, or one on the motor side, would show more",
+    )
+
+
+def unsteady(fit: JointFit, windows: Sequence[Window]) -> Shortcoming | None:
+    """Windows of constant speed in which a soft bristle has not settled."""
+    loose = sum(not window.steady for window in windows)
+    if not loose or fit.model.spec.friction != "lugre":
+        return None
+    unit = unit_text("position", fit.model.recording.axis.kind)
+    travel, run = _long_sweep(fit, windows)
+    return Shortcoming(
+        "unsteady_windows",
+        ("static",),
+        (),
+        f"{loose} of {len(windows)} windows are not steady, because the bristle had not settled; the rest of "
+        "its transient was taken off",
+        f"ways of {travel:.2g} {unit} in one direction would be steady, if the stroke allows (`{run}`)",
+        run,
+    )
+
+
+def saturated(recording: Recording) -> Shortcoming | None:
+    """Rows with the current at the end of its range."""
+    rows = recording.lost.get(SATURATED, 0)
+    if not rows:
+        return None
+    return Shortcoming(
+        "saturated_current",
+        PARTS,
+        (),
+        f"the current is saturated, or within its noise of that, on {rows} rows, which were left out",
+        "move more slowly or with less payload, or widen the current's range",
+    )
+
+
+def at_bound(fit: JointFit) -> Shortcoming | None:
+    """Parameters that ran to a bound of their range."""
+    stuck = [name for name in fit.model.names if fit.at_bound[name] and name not in fit.held]
+    if not stuck:
+        return None
+    named = tuple(_in_file(name, fit) for name in stuck)
+    words = ", ".join(name.replace("_", " ").replace(".", ": ") for name in stuck)
+    parts = tuple(dict.fromkeys(name.split(".")[0] for name in named))
+    verb = (
+        "sits at the bound of its range and is" if len(stuck) == 1 else "sit at bounds of their range and are"
+    )
+    return Shortcoming(
+        "at_bound",
+        parts,
+        named,
+        f"{words} {verb} not found",
+        "do not use the number",
+    )
+
+
+def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
+    """Friction parameters whose error is about as large as they are.
+
+    Args:
+        fit: any fit.
+        told: parameters of which something else was said already.
+    """
+    found = []
+    for part, names, command in (("static", STATIC, "run-sweep"), ("dynamic", DYNAMIC, "run-sine")):
+        lacking = [
+            name
+            for name in names
+            if name in fit.model.names and f"{part}.{name}" not in told and is_vague(fit, name)
+        ]
+        if lacking:
+            words = ", ".join(name.replace("_", " ") for name in lacking)
+            experiment = command.removeprefix("run-")
+            found.append(
+                Shortcoming(
+                    f"vague_{part}",
+                    (part,),
+                    tuple(f"{part}.{name}" for name in lacking),
+                    f"{words}: the error is about as large as the value",
+                    f"give a longer {experiment} too (`ffc-id {command} -o {experiment}.csv`)",
+                    f"ffc-id {command}",
+                )
+            )
+    return found
+
+
+def is_vague(fit: JointFit, name: str) -> bool:
+    """Whether a friction parameter's standard error is a large part of it."""
+    if fit.at_bound[name] or name in fit.held:
+        return False
+    size = 1.0 if name in LOGARITHMIC else abs(fit.values[name])
+    return _error(fit, name) >= _TOO_VAGUE * size
+
+
+def _in_file(name: str, fit: JointFit) -> str:
+    if name in STATIC:
+        return f"static.{name}"
+    if name in DYNAMIC:
+        return f"dynamic.{name}"
+    owner, _, column = name.partition(".")
+    model = fit.model.spec.gravity
+    if owner == "gravity" and model and column in GRAVITY_MODELS[model]:
+        return name
+    return f"effects.{owner}"
+
+
+def rows_left_out(recording: Recording) -> list[str]:
+    """Sentences on rows that were in the logs and are not compared, and on what was mended."""
+    sentences = list(recording.remarks)
+    lost = sum(recording.lost.values())
+    if lost:
+        reasons = ", ".join(f"{reason} {count}" for reason, count in recording.lost.items())
+        sentences.append(f"{lost} rows were left out of the comparison ({reasons}).")
+    return sentences
+
+
+def constant_speeds(motion: Motion, rows: NDArray[np.bool_] | None = None) -> list[tuple[float, float]]:
+    """(speed, travel) of each stretch of constant speed, from the smoothed velocity alone."""
+    chosen = np.ones(len(motion), dtype=bool) if rows is None else rows
+    w, time, trial = motion.velocity[chosen], motion.time[chosen], motion.trial[chosen]
+    top = float(np.quantile(np.abs(w), 0.999))
+    bins = np.round(w / (0.04 * top)).astype(int)
+    edges = np.flatnonzero((np.diff(bins) != 0) | (np.diff(trial) != 0)) + 1
+    bounds = np.concatenate([[0], edges, [len(w)]])
+    windows = []
+    for begin, end in pairwise(bounds.tolist()):
+        seconds = float(time[end - 1] - time[begin])
+        speed = float(np.mean(w[begin:end]))
+        if seconds >= _STEADY_S and abs(speed) > _MOVING * top:
+            windows.append((speed, abs(speed) * seconds))
+    return windows
+
+
+def _speeds(recording: Recording) -> tuple[float, float]:
+    """The slowest constant speed (the highest speed if none is constant) and the highest speed."""
+    speed: Array = np.abs(recording.motion.velocity)
+    fastest = float(np.quantile(speed, 0.999))
+    slow = [abs(w) for w, _ in constant_speeds(recording.motion)]
+    return min(slow, default=fastest), fastest
+
+
+def _bend(fit: JointFit) -> float:
+    """How far the bristle bends before it slides."""
+    friction = fit.model.friction(fit.x)
+    return max(friction.coulomb, friction.static) / friction.bristle_stiffness
+
+
+def _runs(flags: NDArray[np.bool_], motion: Motion) -> list[tuple[int, int]]:
+    """(first row, row after the last) of each stretch of flagged rows of one trial."""
+    broken = (np.diff(flags.astype(int)) != 0) | (np.diff(motion.trial) != 0)
+    bounds = np.concatenate([[0], np.flatnonzero(broken) + 1, [len(flags)]])
+    return [(begin, end) for begin, end in pairwise(bounds.tolist()) if flags[begin]]

@@ -1,0 +1,218 @@
+"""Accuracy and honesty of the estimator over many simulated sessions.
+
+Every session: a random axis, the packaged gravity, sweep and sine runs, one joint fit that knows the
+model's form and nothing else. Compared with the truth and with the Cramer-Rao bound, which is computed
+from the NOISE-FREE motion and the current's noise alone, so that nothing that knows the motion only
+through sensors can reach it altogether.
+
+python -m studies.accuracy [--sessions N] [--out docs/accuracy.md]      (make study-accuracy)
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import click
+import numpy as np
+
+from idtool.effects import registry
+from idtool.fit.choose import first_fit
+from idtool.fit.joint import JointFit, refit, solve
+from idtool.fit.model import JointModel, Spec
+from idtool.fit.results import dynamic_parameters, gravity_parameters, static_parameters
+from idtool.model.torque import linearise
+from idtool.rig.sensors import SENSORS
+from idtool.signals import Recording, record
+from studies.plants import TORQUE_CONSTANT, Plant, random_plant, record_session
+
+SPEC = Spec("lugre", "slide", ("base", "per_payload"), (registry.get("inertia"),))
+NAMES = (
+    "coulomb",
+    "static",
+    "stribeck_velocity",
+    "viscous",
+    "bristle_stiffness",
+    "bristle_damping",
+    "gravity.base",
+    "gravity.per_payload",
+    "inertia.inertia",
+)
+
+
+@dataclass(frozen=True)
+class Grade:
+    """Sensors of the rig, whether the fit sees the position, and the share of the sessions to run."""
+
+    sensors: str
+    position: bool = True
+    share: float = 1.0
+
+
+GRADES = {
+    "Laboratory sensors": Grade("lab"),
+    "DYNAMIXEL sensors": Grade("dynamixel"),
+    "DYNAMIXEL sensors, position not used": Grade("dynamixel", position=False, share=0.25),
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One session, in the fit's coordinates.
+
+    Attributes:
+        truth, estimate, stderr, bound: per parameter of `NAMES`, shape (9,).
+        quantile: half widths of the 95 % intervals in standard errors, shape (9,).
+        identified: whether the fit says that the data determine the parameter, shape (9,).
+        missed: cost over that of a fit started from the truth, less 1.
+    """
+
+    truth: np.ndarray
+    estimate: np.ndarray
+    stderr: np.ndarray
+    bound: np.ndarray
+    quantile: np.ndarray
+    identified: np.ndarray
+    missed: float
+
+
+def one_session(seed: int, grade: Grade) -> Outcome:
+    """Draw, record, fit, compare."""
+    plant = random_plant(np.random.default_rng(seed))
+    logs = record_session(plant, grade.sensors, seed)
+    if not grade.position:
+        logs = [replace(log, frame=log.frame.drop(columns="position_rad")) for log in logs]
+    recording = record(logs)
+    fit = refit(first_fit(recording, SPEC), JointModel.build(recording, SPEC))
+    informed = solve(fit.model, truth_of(fit.model, plant))
+    quiet = record(record_session(plant, "ideal", seed))
+    return Outcome(
+        truth_of(fit.model, plant),
+        fit.x,
+        np.sqrt(np.diag(fit.covariance)),
+        cramer_rao(quiet, plant, grade.sensors),
+        fit.quantile,
+        _identified(fit),
+        fit.sse / informed.sse - 1.0,
+    )
+
+
+def truth_of(model: JointModel, plant: Plant) -> np.ndarray:
+    values = {name: getattr(plant, name.partition(".")[2] or name) for name in NAMES}
+    return np.array([math.log(values[n]) if n in NAMES[:3] or n == NAMES[4] else values[n] for n in NAMES])
+
+
+def cramer_rao(recording: Recording, plant: Plant, sensors: str) -> np.ndarray:
+    """Standard deviations that no unbiased estimate can fall below, with the motion known exactly.
+
+    The start deflection of each trial is an unknown of its own.
+    """
+    model = JointModel.build(recording, SPEC)
+    x = truth_of(model, plant)
+    prediction, jacobian = linearise(
+        recording.motion,
+        model.friction(x),
+        model.contribution(x),
+        np.zeros(recording.trials),
+        model.directions(x),
+    )
+    trial, start = recording.motion.trial, prediction.start_column
+    norm = np.bincount(trial, start**2)
+    share = np.column_stack([np.bincount(trial, start * column) / norm for column in jacobian.T])
+    free = jacobian - start[:, None] * share[trial]
+    grade = SENSORS[sensors]
+    noise = TORQUE_CONSTANT * math.sqrt(grade.current_noise**2 + grade.current_step**2 / 12.0)
+    return noise * np.sqrt(np.diag(np.linalg.inv(free.T @ free)))
+
+
+def _identified(fit: JointFit) -> np.ndarray:
+    table = {**static_parameters(fit), **dynamic_parameters(fit)}
+    table |= {f"gravity.{name}": value for name, value in gravity_parameters(fit).items()}
+    return np.array([table[name].identified if name in table else True for name in NAMES])
+
+
+def study(sessions: int, grade: Grade) -> list[Outcome]:
+    """All sessions, on the cores there are."""
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(one_session, range(sessions), [grade] * sessions))
+
+
+def table(outcomes: list[Outcome]) -> list[str]:
+    """One row a parameter, over the sessions whose fit says that it is determined."""
+    lines = [
+        "| parameter | determined in | error / bound | error / standard error | bias / standard error "
+        "| in 95 % interval |",
+        "|---|---|---|---|---|---|",
+    ]
+    for j, name in enumerate(NAMES):
+        kept = [o for o in outcomes if o.identified[j]]
+        error = np.array([o.estimate[j] - o.truth[j] for o in kept])
+        bound = np.array([o.bound[j] for o in kept])
+        spread = np.array([o.stderr[j] for o in kept])
+        reach = np.array([o.quantile[j] for o in kept]) * spread
+        cells = [
+            name.rpartition(".")[2].replace("_", " "),
+            f"{len(kept)} of {len(outcomes)}",
+            f"{_root_mean(error / bound):.2f}",
+            f"{_root_mean(error / spread):.2f}",
+            f"{np.mean(error / spread):+.2f}",
+            f"{100 * np.mean(np.abs(error) <= reach):.1f} %",
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def _root_mean(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def page(results: dict[str, list[Outcome]]) -> str:
+    """docs/accuracy.md."""
+    lines = [
+        "# How accurate the estimates are, and whether the intervals are honest",
+        "",
+        "Made by `make study-accuracy`. Every session is a random axis (`studies/plants.py`: bristles that",
+        "bend over 0.01 to 1 rad, rising and falling Stribeck curves), the packaged gravity, sweep and sine",
+        "runs on the simulated rig, and one joint fit that knows the form of the model and nothing else.",
+        "",
+        "*Bound* is the Cramer-Rao bound of the current's noise with the motion known EXACTLY and the start",
+        "deflection of every trial unknown; an estimator that sees the motion through sensors cannot be",
+        "expected to reach it. *Error / bound* is the root mean square over the sessions.",
+    ]
+    for title, outcomes in results.items():
+        missed = sum(o.missed > 1e-6 for o in outcomes)
+        lines += ["", f"## {title}: {len(outcomes)} sessions", "", *table(outcomes), ""]
+        lines.append(
+            f"The global search ended in another minimum than a fit started from the truth in {missed} of "
+            f"{len(outcomes)} sessions."
+        )
+    return "\n".join([*lines, "", *_REMARKS, ""])
+
+
+_REMARKS = (
+    "## What to know",
+    "",
+    "The rig is commanded at 1 kHz here and logged at 200 Hz. With commands held for 5 ms the drive",
+    "accelerates in bursts inside every sample, which samples at the same rate cannot show: the inertia",
+    "then comes out 0.3 % low, half a standard error. The plant's own integration (steps of 0.1 ms) leaves",
+    "0.1 to 0.2 %.",
+)
+
+
+@click.command()
+@click.option("--sessions", default=200, show_default=True)
+@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/accuracy.md"), show_default=True)
+def main(sessions: int, out: Path) -> None:
+    """Run the study and write its page."""
+    results = {}
+    for title, grade in GRADES.items():
+        results[title] = study(max(1, round(grade.share * sessions)), grade)
+        click.echo("\n".join([title, *table(results[title])]))
+        out.write_text(page(results), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

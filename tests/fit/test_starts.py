@@ -1,0 +1,74 @@
+"""Where each trial's memory starts is found from the torque."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from idtool.effects import registry
+from idtool.fit.model import JointModel, Spec
+from idtool.fit.starts import free_starts, settled, with_starts
+from idtool.log import Log
+from idtool.model.torque import predict
+from idtool.signals import record
+
+VALUES = {
+    "coulomb": 0.08,
+    "static": 0.1,
+    "stribeck_velocity": 0.08,
+    "viscous": 0.12,
+    "bristle_stiffness": 8.0,
+    "bristle_damping": 0.1,
+    "backlash.share_behind_gap": 0.6,
+    "backlash.share_at_once": 0.0,
+    "backlash.log_gap": math.log(0.06),
+}
+TRUE = np.array([-0.8, -0.3, 0.2, 0.7])
+
+
+def model(tmp_path: object, noise: float) -> tuple[JointModel, np.ndarray]:
+    """Four trials that differ in their start only, their torque made by the model itself."""
+    time = 0.005 * np.arange(1200)
+    velocity = 0.3 * np.sin(2 * np.pi * 0.25 * time) ** 3
+    position = np.cumsum(velocity) * 0.005
+    n = len(TRUE)
+    frame = pd.DataFrame(
+        {
+            "trial": np.repeat(np.arange(n), len(time)),
+            "time_s": np.concatenate([time + 10.0 * k for k in range(n)]),
+            "position_rad": np.tile(position, n),
+            "velocity_rad_s": np.tile(velocity, n),
+            "torque_nm": 0.0,
+        }
+    )
+    frame["torque_nm"] = noise * np.random.default_rng(3).standard_normal(len(frame))
+    file = f"{tmp_path}/log.csv"
+    frame.to_csv(file, index=False)
+    recording = record([Log.read(file)])
+    spec = Spec("lugre", None, (), (registry.get("backlash"),))
+    made = with_starts(JointModel.build(recording, spec), {"backlash": TRUE})
+    x = made.coordinates(VALUES)
+    torque = predict(recording.motion, made.friction(x), made.contribution(x), np.zeros(n)).torque
+    recording.torque[:] += torque
+    return JointModel.build(recording, spec), x
+
+
+@pytest.mark.parametrize("noise", [1e-4, 2e-3])
+def test_finds_the_start_of_every_trial(tmp_path: object, noise: float) -> None:
+    blank, x = model(tmp_path, noise)
+    assert free_starts(blank) == len(TRUE)
+    found = settled(blank, x, blank.bend(x))
+    np.testing.assert_allclose(found.starts["backlash"], TRUE, atol=0.0626)  # the grid's fine step
+    bend = blank.bend(x)
+    before, after = (np.sum(m.evaluate(x, bend).stacked ** 2) for m in (blank, found))
+    assert after < 0.3 * before
+
+
+def test_effects_without_a_free_start_are_left_alone(tmp_path: object) -> None:
+    blank, x = model(tmp_path, 1e-4)
+    plain = JointModel.build(blank.recording, Spec("lugre", None, ()))
+    assert free_starts(plain) == 0
+    assert settled(plain, x[:6], plain.bend(x[:6])) is plain
