@@ -7,12 +7,14 @@ Checked against dynamixel-sdk 4.1.0.
 
 from __future__ import annotations
 
+import errno
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from idtool.errors import InputError, RigFault
+from idtool.rig.clock import Clock, HostClock
 from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, Register, hardware_error_text
 from idtool.rig.faults import DeviceGone, NotAnswering, ServoRefused, ServoShutdown, WatchdogTripped
 
@@ -34,14 +36,18 @@ _REFUSALS = {
 
 #: Current, velocity, position, (two trajectories), voltage, temperature: addresses 126 to 146.
 _BLOCK_ADDRESS, _BLOCK = 126, struct.Struct("<hiiiiHB")
+_SYNC_READ_BYTES = 15
 #: Bytes on the wire in one period: a goal and its answer, a sync read of the block and its answer.
-BYTES_PER_PERIOD = 16 + 11 + 15 + 11 + _BLOCK.size
+BYTES_PER_PERIOD = 16 + 11 + _SYNC_READ_BYTES + 11 + _BLOCK.size
+#: Bits on the wire per byte: start, eight, stop.
+BITS_PER_BYTE = 10
 
 
 @dataclass(frozen=True)
 class Present:
-    """What the servo measured, in its own units."""
+    """What the servo measured, in its own units, and when (s, of the bus's clock)."""
 
+    time_s: float
     current: int
     velocity: int
     position: int
@@ -71,6 +77,7 @@ class Bus:
         device: the port.
         id: of the servo.
         baud: bits a second.
+        clock: tells when the servo measured.
 
     Attributes:
         retries: packets that were lost or damaged and asked for again.
@@ -81,10 +88,13 @@ class Bus:
         RigFault: the SDK is not installed.
     """
 
-    def __init__(self, device: str, id: int, baud: int) -> None:
+    def __init__(self, device: str, id: int, baud: int, clock: Clock | None = None) -> None:
         sdk = import_sdk()
         self.device, self.id, self.baud = device, id, baud
         self.retries = 0
+        self._clock = clock or HostClock()
+        # the servo measures when the last byte of the question has arrived
+        self._question_s = _SYNC_READ_BYTES * BITS_PER_BYTE / baud
         self._sdk: Any = sdk
         self._port: Any = open_port(sdk, device, baud)
         self._handler: Any = sdk.Protocol2PacketHandler()
@@ -106,9 +116,7 @@ class Bus:
         """
 
         def transact() -> tuple[bytes, int, int]:
-            data, result, error = self._handler.readTxRx(
-                self._port, self.id, register.address, register.size
-            )
+            data, result, error = self._handler.readTxRx(self._port, self.id, register.address, register.size)
             return self._whole(data, register.size, result, error)
 
         data: bytes = self._try(transact, alert=False)
@@ -128,11 +136,23 @@ class Bus:
         data = list(value.to_bytes(register.size, "little", signed=register.signed))
 
         def transact() -> tuple[None, int, int]:
-            return None, *self._handler.writeTxRx(
-                self._port, self.id, register.address, register.size, data
-            )
+            return None, *self._handler.writeTxRx(self._port, self.id, register.address, register.size, data)
 
         self._try(transact, alert=alert)
+
+    def write_unanswered(self, register: Register, value: int) -> None:
+        """Write a register of a servo that may be set to answer nothing but a ping.
+
+        Raises:
+            DeviceGone.
+        """
+        data = list(value.to_bytes(register.size, "little", signed=register.signed))
+
+        def transact() -> tuple[None, int, int]:
+            result = self._handler.writeTxOnly(self._port, self.id, register.address, register.size, data)
+            return None, result, 0
+
+        self._try(transact)
 
     def present(self) -> Present:
         """Position, velocity, current, voltage and temperature, all of one instant, in one transaction.
@@ -141,16 +161,18 @@ class Bus:
             NotAnswering, DeviceGone, ServoRefused, ServoShutdown.
         """
 
+        asked = 0.0
+
         def transact() -> tuple[bytes, int, int]:
-            result = self._handler.syncReadTx(
-                self._port, _BLOCK_ADDRESS, _BLOCK.size, [self.id], 1, False
-            )
+            nonlocal asked
+            asked = self._clock.now()
+            result = self._handler.syncReadTx(self._port, _BLOCK_ADDRESS, _BLOCK.size, [self.id], 1, False)
             if result != self._sdk.COMM_SUCCESS:
                 return b"", result, 0
             return self._whole(*self._reordered(self._handler.readRx(self._port, self.id, _BLOCK.size)))
 
         current, velocity, position, _, _, voltage, temperature = _BLOCK.unpack(self._try(transact))
-        return Present(current, velocity, position, voltage, temperature)
+        return Present(asked + self._question_s, current, velocity, position, voltage, temperature)
 
     @staticmethod
     def _reordered(answer: tuple[list[int], int, int]) -> tuple[list[int], int, int, int]:
@@ -217,24 +239,34 @@ class Bus:
 
 
 def open_port(sdk: Any, device: str, baud: int) -> Any:
-    """An open port of the SDK.
+    """An open port of the SDK, for this process alone.
 
     Raises:
         InputError: the SDK has no such baud rate.
-        DeviceGone: the device cannot be opened.
+        DeviceGone: the device cannot be opened, or another program has it.
     """
     port = sdk.PortHandler(device)
     try:
         known = port.setBaudRate(baud)
     except Exception as error:  # SerialException, or what the system says of the device
-        why = "no permission: add yourself to its group" if _denied(error) else "is it plugged in?"
-        raise DeviceGone(f"cannot open {device} ({why})") from error
+        raise DeviceGone(f"cannot open {device}: {_why_not(error)}") from error
     if not known:
         raise InputError(
-            f"the SDK has no baud rate {baud}", remedy="take 57600, 115200, 1000000, 2000000, 3000000 or 4000000"
+            f"the SDK has no baud rate {baud}",
+            remedy="take 57600, 115200, 1000000, 2000000, 3000000 or 4000000",
         )
+    try:
+        port.ser.exclusive = True  # the SDK opens a port that another program has just as well
+    except Exception as error:
+        port.closePort()
+        raise DeviceGone(f"{device} is in use by another program; end that first") from error
     return port
 
 
-def _denied(error: Exception) -> bool:
-    return getattr(error, "errno", None) == 13
+def _why_not(error: Exception) -> str:
+    return {
+        errno.EACCES: "no permission; add yourself to the group of the device (see docs/hardware.md)",
+        errno.EPERM: "no permission; add yourself to the group of the device (see docs/hardware.md)",
+        errno.EBUSY: "it is in use by another program; end that first",
+        errno.ENOENT: "there is no such device; is the adapter plugged in?",
+    }.get(getattr(error, "errno", None) or 0, "it is no serial port that answers; check the path")

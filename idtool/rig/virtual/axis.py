@@ -107,9 +107,7 @@ class VirtualAxis:
         while self._steps_owed >= 1.0:
             steps = min(int(self._steps_owed), chunk)
             self._steps_owed -= steps
-            plant.run(
-                self._numbers, self._state, self._history, goal, mode, self.hand_nm, steps, self._out
-            )
+            plant.run(self._numbers, self._state, self._history, goal, mode, self.hand_nm, steps, self._out)
             self._stop_at_the_ends()
 
     def _stop_at_the_ends(self) -> None:

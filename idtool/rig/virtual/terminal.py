@@ -16,7 +16,7 @@ from idtool.rig.virtual.packet import Decoder, encode
 from idtool.rig.virtual.servo import VirtualServo
 
 #: Bits on the wire per byte: start, eight, stop.
-_BITS = 10
+BITS_PER_BYTE = 10
 _SPEEDS = {
     getattr(termios, name): int(name[1:])
     for name in dir(termios)
@@ -96,6 +96,7 @@ class VirtualTerminal:
     def _receive(self, data: bytes) -> None:
         if self._line_speed() != self.servo.baud:
             return  # at another speed there is only noise
+        self._pass(len(data) * BITS_PER_BYTE / self.servo.baud)
         for packet in self._decoder.feed(data):
             with self.lock:
                 now = self._clock.now()
@@ -107,10 +108,13 @@ class VirtualTerminal:
                     continue
                 answers = [encode(answer) for answer in self.servo.answer(packet, now)]
             for answer in answers:
-                pause = (len(data) + len(answer)) * _BITS / self.servo.baud + self.servo.return_delay_s
-                if self._wire:
-                    self._clock.wait_until(now + pause)
+                self._pass(self.servo.return_delay_s + len(answer) * BITS_PER_BYTE / self.servo.baud)
                 self._send(answer)
+
+    def _pass(self, seconds: float) -> None:
+        """Take the time that something takes on the wire."""
+        if self._wire:
+            self._clock.wait_until(self._clock.now() + seconds)
 
     def _send(self, answer: bytes) -> None:
         for delay, arriving in self.mishaps.pass_on(answer):
