@@ -35,3 +35,7 @@ class NotFollowing(RigFault):
 
 class LimitExceeded(RigFault):
     """The axis left its limits and was stopped."""
+
+
+class BadReading(RigFault):
+    """A sensor returned something that cannot be."""
