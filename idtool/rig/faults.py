@@ -25,6 +25,10 @@ class ServoShutdown(RigFault):
     """The servo reports a hardware error; it may have switched its motor off."""
 
 
+class ServoRestarted(RigFault):
+    """The servo lost its power for a moment; it holds nothing any more."""
+
+
 class WatchdogTripped(RigFault):
     """The servo stopped by itself because it heard nothing for too long."""
 

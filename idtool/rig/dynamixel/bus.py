@@ -1,7 +1,9 @@
 """One servo on the bus: transactions through the SDK, repeated where a packet was lost.
 
-Every transaction is safe to repeat: a register is written to the same value again, or read again. Sync
-read is done in its two halves because the SDK's group class drops the status byte, which holds the alert.
+Every transaction is safe to repeat: a register is written to the same value again, or read again. Each
+is done in its two halves, sending and receiving, because the SDK's whole functions drop what is needed
+here: the status byte of a sync read, which holds the alert, and the length of an answer, which tells it
+from a late one to another question.
 Checked against dynamixel-sdk 4.1.0.
 """
 
@@ -16,29 +18,43 @@ from typing import Any
 from idtool.errors import InputError, RigFault
 from idtool.rig.clock import Clock, HostClock
 from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, Register, hardware_error_text
-from idtool.rig.faults import DeviceGone, NotAnswering, ServoRefused, ServoShutdown, WatchdogTripped
+from idtool.rig.faults import (
+    DeviceGone,
+    NotAnswering,
+    ServoRefused,
+    ServoRestarted,
+    ServoShutdown,
+    WatchdogTripped,
+)
 
 #: How often a transaction is tried. The SDK waits about 36 ms for a lost answer, and all tries together
 #: must stay below the bus watchdog.
 TRIES = 4
 
 _ALERT = 0x80
-_RANGE_ERROR = 4
+_DAMAGED, _RANGE_ERROR = 3, 4
 _REFUSALS = {
     1: "could not do it",
     2: "does not know the instruction",
-    3: "got it damaged",
     4: "says that the value is out of range",
     5: "says that the length is wrong",
     6: "says that the value is beyond its limit",
     7: "does not let it be written now",
 }
 
-#: Current, velocity, position, (two trajectories), voltage, temperature: addresses 126 to 146.
-_BLOCK_ADDRESS, _BLOCK = 126, struct.Struct("<hiiiiHB")
+#: Tick, (moving, moving status, PWM), current, velocity, position, (two trajectories), voltage,
+#: temperature: addresses 120 to 146.
+_BLOCK_ADDRESS, _BLOCK = 120, struct.Struct("<HBBhhiiiiHB")
+#: The servo's count of milliseconds begins anew after this, s.
+_TICKS_S = 32.768
+#: How far the two clocks may disagree about the time between two readings: always, and as a share of it.
+#: The first is less than an answer is ever late, the second far above any error of a quartz.
+_TICK_SLACK_S, _CLOCK_ERROR = 0.025, 1e-3
+#: Bytes of an answer without data.
+_ANSWER_BYTES = 11
 _SYNC_READ_BYTES = 15
 #: Bytes on the wire in one period: a goal and its answer, a sync read of the block and its answer.
-BYTES_PER_PERIOD = 16 + 11 + _SYNC_READ_BYTES + 11 + _BLOCK.size
+BYTES_PER_PERIOD = 16 + _ANSWER_BYTES + _SYNC_READ_BYTES + _ANSWER_BYTES + _BLOCK.size
 #: Bits on the wire per byte: start, eight, stop.
 BITS_PER_BYTE = 10
 
@@ -92,6 +108,8 @@ class Bus:
         sdk = import_sdk()
         self.device, self.id, self.baud = device, id, baud
         self.retries = 0
+        self._asked = self._tick_at = 0.0
+        self._tick: int | None = None
         self._clock = clock or HostClock()
         # the servo measures when the last byte of the question has arrived
         self._question_s = _SYNC_READ_BYTES * BITS_PER_BYTE / baud
@@ -105,8 +123,7 @@ class Bus:
         Raises:
             NotAnswering, DeviceGone.
         """
-        model: int = self._try(lambda: self._handler.ping(self._port, self.id), alert=False)
-        return model
+        return int.from_bytes(self._ask(self._send_ping, 3, alert=False)[:2], "little")
 
     def read(self, register: Register) -> int:
         """A register; works in alert too.
@@ -115,11 +132,10 @@ class Bus:
             NotAnswering, DeviceGone, ServoRefused.
         """
 
-        def transact() -> tuple[bytes, int, int]:
-            data, result, error = self._handler.readTxRx(self._port, self.id, register.address, register.size)
-            return self._whole(data, register.size, result, error)
+        def send() -> int:
+            return int(self._handler.readTx(self._port, self.id, register.address, register.size))
 
-        data: bytes = self._try(transact, alert=False)
+        data = self._ask(send, register.size, alert=False)
         return int.from_bytes(data, "little", signed=register.signed)
 
     def write(self, register: Register, value: int, *, alert: bool = True) -> None:
@@ -133,12 +149,7 @@ class Bus:
         Raises:
             NotAnswering, DeviceGone, ServoRefused, ServoShutdown, WatchdogTripped.
         """
-        data = list(value.to_bytes(register.size, "little", signed=register.signed))
-
-        def transact() -> tuple[None, int, int]:
-            return None, *self._handler.writeTxRx(self._port, self.id, register.address, register.size, data)
-
-        self._try(transact, alert=alert)
+        self._ask(lambda: self._send_write(register, value), 0, alert=alert)
 
     def write_unanswered(self, register: Register, value: int) -> None:
         """Write a register of a servo that may be set to answer nothing but a ping.
@@ -146,44 +157,61 @@ class Bus:
         Raises:
             DeviceGone.
         """
-        data = list(value.to_bytes(register.size, "little", signed=register.signed))
-
-        def transact() -> tuple[None, int, int]:
-            result = self._handler.writeTxOnly(self._port, self.id, register.address, register.size, data)
-            return None, result, 0
-
-        self._try(transact)
+        self._ask(lambda: self._send_write(register, value), None)
 
     def present(self) -> Present:
         """Position, velocity, current, voltage and temperature, all of one instant, in one transaction.
 
         Raises:
+            ServoRestarted: its clock jumped.
             NotAnswering, DeviceGone, ServoRefused, ServoShutdown.
         """
+        for _ in range(TRIES):
+            data = self._ask(self._send_sync_read, _BLOCK.size)
+            tick, _, _, _, current, velocity, position, _, _, voltage, temperature = _BLOCK.unpack(data)
+            if self._is_fresh(tick):
+                return Present(
+                    self._asked + self._question_s, current, velocity, position, voltage, temperature
+                )
+            self.retries += 1
+        self._tick = None
+        raise ServoRestarted(
+            "the servo's clock jumped: it lost its power for a moment, or another program talks to it; "
+            "check supply and cable"
+        )
 
-        asked = 0.0
+    def _is_fresh(self, tick: int) -> bool:
+        """Whether a reading belongs to the question, and not to one asked long before.
 
-        def transact() -> tuple[bytes, int, int]:
-            nonlocal asked
-            asked = self._clock.now()
-            result = self._handler.syncReadTx(self._port, _BLOCK_ADDRESS, _BLOCK.size, [self.id], 1, False)
-            if result != self._sdk.COMM_SUCCESS:
-                return b"", result, 0
-            return self._whole(*self._reordered(self._handler.readRx(self._port, self.id, _BLOCK.size)))
+        The servo counts milliseconds; its count must have gone on as this computer's clock has.
+        """
+        if self._tick is not None:
+            passed = self._asked - self._tick_at
+            allowed = _TICK_SLACK_S + _CLOCK_ERROR * passed
+            off = (1e-3 * (tick - self._tick) - passed) % _TICKS_S
+            if min(off, _TICKS_S - off) > allowed:
+                return False
+        self._tick, self._tick_at = tick, self._asked
+        return True
 
-        current, velocity, position, _, _, voltage, temperature = _BLOCK.unpack(self._try(transact))
-        return Present(asked + self._question_s, current, velocity, position, voltage, temperature)
+    # ------------------------------------------------------------------ instructions
 
-    @staticmethod
-    def _reordered(answer: tuple[list[int], int, int]) -> tuple[list[int], int, int, int]:
-        data, result, error = answer
-        return data, _BLOCK.size, result, error
+    def _send_ping(self) -> int:
+        packet = [0] * 10
+        packet[4:8] = [self.id, 3, 0, 1]
+        result = int(self._handler.txPacket(self._port, packet))
+        self._port.setPacketTimeout(_ANSWER_BYTES + 3)
+        return result
 
-    def _whole(self, data: list[int], size: int, result: int, error: int) -> tuple[bytes, int, int]:
-        """An answer that came too late to an earlier question has another length: ask again."""
-        if result == self._sdk.COMM_SUCCESS and not error & ~_ALERT and len(data) != size:
-            result = self._sdk.COMM_RX_CORRUPT
-        return bytes(data), result, error
+    def _send_write(self, register: Register, value: int) -> int:
+        data = list(value.to_bytes(register.size, "little", signed=register.signed))
+        result = int(self._handler.writeTxOnly(self._port, self.id, register.address, register.size, data))
+        self._port.setPacketTimeout(_ANSWER_BYTES)
+        return result
+
+    def _send_sync_read(self) -> int:
+        self._asked = self._clock.now()
+        return int(self._handler.syncReadTx(self._port, _BLOCK_ADDRESS, _BLOCK.size, [self.id], 1, False))
 
     def close(self) -> None:
         """Let go of the port; safe to call twice."""
@@ -192,25 +220,54 @@ class Bus:
         except Exception:  # the device is gone; there is nothing to let go of
             return
 
-    def _try(self, transact: Callable[[], tuple[Any, int, int]], *, alert: bool = True) -> Any:
-        """Do a transaction until it succeeds; its answer without result and error."""
+    def _ask(self, send: Callable[[], int], size: int | None, *, alert: bool = True) -> bytes:
+        """Send an instruction until it is answered.
+
+        Args:
+            send: by the SDK; its result.
+            size: bytes of data in the answer; None where there may be no answer at all.
+            alert: raise if the servo reports a hardware error.
+
+        Returns:
+            The data.
+        """
         for _ in range(TRIES):
             # set by the SDK during a transaction, and left set where Ctrl-C ended one
             self._port.is_using = False
             try:
-                answer, result, error = transact()
+                sent = send()
+                if size is None:
+                    self._answer(0)
+                    return b""
+                answer = self._answer(size) if sent == self._sdk.COMM_SUCCESS else None
             except Exception as gone:  # the SDK lets OSError, termios.error and others of a dead port through
                 raise DeviceGone(
                     f"{self.device} has disappeared ({gone}); plug the adapter in and start again"
                 ) from gone
-            if result == self._sdk.COMM_SUCCESS:
+            if answer is not None:
+                error, data = answer
                 self._check(error, alert)
-                return answer
+                return data
             self.retries += 1
         raise NotAnswering(
             f"the servo with id {self.id} on {self.device} does not answer at {self.baud} baud; "
             "check power, cable, id and baud rate"
         )
+
+    def _answer(self, size: int) -> tuple[int, bytes] | None:
+        """Error byte and data of the answer; None where it is lost, damaged or to another question.
+
+        An answer to an earlier question, which came too late, is told by its length, which the SDK's own
+        reading functions do not look at.
+        """
+        packet, result = self._handler.rxPacket(self._port, False)
+        if result != self._sdk.COMM_SUCCESS or packet[4] != self.id:
+            return None
+        length = int.from_bytes(bytes(packet[5:7]), "little")
+        error, data = packet[8], bytes(packet[9 : 5 + length])
+        if error & ~_ALERT == _DAMAGED or (not error & ~_ALERT and len(data) != size):
+            return None
+        return error, data
 
     def _check(self, error: int, alert: bool) -> None:
         code = error & ~_ALERT
