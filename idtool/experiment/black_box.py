@@ -21,6 +21,21 @@ def fault_path(log: str | os.PathLike[str]) -> Path:
     return path.with_name(f"{path.name.removesuffix('.csv')}.fault.csv")
 
 
+def with_remains(
+    fault: RigFault, log: str | os.PathLike[str], axis: Axis, remains: str | None = None
+) -> RigFault:
+    """The same kind of fault, saying what is left of the run; its last second is written beside the log."""
+    path = write_fault(log, axis, fault)
+    said = [remains] if remains else []
+    if path is not None:
+        said.append(f"the last second at full rate is in {path}")
+    if not said:
+        return fault
+    told = type(fault)(f"{str(fault).removesuffix('.')}; {', and '.join(said)}.")
+    told.history = fault.history
+    return told
+
+
 def write_fault(log: str | os.PathLike[str], axis: Axis, fault: RigFault) -> Path | None:
     """Write what was measured in the second before a fault, at the rig's own period, as a log.
 

@@ -7,12 +7,11 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
 from idtool.errors import RigFault
-from idtool.experiment.black_box import write_fault
+from idtool.experiment.black_box import with_remains
 from idtool.experiment.plan import plan_of, rows_every
 from idtool.experiment.recipe import Recipe, RecipeTrial
 from idtool.experiment.resume import Done, done_in
@@ -128,7 +127,7 @@ def run(
                 with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
                     rig.stop()
                 if isinstance(error, RigFault):
-                    raise _with_remains(error, session, rig) from error
+                    raise with_remains(error, path, rig.axis, session.kept()) from error
             raise
         finally:
             with uninterrupted():
@@ -136,17 +135,6 @@ def run(
         with uninterrupted():
             watched.stop()
     return session.summary(interrupted)
-
-
-def _with_remains(fault: RigFault, session: _Session, rig: Rig) -> RigFault:
-    """The same kind of fault, saying what is left of the run."""
-    remains = session.kept()
-    path = write_fault(session.path, rig.axis, fault)
-    if path is not None:
-        remains += f", and the last second at full rate is in {path}"
-    told = type(fault)(f"{str(fault).removesuffix('.')}; {remains}.")
-    told.history = fault.history
-    return told
 
 
 def _differs(setup: TrialSetup, before: TrialSetup | None) -> bool:
@@ -177,11 +165,6 @@ class _Session:
         self._played = 0.0
         self._rows, self._first, self._last = done.rows, done.first_s, done.last_s
         self._shift: float | None = None if done.rows else 0.0
-
-    @property
-    def path(self) -> Path:
-        """The log."""
-        return self._writer.path
 
     def trial(self, trial: RecipeTrial, start: float) -> None:
         """Prepare, play and log one trial."""

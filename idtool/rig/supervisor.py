@@ -49,12 +49,14 @@ class Supervisor(Rig):
 
     Args:
         rig: any rig; it stays the caller's to close.
+        speed_tolerance: share beyond the limit of speed at which the axis is stopped.
 
     Attributes:
         loop: how well it keeps its period.
     """
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, *, speed_tolerance: float = TOLERANCE) -> None:
+        self._speed_tolerance = speed_tolerance
         self.axis, self.limits, self.period_s = rig.axis, rig.limits, rig.period_s
         self.simulated, self.description = rig.simulated, rig.description
         self.measures_temperature, self.measures_voltage = rig.measures_temperature, rig.measures_voltage
@@ -92,7 +94,7 @@ class Supervisor(Rig):
                 return
             with self._witness():
                 self._take(block)
-                fault: RigFault | None = beyond(block, self)
+                fault: RigFault | None = beyond(block, self, self._speed_tolerance)
                 if fault is None and moves:
                     fault = self._travel.check(block)
                 if fault is not None:
@@ -107,14 +109,16 @@ class Supervisor(Rig):
         """As the rig's, supervised.
 
         Raises:
-            LimitExceeded, BadReading: the axis was stopped.
+            LimitExceeded: the axis was stopped.
             RigFault: the rig failed. Each carries the last second as its history.
         """
         with self._witness():
             sample = self._rig.step(position_command, external_torque_nm)
             block = _block(sample, position_command)
-            self._take(block)
-            fault = beyond(block, self)
+            if not _finite(block):
+                return sample  # a controller judges what it is given itself, and knows what to do
+            self._remember(block)
+            fault = beyond(block, self, self._speed_tolerance)
             if fault is not None:
                 raise fault
         return sample
@@ -152,13 +156,13 @@ class Supervisor(Rig):
             raise
 
     def _take(self, block: Block) -> None:
-        readings = [block.time_s, block.position, block.velocity, block.current]
-        if self.measures_temperature:
-            if block.temperature is None:
-                raise BadReading("the rig stopped measuring its temperature")
-            readings.append(block.temperature)
-        if not all(np.isfinite(values).all() for values in readings):
+        if self.measures_temperature and block.temperature is None:
+            raise BadReading("the rig stopped measuring its temperature")
+        if not _finite(block):
             raise BadReading("a sensor returned something that is no number, so the axis was stopped")
+        self._remember(block)
+
+    def _remember(self, block: Block) -> None:
         self._count(block.time_s)
         self._past.append(block)
         while float(self._past[0].time_s[-1]) < float(block.time_s[-1]) - REMEMBERED_S:
@@ -207,16 +211,16 @@ class _Travel:
         return None
 
 
-def beyond(block: Block, rig: Rig) -> LimitExceeded | None:
+def beyond(block: Block, rig: Rig, speed_tolerance: float = TOLERANCE) -> LimitExceeded | None:
     """The fault of a block that leaves the limits of its rig."""
     limits, kind = rig.limits, rig.axis.kind
     low, high = limits.position
     margin = TOLERANCE * (high - low)
-    most = 1.0 + TOLERANCE
+    fast, most = (1.0 + speed_tolerance) * limits.speed, (1.0 + TOLERANCE) * limits.current
     checks = [
         ("position", block.position, low - margin, high + margin, unit_text("position", kind)),
-        ("velocity", block.velocity, -most * limits.speed, most * limits.speed, unit_text("velocity", kind)),
-        ("current", block.current, -most * limits.current, most * limits.current, "A"),
+        ("velocity", block.velocity, -fast, fast, unit_text("velocity", kind)),
+        ("current", block.current, -most, most, "A"),
     ]
     if block.temperature is not None:
         checks.append(("temperature", block.temperature, -np.inf, limits.temperature, "°C"))
@@ -230,6 +234,11 @@ def beyond(block: Block, rig: Rig) -> LimitExceeded | None:
                 f"{remedies.get(what, 'lower the speed or the payload')}"
             )
     return None
+
+
+def _finite(block: Block) -> bool:
+    readings = (block.time_s, block.position, block.velocity, block.current, block.temperature)
+    return all(np.isfinite(values).all() for values in readings if values is not None)
 
 
 def _block(sample: Sample, command: float) -> Block:

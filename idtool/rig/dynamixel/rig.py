@@ -113,7 +113,7 @@ class DynamixelRig(Rig):
                 f"the axis cannot start at {start:g} rad, outside its limits {low:g} to {high:g} rad"
             )
         if start is not None or self._servo.mode is None:
-            self._servo.enter(VELOCITY_MODE, current=self.limits.current)
+            self._enter(VELOCITY_MODE)
         self._servo.arm()
         try:
             if start is not None:
@@ -135,7 +135,7 @@ class DynamixelRig(Rig):
             raise InputError("a trajectory needs finite commands and a period above zero")
         servo = self._servo
         moves = trajectory.mode == "velocity"
-        servo.enter(VELOCITY_MODE if moves else CURRENT_BASED_POSITION_MODE, current=self.limits.current)
+        self._enter(VELOCITY_MODE if moves else CURRENT_BASED_POSITION_MODE)
         if moves:
             steepest = float(np.max(np.abs(np.diff(command, prepend=0.0)))) / trajectory.period_s
             servo.accelerate_at(_RAMP_MARGIN * steepest)
@@ -185,7 +185,7 @@ class DynamixelRig(Rig):
         if not math.isfinite(position_command):
             raise RigFault("the drive refused a command that is not a finite number")
         servo = self._servo
-        servo.enter(CURRENT_BASED_POSITION_MODE, current=self.limits.current)
+        self._enter(CURRENT_BASED_POSITION_MODE)
         servo.arm()
         servo.move_to(self._inside(position_command))
         now = self._clock.now()
@@ -238,6 +238,9 @@ class DynamixelRig(Rig):
     def retries(self) -> int:
         """Packets that were lost or damaged and asked for again."""
         return self._bus.retries
+
+    def _enter(self, mode: int) -> None:
+        self._servo.enter(mode, speed=self.limits.speed, current=self.limits.current)
 
     def _go_to(self, goal: float) -> None:
         servo = self._servo

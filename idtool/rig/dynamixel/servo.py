@@ -144,14 +144,14 @@ class Servo:
 
     # ------------------------------------------------------------------------- motion
 
-    def enter(self, mode: int, *, current: float) -> None:
+    def enter(self, mode: int, *, speed: float, current: float) -> None:
         """Switch to an operating mode, standing where the axis is.
 
         The torque goes off for a moment, because the servo changes its mode only then.
 
         Args:
             mode: VELOCITY_MODE or CURRENT_BASED_POSITION_MODE.
-            current: that the position mode may use, A.
+            speed, current: that the position mode may use, rad/s and A.
         """
         if self.mode == mode:
             return
@@ -159,8 +159,8 @@ class Servo:
         self._set(OPERATING_MODE, mode)
         # a change of mode resets these
         self._set(PROFILE_ACCELERATION, 0)
-        self._set(PROFILE_VELOCITY, 0)
         if mode == CURRENT_BASED_POSITION_MODE:
+            self._set(PROFILE_VELOCITY, math.ceil(speed / SPEED_UNIT))
             limit = self._bus.read(CURRENT_LIMIT)
             self._set(GOAL_CURRENT, min(math.ceil(current / CURRENT_UNIT), limit))
             self._bus.write(GOAL_POSITION, self._bus.present().position)
