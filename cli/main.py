@@ -30,6 +30,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "identify": ("diagnose", "identify", "All fits and the diagnosis in one go."),
     "predict": ("predict", "predict", "Predict the torque of logs with a parameter file."),
     "report": ("report", "report", "Make the fit report: one HTML page and its figures."),
+    "virtual-servo": ("virtual_servo", "virtual_servo", "A virtual servo, to rehearse a session with."),
     "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
 }
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output, console, force_option, output_options, rig_option, seed_option
+from .common import Output, console, force_option, output_options, rig_option, seed_option, stop_signals
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -98,15 +98,12 @@ def teach(
     for path in (log, figure):
         if path is not None:
             refuse_existing(path, force)
-    axis = open_rig(rig, seed=seed)
-    try:
+    with stop_signals(), open_rig(rig, seed=seed) as axis:
         controller = _controller(parameters, params, axis)
         hand = _hand(parameters, hand_speed, hand_force) if axis.simulated else None
         if hand is None and figure is None and log is None:
             output.say("nothing will be kept: pass -o LOG.csv to record the run")
         result = _run(parameters, controller, axis, hand, payload, tilt, duration, log, force, output)
-    finally:
-        axis.close()
     if figure is not None:
         _draw(parameters, result, figure)
     output.result(

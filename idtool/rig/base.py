@@ -106,6 +106,7 @@ class Rig(ABC):
         limits: what it must not exceed.
         period_s: sampling and control period.
         simulated: whether `step` takes the torque of a hand.
+        by_hand: whether a person changes payload and tilt.
         measures_temperature, measures_voltage: whether its blocks hold a temperature, a supply voltage.
         description: one line for a person; it goes into logs and holds no secret of a simulation.
     """
@@ -114,6 +115,7 @@ class Rig(ABC):
     limits: Limits
     period_s: float
     simulated: bool = False
+    by_hand: bool = False
     measures_temperature: bool = False
     measures_voltage: bool = False
     description: str

@@ -58,7 +58,7 @@ class Supervisor(Rig):
     def __init__(self, rig: Rig, *, speed_tolerance: float = TOLERANCE) -> None:
         self._speed_tolerance = speed_tolerance
         self.axis, self.limits, self.period_s = rig.axis, rig.limits, rig.period_s
-        self.simulated, self.description = rig.simulated, rig.description
+        self.simulated, self.by_hand, self.description = rig.simulated, rig.by_hand, rig.description
         self.measures_temperature, self.measures_voltage = rig.measures_temperature, rig.measures_voltage
         self.loop = LoopTime()
         self._rig = rig

@@ -55,6 +55,7 @@ class DynamixelRig(Rig):
         RigFault: the servo cannot be reached or is not fit to move.
     """
 
+    by_hand = True
     measures_temperature = True
     measures_voltage = True
 

@@ -7,6 +7,7 @@ A fault is written as a word (the command line's `--fault`, and the tests'):
     burst@2=0.5             from 2 s on, nothing arrives for 0.5 s
     silent@2                from 2 s on the servo does not answer any more
     unplugged@2             the device disappears
+    power@2                 the servo loses its power for a moment
     overload@2              the servo shuts its motor off
     error@2=4               these bits of the hardware error status are set (4 is overheating)
     stuck@2                 the encoder stands still
@@ -29,7 +30,7 @@ from idtool.rig.virtual.servo import OVERLOAD, VirtualServo
 #: How late a late packet is, s of the host: past the time-out of the SDK.
 LATE_S = 0.06
 _RATES = ("lost", "late", "corrupt", "twice")
-_EVENTS = ("burst", "silent", "unplugged", "overload", "error", "stuck", "watchdog")
+_EVENTS = ("burst", "silent", "unplugged", "power", "overload", "error", "stuck", "watchdog")
 _NEED_VALUE = ("burst", "error")
 
 
@@ -101,6 +102,13 @@ class Mishaps:
         self.counts: Counter[str] = Counter()
         self.unplugged = False
 
+    def add(self, fault: Fault) -> None:
+        """Put one more into force."""
+        if fault.at_s is None:
+            self._rates[fault.kind] = fault.value
+        else:
+            self._waiting.append(fault)
+
     def happen(self, servo: VirtualServo, now: float) -> None:
         """Let happen what is due."""
         if servo.torque_since is None:
@@ -125,6 +133,7 @@ class Mishaps:
                 "overload": lambda: servo.fail(OVERLOAD),
                 "error": lambda: servo.fail(int(fault.value)),
                 "watchdog": servo.trip_watchdog,
+                "power": servo.lose_power,
             }
             servo_does[fault.kind]()
 

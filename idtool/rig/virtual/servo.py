@@ -64,7 +64,7 @@ class VirtualServo:
         self.table = ControlTable()
         self.stuck = False
         self.torque_since: float | None = None
-        self._now = self._heard = now
+        self._now = self._heard = self._began = now
         self._registered: tuple[int, bytes] | None = None
         self._do: dict[int, Callable[[bytes], bytes]] = {
             PING: self._ping,
@@ -206,12 +206,17 @@ class VirtualServo:
         return b""
 
     def _reboot(self, _: bytes) -> bytes:
+        self.lose_power()
+        return b""
+
+    def lose_power(self) -> None:
+        """Begin anew: what is not in the EEPROM has its initial value, and the clock stands at zero."""
         self.table.reboot()
         self.table["goal_current"] = self.table["current_limit"]
         self._registered = None
+        self._began = self._now
         self._drive()
         self._measure()
-        return b""
 
     def _store(self, address: int, data: bytes) -> None:
         values = self.table.check(address, data)
@@ -249,7 +254,7 @@ class VirtualServo:
     def _measure(self) -> None:
         """Bring the readings of the table up to date."""
         table, reading = self.table, self.axis.read()
-        table["realtime_tick"] = int(1000.0 * self._now) % 32768
+        table["realtime_tick"] = int(1000.0 * (self._now - self._began)) % 32768
         table["present_current"] = round(reading.current / CURRENT_UNIT)
         table["present_temperature"] = min(max(round(reading.temperature), 0), 255)
         if not self.stuck:

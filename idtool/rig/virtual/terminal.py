@@ -17,6 +17,8 @@ from idtool.rig.virtual.servo import VirtualServo
 
 #: Bits on the wire per byte: start, eight, stop.
 BITS_PER_BYTE = 10
+#: How often the axis moves while nobody asks, s.
+_IDLE_S = 0.1
 _SPEEDS = {
     getattr(termios, name): int(name[1:])
     for name in dir(termios)
@@ -81,10 +83,12 @@ class VirtualTerminal:
     def _serve(self) -> None:
         try:
             while not self.mishaps.unplugged:
-                wait = max(0.0, self._due[0][0] - time.monotonic()) if self._due else None
+                wait = max(0.0, self._due[0][0] - time.monotonic()) if self._due else _IDLE_S
                 ready, _, _ = select.select([self._near, self._wake], [], [], wait)
                 if self._wake in ready:
                     return
+                if not ready:
+                    self._idle()
                 if self._near in ready:
                     self._receive(os.read(self._near, 4096))
                 while self._due and self._due[0][0] <= time.monotonic():
@@ -92,6 +96,13 @@ class VirtualTerminal:
         finally:
             os.close(self._near)
             os.close(self._far)
+
+    def _idle(self) -> None:
+        """Move also while nobody asks, so that an hour of silence is not made up for in one answer."""
+        with self.lock:
+            now = self._clock.now()
+            self.servo.pass_time(now)
+            self.mishaps.happen(self.servo, now)
 
     def _receive(self, data: bytes) -> None:
         if self._line_speed() != self.servo.baud:
