@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Literal, Self
 
 from idtool.axis import Axis
+from idtool.errors import RigFault
 from idtool.model.motion import Array
 
 Mode = Literal["velocity", "position"]
@@ -160,4 +161,8 @@ class Rig(ABC):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        try:
+            self.close()
+        except RigFault:
+            if not isinstance(error, RigFault):  # else the first fault is the one to tell
+                raise

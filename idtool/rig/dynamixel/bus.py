@@ -159,15 +159,18 @@ class Bus:
         """
         self._ask(lambda: self._send_write(register, value), None)
 
-    def present(self) -> Present:
+    def present(self, *, alert: bool = True) -> Present:
         """Position, velocity, current, voltage and temperature, all of one instant, in one transaction.
+
+        Args:
+            alert: raise if the servo reports a hardware error.
 
         Raises:
             ServoRestarted: its clock jumped.
             NotAnswering, DeviceGone, ServoRefused, ServoShutdown.
         """
         for _ in range(TRIES):
-            data = self._ask(self._send_sync_read, _BLOCK.size)
+            data = self._ask(self._send_sync_read, _BLOCK.size, alert=alert)
             tick, _, _, _, current, velocity, position, _, _, voltage, temperature = _BLOCK.unpack(data)
             if self._is_fresh(tick):
                 return Present(

@@ -212,7 +212,7 @@ class DynamixelRig(Rig):
         with uninterrupted():
             self._servo.hold()
             until = self._clock.now() + 0.3
-            while self._clock.now() < until and abs(self._servo.read().velocity) > _STANDS:
+            while self._clock.now() < until and abs(self._servo.read(alert=False).velocity) > _STANDS:
                 self._clock.wait_until(self._clock.now() + self.period_s)
             self._servo.disarm()
 
@@ -229,6 +229,8 @@ class DynamixelRig(Rig):
                 with suppress(RigFault):  # what could not be stopped is without torque next
                     self.stop()
                 self._servo.release()
+            except RigFault as fault:
+                raise type(fault)(f"the torque could not be switched off: {fault}") from fault
             finally:
                 self._closed = True
                 self._bus.close()

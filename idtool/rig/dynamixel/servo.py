@@ -40,7 +40,7 @@ from idtool.rig.dynamixel.models import (
     Model,
     Register,
 )
-from idtool.rig.faults import DeviceGone, NotAnswering, ServoRefused, WrongServo
+from idtool.rig.faults import DeviceGone, NotAnswering, ServoRefused, WatchdogTripped, WrongServo
 
 #: The servo stops by itself when it hears nothing for so long, s. All tries of a transaction take less.
 WATCHDOG_S = 0.24
@@ -159,6 +159,7 @@ class Servo:
         self._set(OPERATING_MODE, mode)
         # a change of mode resets these
         self._set(PROFILE_ACCELERATION, 0)
+        self._found.setdefault(PROFILE_ACCELERATION, 0)
         if mode == CURRENT_BASED_POSITION_MODE:
             self._set(PROFILE_VELOCITY, math.ceil(speed / SPEED_UNIT))
             limit = self._bus.read(CURRENT_LIMIT)
@@ -192,16 +193,27 @@ class Servo:
         return self._radians(counts)
 
     def hold(self) -> None:
-        """Come to rest and stay."""
-        if self.mode == VELOCITY_MODE:
-            self.accelerate_at(STOP_ACCELERATION)
-            self._bus.write(GOAL_VELOCITY, 0)
-        elif self.mode is not None:
-            self._bus.write(GOAL_POSITION, self._bus.present().position)
+        """Come to rest and stay, also where the servo reports an error.
 
-    def read(self) -> Reading:
-        """Measure."""
-        now = self._bus.present()
+        Raises:
+            RigFault: it could not be told.
+        """
+        # a tripped watchdog refuses the goal, and has stopped the axis itself
+        with suppress(WatchdogTripped):
+            if self.mode == VELOCITY_MODE:
+                steepest = round(STOP_ACCELERATION / ACCELERATION_UNIT)
+                self._bus.write(PROFILE_ACCELERATION, steepest, alert=False)
+                self._bus.write(GOAL_VELOCITY, 0, alert=False)
+            elif self.mode is not None:
+                self._bus.write(GOAL_POSITION, self._bus.present(alert=False).position, alert=False)
+
+    def read(self, *, alert: bool = True) -> Reading:
+        """Measure.
+
+        Args:
+            alert: raise if the servo reports a hardware error.
+        """
+        now = self._bus.present(alert=alert)
         return Reading(
             now.time_s,
             self._radians(now.position),
@@ -220,7 +232,7 @@ class Servo:
     def disarm(self) -> None:
         """Let silence pass; only where the axis stands."""
         if self._armed:
-            self._bus.write(BUS_WATCHDOG, 0)
+            self._bus.write(BUS_WATCHDOG, 0, alert=False)
             self._armed = False
 
     # ---------------------------------------------------------------------- way out
