@@ -24,6 +24,8 @@ REMEMBERED_S = 1.0
 _LATE = 1.5
 #: The axis has to move by this share of what is commanded, once so much (share of the range) is.
 _FOLLOWS, _WAY = 0.1, 0.04
+#: and after a reversal it has this long to turn, s.
+_PATIENCE_S = 0.3
 
 
 @dataclass
@@ -186,29 +188,41 @@ class _Travel:
         self.forget()
 
     def forget(self) -> None:
-        self._commanded = self._moved = 0.0
+        """A motion begins."""
         self._last: float | None = None
-        self._sign = 0.0
+        self._still = 0.0  # way commanded since the position last changed at all
+        self._turn(0.0)
+
+    def _turn(self, sign: float) -> None:
+        """Begin a new account in one direction."""
+        self._sign = sign
+        self._commanded = self._moved = self._elapsed = 0.0
 
     def check(self, block: Block) -> NotFollowing | None:
-        positions = block.position
-        last = float(positions[0]) if self._last is None else self._last
-        for command, position in zip(block.command.tolist(), positions.tolist(), strict=True):
-            if command * self._sign <= 0.0:  # a reversal begins a new account
-                self._commanded = self._moved = 0.0
-                self._sign = float(np.sign(command))
-            self._commanded += abs(command) * self._period
-            self._moved += (position - last) * self._sign
-            last = position
-            if self._commanded >= self._way:
-                if self._moved < _FOLLOWS * self._commanded:
-                    return NotFollowing(
-                        "the axis was stopped because its position does not follow the commands; "
-                        "see whether it is blocked, or its encoder broken"
-                    )
-                self._commanded = self._moved = 0.0
-        self._last = last
+        for command, position in zip(block.command.tolist(), block.position.tolist(), strict=True):
+            if self._stuck(command, position):
+                return NotFollowing(
+                    "the axis was stopped because its position does not follow the commands; "
+                    "see whether it is blocked, or its encoder broken"
+                )
         return None
+
+    def _stuck(self, command: float, position: float) -> bool:
+        last, self._last = self._last, position
+        if last is None:
+            return False
+        way = abs(command) * self._period
+        self._still = self._still + way if position == last else 0.0
+        if command * self._sign <= 0.0:
+            self._turn(float(np.sign(command)))
+        self._commanded += way
+        self._moved += (position - last) * self._sign
+        self._elapsed += self._period
+        if self._commanded >= self._way and self._elapsed >= _PATIENCE_S:
+            if self._moved < _FOLLOWS * self._commanded:
+                return True
+            self._turn(self._sign)
+        return self._still >= self._way
 
 
 def beyond(block: Block, rig: Rig, speed_tolerance: float = TOLERANCE) -> LimitExceeded | None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from idtool.experiment.recipe import Recipe, parse_recipe
+from idtool.parameters import Controller, Parameter, Parameters
 from idtool.rig.base import TrialSetup
 from idtool.rig.clock import SkippingClock
 from idtool.rig.dynamixel.bus import Bus
@@ -111,6 +112,24 @@ def bench(*faults: str, **options: Any) -> Iterator[Bench]:
         yield made
     finally:
         made.terminal.close()
+
+
+def parameters_of(plant: str) -> Parameters:
+    """What a perfect identification of a named plant would write."""
+    file = read_plant(plant)
+
+    def pick(table: dict[str, float], *names: str) -> dict[str, Parameter]:
+        short = {key.rsplit("_nm", 1)[0].removesuffix("_rad_s"): value for key, value in table.items()}
+        return {name: Parameter(short[name]) for name in names}
+
+    return Parameters(
+        axis=file.axis,
+        gravity_model="slide",
+        gravity=pick(file.gravity, "base", "per_payload"),
+        static=pick(file.friction, "coulomb", "static", "stribeck_velocity", "viscous"),
+        dynamic=pick(file.friction, "bristle_stiffness", "bristle_damping"),
+        controller=Controller(2.05, 1.68, 0.01),
+    )
 
 
 def sine(rig: DynamixelRig, seconds: float = 1.0, amplitude: float = 0.5) -> np.ndarray:
