@@ -62,6 +62,7 @@ class LogWriter:
         self._sync_every_s = sync_every_s
         self._synced_at = -float("inf")
         self._written = 0
+        self._rows = keep_rows or 0
         text = header_text(axis, experiment, header or {}) + ",".join(self.columns) + "\n"
         refuse_existing(self.path, force or keep_rows is not None)
         try:
@@ -116,6 +117,7 @@ class LogWriter:
                 remedy="check the sensor behind it",
             )
         self._put("".join([",".join([_number(value) for value in row]) + "\n" for row in rows.tolist()]))
+        self._rows += len(rows)
         if rows[-1, self._time_column] - self._synced_at >= self._sync_every_s:
             self.sync()
             self._synced_at = float(rows[-1, self._time_column])
@@ -187,7 +189,13 @@ class LogWriter:
             with suppress(OSError):
                 self._stream.truncate(self._written)
                 self._stream.seek(self._written)
-            raise cannot_write(self.path, error) from error
+            if not self._rows:
+                raise cannot_write(self.path, error) from error
+            raise InputError(
+                f"cannot be written any more ({error.strerror or error})",
+                file=self.path,
+                remedy=f"its {self._rows} rows up to there are kept; free space or pick another place",
+            ) from error
         self._written += len(data)
 
     def __enter__(self) -> Self:

@@ -45,6 +45,14 @@ def _check(recipe: Recipe, trial: RecipeTrial, rig: Rig, period: float) -> float
             place=f"{trial.place}.{speed_key}",
             remedy="lower it",
         )
+    if fastest < (1.0 - 1e-2) * rig.speed_step:
+        raise InputError(
+            f"moves at {fastest:.3g} {unit_text('velocity', kind)}, the drive of this rig at no less than "
+            f"{rig.speed_step:.3g}",
+            file=recipe.source,
+            place=f"{trial.place}.{speed_key}",
+            remedy="raise it",
+        )
     low, high = excursion(command, rig.period_s)
     room = limits.position[1] - limits.position[0]
     if high - low > room:

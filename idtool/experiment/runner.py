@@ -109,7 +109,7 @@ def run(
         recipe.experiment,
         {"recipe": recipe.name, "rig": rig.description},
         force=force,
-        keep_rows=done.rows or None,
+        keep_rows=done.rows if resume and Path(path).exists() else None,
     ) as writer:
         session = _Session(recipe, watched, writer, done, progress)
         interrupted = False

@@ -106,6 +106,7 @@ class Rig(ABC):
         axis: kind of axis and torque constant.
         limits: what it must not exceed.
         period_s: sampling and control period.
+        speed_step: the drive rounds commanded speeds to multiples of it, rad/s (m/s); 0 is not at all.
         simulated: whether `step` takes the torque of a hand.
         by_hand: whether a person changes payload and tilt.
         measures_temperature, measures_voltage: whether its blocks hold a temperature, a supply voltage.
@@ -115,6 +116,7 @@ class Rig(ABC):
     axis: Axis
     limits: Limits
     period_s: float
+    speed_step: float = 0.0
     simulated: bool = False
     by_hand: bool = False
     measures_temperature: bool = False

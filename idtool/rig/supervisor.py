@@ -62,6 +62,7 @@ class Supervisor(Rig):
         self.axis, self.limits, self.period_s = rig.axis, rig.limits, rig.period_s
         self.simulated, self.by_hand, self.description = rig.simulated, rig.by_hand, rig.description
         self.measures_temperature, self.measures_voltage = rig.measures_temperature, rig.measures_voltage
+        self.speed_step = rig.speed_step
         self.loop = LoopTime()
         self._rig = rig
         self._past: deque[Block] = deque()

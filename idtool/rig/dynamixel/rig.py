@@ -20,7 +20,7 @@ from idtool.model.motion import Array
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.clock import Clock, HostClock
 from idtool.rig.dynamixel.bus import BITS_PER_BYTE, BYTES_PER_PERIOD, Bus
-from idtool.rig.dynamixel.models import CURRENT_BASED_POSITION_MODE, VELOCITY_MODE
+from idtool.rig.dynamixel.models import CURRENT_BASED_POSITION_MODE, SPEED_UNIT, VELOCITY_MODE
 from idtool.rig.dynamixel.servo import Reading, Servo
 from idtool.rig.dynamixel.settings import Settings
 from idtool.rig.faults import LimitExceeded, NotFollowing
@@ -56,6 +56,7 @@ class DynamixelRig(Rig):
     """
 
     by_hand = True
+    speed_step = SPEED_UNIT
     measures_temperature = True
     measures_voltage = True
 
