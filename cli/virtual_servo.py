@@ -95,24 +95,24 @@ def virtual_servo(
 
     setup = TrialSetup(payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1])
     file = read_plant(plant)
-    with (
-        stop_signals(),
-        Rehearsal(
-            file, id=id_, model=model, baud=baud, scale=scale, faults=faults, setup=setup, seed=seed
-        ) as servo,
-        _linked(link, servo.path),
-    ):
-        scaled = f",scale={scale:g}" if scale != 1.0 else ""
-        spec = f"dynamixel:{link or servo.path},id={id_},baud={baud}{scaled}"
-        click.echo(json.dumps({"device": servo.path, "rig": spec}) if as_json else servo.path)
-        sys.stdout.flush()
-        click.echo(f"use it with --rig {spec}; Ctrl-C ends it. Commands here:", err=True)
-        for text in COMMANDS.values():
-            click.echo(f"  {text}", err=True)
-        try:
+    scaled = f",scale={scale:g}" if scale != 1.0 else ""
+    try:
+        with (
+            stop_signals(),
+            Rehearsal(
+                file, id=id_, model=model, baud=baud, scale=scale, faults=faults, setup=setup, seed=seed
+            ) as servo,
+            _linked(link, servo.path),
+        ):
+            spec = f"dynamixel:{link or servo.path},id={id_},baud={baud}{scaled}"
+            click.echo(json.dumps({"device": servo.path, "rig": spec}) if as_json else servo.path)
+            sys.stdout.flush()
+            click.echo(f"use it with --rig {spec}; Ctrl-C ends it. Commands here:", err=True)
+            for text in COMMANDS.values():
+                click.echo(f"  {text}", err=True)
             _converse(servo)
-        except KeyboardInterrupt:
-            return 0
+    except KeyboardInterrupt:
+        return 0
     return 0
 
 

@@ -58,7 +58,8 @@ def done_in(path: str | os.PathLike[str], recipe: Recipe, rig: Rig, every: int) 
                 file=path,
                 remedy="name another file, or pass --force to begin anew",
             )
-        if not _is_whole(rows["time_s"].to_numpy(dtype=float), trial, rig, every):
+        followed = index + 1 < len(log.trials)  # the next one began only after the end of this one
+        if not followed and not _is_whole(rows["time_s"].to_numpy(dtype=float), trial, rig, every):
             break
         _check_setup(log, rows, trial, index)
         count = done.rows + len(rows)

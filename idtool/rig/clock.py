@@ -8,7 +8,13 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """Seconds since some instant, and a way to wait."""
+    """Seconds since some instant, and a way to wait.
+
+    Attributes:
+        scale: its seconds per second of the computer.
+    """
+
+    scale: float
 
     def now(self) -> float:
         """Seconds since some fixed instant."""
@@ -27,13 +33,13 @@ class HostClock:
     """
 
     def __init__(self, scale: float = 1.0) -> None:
-        self._scale = scale
+        self.scale = scale
 
     def now(self) -> float:
-        return time.monotonic() * self._scale
+        return time.monotonic() * self.scale
 
     def wait_until(self, instant: float) -> None:
-        left = (instant - self.now()) / self._scale
+        left = (instant - self.now()) / self.scale
         if left > 0.0:
             time.sleep(left)
 
@@ -41,15 +47,18 @@ class HostClock:
 class SkippingClock:
     """A clock that jumps over every wait, so that a rehearsal in one process takes only its computing.
 
-    All other time passes as on the host. Safe to share between threads.
+    It counts the computing time of this process and not the time in which the computer was busy with
+    others, so that a rehearsal comes out the same on a busy one. Safe to share between threads.
     """
+
+    scale = 1.0
 
     def __init__(self) -> None:
         self._skipped = 0.0
         self._lock = threading.Lock()
 
     def now(self) -> float:
-        return time.monotonic() + self._skipped
+        return time.process_time() + self._skipped
 
     def wait_until(self, instant: float) -> None:
         with self._lock:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import errno
 import struct
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -50,6 +51,8 @@ _TICKS_S = 32.768
 #: How far the two clocks may disagree about the time between two readings: always, and as a share of it.
 #: The first is less than an answer is ever late, the second far above any error of a quartz.
 _TICK_SLACK_S, _CLOCK_ERROR = 0.025, 1e-3
+#: No answer comes sooner than this, s; the SDK waits by spinning, which keeps other threads from working.
+_PAUSE_S = 2e-4
 #: Bytes of an answer without data.
 _ANSWER_BYTES = 11
 _SYNC_READ_BYTES = 15
@@ -96,6 +99,7 @@ class Bus:
         clock: tells when the servo measured.
 
     Attributes:
+        clock: that one.
         retries: packets that were lost or damaged and asked for again.
 
     Raises:
@@ -110,7 +114,7 @@ class Bus:
         self.retries = 0
         self._asked = self._tick_at = 0.0
         self._tick: int | None = None
-        self._clock = clock or HostClock()
+        self.clock = clock or HostClock()
         # the servo measures when the last byte of the question has arrived
         self._question_s = _SYNC_READ_BYTES * BITS_PER_BYTE / baud
         self._sdk: Any = sdk
@@ -190,7 +194,7 @@ class Bus:
         """
         if self._tick is not None:
             passed = self._asked - self._tick_at
-            allowed = _TICK_SLACK_S + _CLOCK_ERROR * passed
+            allowed = _TICK_SLACK_S * max(self.clock.scale, 1.0) + _CLOCK_ERROR * passed
             off = (1e-3 * (tick - self._tick) - passed) % _TICKS_S
             if min(off, _TICKS_S - off) > allowed:
                 return False
@@ -213,7 +217,7 @@ class Bus:
         return result
 
     def _send_sync_read(self) -> int:
-        self._asked = self._clock.now()
+        self._asked = self.clock.now()
         return int(self._handler.syncReadTx(self._port, _BLOCK_ADDRESS, _BLOCK.size, [self.id], 1, False))
 
     def close(self) -> None:
@@ -263,6 +267,7 @@ class Bus:
         An answer to an earlier question, which came too late, is told by its length, which the SDK's own
         reading functions do not look at.
         """
+        time.sleep(_PAUSE_S)
         packet, result = self._handler.rxPacket(self._port, False)
         if result != self._sdk.COMM_SUCCESS or packet[4] != self.id:
             return None

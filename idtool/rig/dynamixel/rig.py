@@ -114,6 +114,12 @@ class DynamixelRig(Rig):
             raise LimitExceeded(
                 f"the axis cannot start at {start:g} rad, outside its limits {low:g} to {high:g} rad"
             )
+        here = self._servo.read().position
+        if start is None and not low <= here <= high:
+            raise LimitExceeded(
+                f"the axis stands at {here:.3g} rad, outside its limits {low:g} to {high:g} rad; "
+                "move it inside"
+            )
         if start is not None or self._servo.mode is None:
             self._enter(VELOCITY_MODE)
         self._servo.arm()

@@ -54,14 +54,14 @@ def ports() -> list[str]:
 def scan(
     devices: Iterable[str],
     *,
-    baud_rates: Iterable[int] = BAUD_RATES,
+    baud_rates: Iterable[int] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Iterator[Found | RigFault]:
     """Ask on every device at every rate who is there.
 
     Args:
         devices: ports.
-        baud_rates: bits a second.
+        baud_rates: bits a second; None is the usual ones.
         progress: told what is being asked.
 
     Yields:
@@ -76,7 +76,7 @@ def scan(
             yield fault
             continue
         try:
-            for baud in baud_rates:
+            for baud in baud_rates or BAUD_RATES:
                 if progress is not None:
                     progress(f"{device} at {baud} baud")
                 port.setBaudRate(baud)

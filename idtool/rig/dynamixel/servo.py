@@ -226,7 +226,9 @@ class Servo:
     def arm(self) -> None:
         """From now on the servo stops the axis by itself when it hears nothing for `WATCHDOG_S`."""
         if not self._armed:
-            self._bus.write(BUS_WATCHDOG, round(WATCHDOG_S / WATCHDOG_UNIT))
+            # as long for the computer where a virtual servo's time runs faster
+            limit = WATCHDOG_S * max(self._bus.clock.scale, 1.0)
+            self._bus.write(BUS_WATCHDOG, min(round(limit / WATCHDOG_UNIT), 127))
             self._armed = True
 
     def disarm(self) -> None:

@@ -33,7 +33,7 @@ def play(on: Bench, folder: Path, **wishes: object) -> None:
         run(recipe(), rig, log_path(folder), confirm=on.setup, **wishes)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("word", ["lost=0.01", "late=0.01", "corrupt=0.01", "twice=0.01", "burst@3=0.08"])
+@pytest.mark.parametrize("word", ["lost=0.01", "late=0.01", "corrupt=0.01", "twice=0.01", "burst@3=0.04"])
 def test_what_a_bus_does_to_packets_does_not_stop_a_run(tmp_path: Path, word: str) -> None:
     with bench(word, seed=3) as on:
         before = on.table()
@@ -128,7 +128,9 @@ def test_a_slow_computer(tmp_path: Path, seconds: float, trips: bool) -> None:
         nonlocal stalled
         if now.share > 0.2 and not stalled:
             stalled += 1
-            time.sleep(seconds)
+            until = time.process_time() + seconds
+            while time.process_time() < until:  # the clock of the bench counts computing
+                pass
 
     with bench() as on:
         if trips:

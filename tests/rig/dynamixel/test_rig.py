@@ -18,6 +18,7 @@ from idtool.rig.dynamixel.rig import period_needed
 from idtool.rig.dynamixel.servo import WATCHDOG_S
 from idtool.rig.dynamixel.settings import Settings
 from idtool.rig.faults import DeviceGone, LimitExceeded, NotAnswering, NotFollowing, WrongServo
+from idtool.rig.plant import POSITION
 
 from .support import BAUD, bench, sine
 
@@ -249,6 +250,9 @@ def test_a_start_outside_the_limits_is_refused() -> None:
     with bench() as on, on.rig(low=-1.0, high=1.0) as rig:
         with pytest.raises(LimitExceeded, match=r"cannot start at 1.5 rad"):
             rig.prepare(TrialSetup(start_position=1.5))
+        on.servo.axis._state[POSITION] = 1.2
+        with pytest.raises(LimitExceeded, match=r"stands at 1.2 rad, outside its limits -1 to 1 rad"):
+            rig.prepare(TrialSetup())
         with pytest.raises(RigFault, match="not prepared"):
             rig.step(0.0)
 
