@@ -2,12 +2,13 @@
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
 # make study-accuracy measures the estimator over many simulated sessions (half an hour).
+# make study-reliability tries every fault of a servo and its bus (ten minutes).
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests bench study-accuracy clean
+.PHONY: demo test lint types tests bench study-accuracy study-reliability clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -33,6 +34,9 @@ bench: $(VENV)/.ready-bench
 study-accuracy: export OPENBLAS_NUM_THREADS = 1
 study-accuracy: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.accuracy
+
+study-reliability: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.reliability
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit("ffc-id needs Python 3.11 or newer: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else 0'

@@ -19,6 +19,8 @@ from idtool.rig.sensors import SENSORS
 
 #: How far past the limits of the plant file the mechanical stops are, rad.
 _STOP_BEYOND = 0.1
+#: Slower than this it stands still, rad/s.
+_STILL = 0.02
 #: The stops are looked at this often, s.
 _CHUNK_S = 0.005
 
@@ -59,6 +61,10 @@ class VirtualAxis:
         file: the truth.
         seed: of the sensors' noise.
         setup: payload and tilt at the start.
+
+    Attributes:
+        hand_nm: torque of a hand, towards +q, N m.
+        still_s: how long it has stood still, s.
     """
 
     def __init__(self, file: PlantFile, *, seed: int = 0, setup: TrialSetup | None = None) -> None:
@@ -70,6 +76,7 @@ class VirtualAxis:
         self._drive = Drive()
         self._steps_owed = 0.0
         self.hand_nm = 0.0
+        self.still_s = 0.0
         self.load(setup or TrialSetup())
         self.advance(STEP_S)
 
@@ -109,6 +116,8 @@ class VirtualAxis:
             self._steps_owed -= steps
             plant.run(self._numbers, self._state, self._history, goal, mode, self.hand_nm, steps, self._out)
             self._stop_at_the_ends()
+            moves = abs(self.velocity) > _STILL
+            self.still_s = 0.0 if moves else self.still_s + steps * STEP_S
 
     def _stop_at_the_ends(self) -> None:
         low, high = self._loaded.lowest - _STOP_BEYOND, self._loaded.highest + _STOP_BEYOND

@@ -92,6 +92,7 @@ class Mishaps:
     Attributes:
         counts: how often each kind struck.
         unplugged: the device is gone.
+        struck_at: when something last happened that was due, s of the servo's clock; None before.
     """
 
     def __init__(self, faults: list[Fault], *, seed: int = 0) -> None:
@@ -101,6 +102,7 @@ class Mishaps:
         self._silent_until = -math.inf
         self.counts: Counter[str] = Counter()
         self.unplugged = False
+        self.struck_at: float | None = None
 
     def add(self, fault: Fault) -> None:
         """Put one more into force."""
@@ -117,6 +119,7 @@ class Mishaps:
         for fault in due:
             self._waiting.remove(fault)
             self.counts[fault.kind] += 1
+            self.struck_at = now
             self._strike(fault, servo, now)
 
     def _strike(self, fault: Fault, servo: VirtualServo, now: float) -> None:

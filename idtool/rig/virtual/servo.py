@@ -55,6 +55,7 @@ class VirtualServo:
         table: its control table.
         stuck: its encoder stands still.
         torque_since: when the torque was first switched on, None before that.
+        heard: when it last heard an instruction.
     """
 
     def __init__(
@@ -64,7 +65,7 @@ class VirtualServo:
         self.table = ControlTable()
         self.stuck = False
         self.torque_since: float | None = None
-        self._now = self._heard = self._began = now
+        self._now = self.heard = self._began = now
         self._registered: tuple[int, bytes] | None = None
         self._do: dict[int, Callable[[bytes], bytes]] = {
             PING: self._ping,
@@ -97,7 +98,7 @@ class VirtualServo:
     def pass_time(self, now: float) -> None:
         """Let the axis move up to this instant, and the watchdog trip on the way."""
         limit = self.table["bus_watchdog"] * WATCHDOG_S
-        trip = self._heard + limit
+        trip = self.heard + limit
         if limit > 0.0 and self.table["torque_enable"] and now > trip:
             self._move(max(trip, self._now))
             self.trip_watchdog()
@@ -140,7 +141,7 @@ class VirtualServo:
             return [self._status(CRC_ERROR)] if mine else []
         if not mine and packet.id != BROADCAST:
             return []
-        self._heard = now
+        self.heard = now
         if packet.instruction in (SYNC_READ, SYNC_WRITE):
             return self._sync(packet) if packet.id == BROADCAST else [self._status(INSTRUCTION_ERROR)]
         level = {PING: 0, READ: 1}.get(packet.instruction, 2)

@@ -21,6 +21,7 @@ from idtool.rig.faults import (
     WatchdogTripped,
 )
 from idtool.rig.virtual.faults import parse_fault
+from studies.reliability import killed
 
 from .support import Bench, bench, log_path, recipe
 
@@ -89,34 +90,24 @@ def test_what_ends_a_run_ends_it_safely(
 
 
 def test_the_watchdog_of_the_servo_stops_what_nobody_can_reach(tmp_path: Path) -> None:
-    """The time from the last word to standstill, watched on the axis itself."""
+    """The time from the last word to standstill, on the axis itself."""
     with bench("silent@3") as on:
-        heard, moved = 0.0, 0.0
-        answer, advance = on.servo.answer, on.servo.axis.advance
-
-        def listen(*packet: object) -> object:
-            nonlocal heard
-            heard = on.clock.now()
-            return answer(*packet)  # type: ignore[arg-type]
-
-        def move(seconds: float) -> None:
-            nonlocal moved
-            for _ in range(max(1, round(seconds / 0.005))):
-                advance(seconds / max(1, round(seconds / 0.005)))
-                elapsed.append(0.005)
-                if abs(on.servo.axis.velocity) > 0.02:
-                    moved = sum(elapsed)
-
-        elapsed: list[float] = []
-        on.servo.answer = listen  # type: ignore[assignment,method-assign]
-        on.servo.axis.advance = move  # type: ignore[method-assign]
         with pytest.raises(NotAnswering):
             play(on, tmp_path)
         on.later(1.0)
-        silence = on.clock.now() - heard
-        stood_still = sum(elapsed) - moved
-        assert silence - stood_still == pytest.approx(WATCHDOG_S + 0.07, abs=0.08)
+        stood_after = on.clock.now() - on.servo.axis.still_s - (on.mishaps.struck_at or 0.0)
+        assert WATCHDOG_S < stood_after < STOPS_WITHIN_S
         assert on.servo.table["bus_watchdog"] == -1
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_killed_process_leaves_a_whole_log_and_a_standing_axis(seed: int) -> None:
+    """A sample of `make study-reliability`."""
+    found = killed(seed)
+    assert found.tripped
+    assert found.stood_after_s < STOPS_WITHIN_S
+    assert found.whole
+    assert found.rows > 20
 
 
 @pytest.mark.parametrize(("seconds", "trips"), [(0.06, False), (0.5, True)])
