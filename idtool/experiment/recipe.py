@@ -17,7 +17,6 @@ carries its unit; on a linear axis (`axis = "linear"`) read m for rad.
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -28,6 +27,7 @@ from idtool.axis import is_finite, short
 from idtool.errors import InputError, nearest
 from idtool.experiment.trajectory import BackAndForth, Motion, Sines
 from idtool.rig.base import TrialSetup
+from idtool.toml_text import parse_toml
 from idtool.units import Kind, file_key
 
 SCHEMA = "ffc-id/recipe/1"
@@ -178,7 +178,7 @@ def parse_recipe(
         InputError: naming `source`, the key and the remedy.
     """
     try:
-        document = tomllib.loads(text)
+        document = parse_toml(text)
     except (ValueError, RecursionError) as error:  # a whole number too long to read is a ValueError
         reason = str(error).splitlines()[0].rstrip(".")
         raise InputError(f"is not TOML ({reason})", file=source, remedy="mend that place") from error
