@@ -2,13 +2,14 @@
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
 # make study-accuracy measures the estimator over many simulated sessions (half an hour).
+#   make fuzz    coverage-guided fuzzing of every reader, a minute each (Linux)
 # make study-reliability tries every fault of a servo and its bus (ten minutes).
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests bench study-accuracy study-reliability clean
+.PHONY: demo test lint types tests bench study-accuracy study-reliability fuzz clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -38,6 +39,12 @@ study-accuracy: $(VENV)/.ready-dev
 study-reliability: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.reliability
 
+# A finding is left as a file crash-*, oom-* or timeout-*.
+fuzz: $(VENV)/.ready-fuzz
+	for target in log parameters plant recipe packets answers; do \
+	    $(BIN)/python -m studies.fuzz $$target -max_total_time=60 -rss_limit_mb=2000 -timeout=20 || exit 1; \
+	done
+
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit("ffc-id needs Python 3.11 or newer: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else 0'
 	$(PYTHON) -m venv $(VENV)
@@ -52,6 +59,10 @@ $(VENV)/.ready-dev: pyproject.toml constraints.txt | $(VENV)/bin/python
 
 $(VENV)/.ready-bench: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'
+	@touch $@ $(VENV)/.ready
+
+$(VENV)/.ready-fuzz: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[fuzz]'
 	@touch $@ $(VENV)/.ready
 
 clean:
