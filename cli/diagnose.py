@@ -136,7 +136,7 @@ def read_logs(logs: Sequence[Path], torque_constant: float | None, output: Outpu
 def finish(result: Identification, folder: Path, seed: int, output: Output) -> None:
     """Write the folder and print the verdict."""
     from idtool.report import write_report
-    from idtool.results import write_results
+    from idtool.results import NEXT_RECIPE, write_results
 
     write_results(result, folder, command=command_line(), seed=seed)
     output.say("  drawing the report ...")
@@ -147,6 +147,8 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
 
         print_parameters(console, result.parameters, ("gravity", "static", "dynamic", "effects"))
         print_verdict(console, result.diagnosis)
+        if result.diagnosis["next_experiment"]:
+            click.echo(f"  ffc-id run --recipe {folder / NEXT_RECIPE} -o next.csv makes it")
         click.echo(f"report: {page}")
 
     output.result(result.diagnosis, show)
@@ -181,5 +183,7 @@ def print_verdict(console: Console, diagnosis: dict[str, Any]) -> None:
     )
     if diagnosis["unexplained"]:
         click.echo(f"  unexplained: {diagnosis['unexplained']['note']}")
+    if diagnosis["next_experiment"]:
+        click.echo(f"  next experiment: {diagnosis['next_experiment']['why']}")
     for note in diagnosis["notes"]:
         click.echo(f"  note: {note}")

@@ -14,8 +14,10 @@ from typing import Any
 
 from idtool import __version__
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
+from idtool.diagnosis.following import Following
 from idtool.effects import registry
 from idtool.errors import InputError, nearest
+from idtool.experiment.recipe import document_of_command
 from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fit, step_down
 from idtool.fit.identifiability import PARTS, Shortcoming, rows_left_out, shortcomings
 from idtool.fit.joint import JointFit
@@ -69,8 +71,20 @@ class Identification:
         """The document of diagnosis.json."""
         document = self.evidence.to_document()
         document["notes"] = self.notes + document["notes"]
-        document["findings"] = [one.to_document() for one in [*self.stepped_down, *shortcomings(self.fit)]]
+        lacking = [*self.stepped_down, *shortcomings(self.fit)]
+        document["findings"] = [one.to_document() for one in lacking]
+        if document["next_experiment"] is None:
+            document["next_experiment"] = self._run_for(lacking)
         return document
+
+    def _run_for(self, lacking: list[Shortcoming]) -> dict[str, Any] | None:
+        """The run that shows the first parameter that the data do not determine."""
+        kind = self.recording.axis.kind
+        for one in lacking:
+            if one.parameters and one.run and kind == "rotary":  # the bundled recipes are for a rotary axis
+                following = Following(document_of_command(one.run, kind), (), f"{one.why}: {one.remedy}.")
+                return following.to_document()
+        return None
 
 
 def identify(

@@ -14,9 +14,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import tomli_w
 
 from idtool import __version__
 from idtool.atomic import atomic_write
+from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.errors import InputError
 from idtool.fit.joint import JointFit
 from idtool.fit.search import cost_over_stiffness
@@ -26,6 +28,8 @@ from idtool.identification import Identification
 from idtool.model.stribeck import steady
 from idtool.parameters import Parameters
 
+#: The recipe of the next experiment, where there is one.
+NEXT_RECIPE = "next_experiment.toml"
 FILES = ("params.toml", "diagnosis.json", "evidence.json", "evidence.csv.gz", "report.html")
 
 
@@ -68,8 +72,18 @@ def write_results(
     make_folder(folder)
     (parameters or result.parameters).write(folder / "params.toml", force=True)
     write_json(folder / "diagnosis.json", result.diagnosis)
+    _write_recipe(folder / NEXT_RECIPE, result.diagnosis["next_experiment"])
     write_json(folder / "evidence.json", evidence_document(result, command, seed))
     write_rows(folder / "evidence.csv.gz", evidence_rows(result))
+
+
+def _write_recipe(path: Path, following: dict[str, Any] | None) -> None:
+    """The recipe of the next experiment, with why as its first line; that of an earlier result goes."""
+    if following is None:
+        path.unlink(missing_ok=True)
+        return
+    with atomic_write(path) as stream:
+        stream.write(f"# {following['why']}\n{tomli_w.dumps(following['recipe'])}")
 
 
 def write_json(path: Path, document: Any) -> None:
@@ -164,6 +178,10 @@ def evidence_document(result: Identification, command: str, seed: int) -> dict[s
         "residual_tests": {
             name: [{"variable": t.variable, "p_value": t.p_value, "share": t.share} for t in tests]
             for name, tests in (("before", evidence.tests_before), ("after", evidence.tests_after))
+        },
+        "cumulative_periodograms": {
+            name: [curve.to_document() for curve in cumulative_periodograms(one)]
+            for name, one in (("before", evidence.base), ("after", fit))
         },
         "command": command,
         "versions": versions(),

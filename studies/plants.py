@@ -16,7 +16,6 @@ from idtool.log import Log
 from idtool.rig.plant_file import PlantFile
 from idtool.rig.simulated import SimulatedRig
 
-RECIPES = Path(__file__).parent.parent / "recipes"
 #: The packaged experiments that a session consists of.
 SESSION = ("gravity", "sweep", "sine")
 
@@ -69,19 +68,19 @@ def random_plant(rng: np.random.Generator) -> Plant:
     The Stribeck curve falls or rises by 15 to 50 %; the friction model is passive, as a real axis is.
     """
     while True:
-        coulomb = _between(rng, 0.04, 0.15)
-        ratio = _between(rng, 1.15, 1.6)
+        coulomb = between(rng, 0.04, 0.15)
+        ratio = between(rng, 1.15, 1.6)
         static = coulomb * (ratio if rng.random() < 0.7 else 1.0 / ratio)
         plant = Plant(
             coulomb=coulomb,
             static=static,
-            stribeck_velocity=_between(rng, 0.04, 0.12),
-            viscous=_between(rng, 0.08, 0.25),
-            bristle_stiffness=max(coulomb, static) / _between(rng, 0.01, 1.0),
-            bristle_damping=_between(rng, 0.1, 0.35),
-            inertia=_between(rng, 0.004, 0.015),
-            base=_between(rng, 0.1, 0.3),
-            per_payload=_between(rng, 0.3, 0.6),
+            stribeck_velocity=between(rng, 0.04, 0.12),
+            viscous=between(rng, 0.08, 0.25),
+            bristle_stiffness=max(coulomb, static) / between(rng, 0.01, 1.0),
+            bristle_damping=between(rng, 0.1, 0.35),
+            inertia=between(rng, 0.004, 0.015),
+            base=between(rng, 0.1, 0.3),
+            per_payload=between(rng, 0.3, 0.6),
         )
         if plant.viscous > 1.2 * plant.bristle_damping * (static - coulomb) / coulomb:
             return plant
@@ -100,19 +99,17 @@ def record_session(
     *,
     temperature: bool = True,
 ) -> list[Log]:
-    """Run recipes on the axis, as `ffc-id run` does, and read the logs back."""
+    """Run recipes on the axis one after another, as `ffc-id demo` does, and read the logs back."""
     logs = []
-    with tempfile.TemporaryDirectory() as folder:
-        for number, recipe in enumerate(recipes):
-            source = RECIPES / f"{recipe}.toml" if isinstance(recipe, str) else recipe
-            path = Path(folder) / f"{source.stem}.csv"
-            file = plant.to_file(sensors, temperature=temperature)
-            with SimulatedRig(file, seed=100 * seed + number) as rig:
-                run(read_recipe(source), rig, path)
+    rig = SimulatedRig(plant.to_file(sensors, temperature=temperature), seed=seed)
+    with tempfile.TemporaryDirectory() as folder, rig:
+        for recipe in recipes:
+            path = Path(folder) / f"{Path(recipe).stem}.csv"
+            run(read_recipe(str(recipe)), rig, path)
             logs.append(Log.read(path))
     return logs
 
 
-def _between(rng: np.random.Generator, low: float, high: float) -> float:
+def between(rng: np.random.Generator, low: float, high: float) -> float:
     """Log-uniform."""
     return math.exp(rng.uniform(math.log(low), math.log(high)))

@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import Selection, select
 from idtool.diagnosis.split import Split, split
+from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, on_recording, refit
 from idtool.fit.model import JointModel, Spec
-from idtool.fit.results import effect_entry
+from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
 from idtool.signals import Recording
 from idtool.units import file_key
 
@@ -36,6 +38,7 @@ class Diagnosis:
         selection: the search for effects on the training trials.
         final: the extended model fitted on all trials; its parameters are the result.
         tests_before, tests_after: dependence of the residual on what was measured.
+        following: the run that would tell what these logs leave open.
         notes: sentences for the reader.
     """
 
@@ -45,6 +48,7 @@ class Diagnosis:
     final: JointFit
     tests_before: list[ResidualTest]
     tests_after: list[ResidualTest]
+    following: Following | None = None
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -127,7 +131,11 @@ class Diagnosis:
                 }
                 for c in self.selection.candidates.values()
             ],
-            "next_experiment": None,
+            "residual": {
+                "before": _residual_document(self.base, self.tests_before),
+                "after": _residual_document(self.final, self.tests_after),
+            },
+            "next_experiment": self.following and self.following.to_document(),
             "friction": self.final.model.spec.friction,
             "notes": self.notes,
         }
@@ -190,11 +198,37 @@ def diagnose(
         notes.append(
             "there are too few trials to hold some out, so contiguous blocks of time stand in for trials."
         )
-    return Diagnosis(parts, base, selection, final, test_residual(base), test_residual(final), notes)
+    following = _following(selection, final, tell)
+    tests = test_residual(base), test_residual(final)
+    return Diagnosis(parts, base, selection, final, *tests, following, notes)
+
+
+def _following(selection: Selection, final: JointFit, tell: Callable[[str], None]) -> Following | None:
+    """A run that tells apart what ties, or else one for a parameter that is not determined."""
+    for name, rivals in selection.alternatives.items():
+        tell(f"looking for a run that tells {name} from {rivals[0]}")
+        if found := between_models(selection.fit, selection.rivals[name], (name, rivals[0])):
+            return found
+    for part, values in (("static", static_parameters(final)), ("dynamic", dynamic_parameters(final))):
+        for name, value in values.items():
+            if not value.identified:
+                tell(f"looking for a run that determines {part} {name}")
+                if found := for_parameter(final, name):
+                    return found
+    return None
 
 
 def _everywhere(fit: JointFit, recording: Recording) -> JointFit:
     return on_recording(fit, JointModel.build(recording, fit.model.spec, fit.model.constants))
+
+
+def _residual_document(fit: JointFit, tests: list[ResidualTest]) -> dict[str, Any]:
+    """How far a residual is from noise, in numbers."""
+    return {
+        "correlated_rows": autocorrelation(fit),
+        "cumulative_periodogram": {p.over: p.p_value for p in cumulative_periodograms(fit)},
+        "depends_on": {t.variable: {"share": t.share, "p_value": t.p_value} for t in tests},
+    }
 
 
 def _pair(before: JointFit, after: JointFit, rows: NDArray[np.bool_]) -> dict[str, float]:

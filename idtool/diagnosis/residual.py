@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import fft, ndimage, stats
 
 from idtool.diagnosis.evidence import Background
+from idtool.diagnosis.lines import strongest_line
 from idtool.fit.covariance import correlation_rows
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
@@ -17,6 +19,8 @@ DEPENDS = 0.10
 #: ... and chance would do so less often than this.
 _CHANCE = 1e-4
 _SMOOTH = 8
+#: Friction changes sign with the motion: what changes friction shows only with the direction taken out.
+_SMOOTH_WITH_DIRECTION = 5
 
 
 @dataclass(frozen=True)
@@ -55,10 +59,14 @@ def test_residual(fit: JointFit) -> list[ResidualTest]:
     }
     for name, values in variables.items():
         if values is not None and np.ptp(values[rows]) > 1e-9 * (1.0 + np.max(np.abs(values))):
-            smooth = _smooth_test(background, name, values[rows])
-            # over the position a residual can also ripple, which no smooth function shows
-            ripple = _ripple_test(background, values[rows]) if name == "position" else smooth
-            tests.append(max(smooth, ripple, key=lambda test: test.share))
+            direction = None if name in ("velocity", "acceleration") else np.sign(motion.velocity[rows])
+            found = [_smooth_test(background, name, values[rows], direction)]
+            # a residual can also beat in time or ripple over the angle, which no smooth function shows
+            if name == "position" and np.ptp(values) > 0:
+                found.append(_line_test(background, name, values[rows]))
+            if name == "time":
+                found.append(_rhythm_test(background))
+            tests.append(max(found, key=lambda test: test.share))
     tests.append(_dummies_test(background, "direction", np.sign(motion.velocity[rows])))
     tests.append(_dummies_test(background, "order", recording.filtered_trial.astype(float)))
     return sorted(tests, key=lambda test: -test.share)
@@ -72,10 +80,12 @@ def autocorrelation(fit: JointFit) -> float:
     return correlation_rows(fit.residual, fit.model.recording.filtered_trial)
 
 
-def _smooth_test(background: Background, name: str, values: Array) -> ResidualTest:
+def _smooth_test(background: Background, name: str, values: Array, direction: Array | None) -> ResidualTest:
     rank = stats.rankdata(values) / len(values)  # equal numbers of rows under each bend
-    columns = np.column_stack([np.cos(np.pi * k * rank) for k in range(1, _SMOOTH + 1)])
-    return _test(background, name, columns)
+    columns = [np.cos(np.pi * k * rank) for k in range(1, _SMOOTH + 1)]
+    if direction is not None:
+        columns += [direction * column for column in columns[:_SMOOTH_WITH_DIRECTION]]
+    return _test(background, name, np.column_stack(columns))
 
 
 def _dummies_test(background: Background, name: str, values: Array) -> ResidualTest:
@@ -83,21 +93,46 @@ def _dummies_test(background: Background, name: str, values: Array) -> ResidualT
     return _test(background, name, np.column_stack([(values == level).astype(float) for level in levels]))
 
 
-def _ripple_test(background: Background, position: Array) -> ResidualTest:
-    """The strongest line of the spectrum over the angle, below what the rows resolve."""
-    stroke = float(np.ptp(position))
-    if stroke <= 0:
-        return ResidualTest("position", 0.0, 1.0)
-    count = int(min(400, max(len(position) // 20, 8)))
-    residual = background.residual[: len(position)]
-    total = float(residual @ residual)
-    best = 0.0
-    for k in range(2, count):
-        wave = np.exp(1j * 2.0 * np.pi * k * position / stroke)
-        best = max(best, 2.0 * float(np.abs(wave @ residual)) ** 2 / len(position) / max(total, 1e-300))
-    share = min(best, 1.0)
-    single = _chance(background, share, 2)
-    return ResidualTest("position", share, float(min(1.0, single * count)))
+def _line_test(background: Background, name: str, values: Array) -> ResidualTest:
+    """The strongest sine of a variable, from one period over its range to what the rows resolve."""
+    span = float(np.ptp(values))
+    highest = 2.0 * np.pi * min(400, max(len(values) // 20, 8)) / span
+    frequency, looked_at = strongest_line(background, values, 2.0 * np.pi / span, highest)
+    angle = frequency * values
+    test = _test(background, name, np.column_stack([np.sin(angle), np.cos(angle)]))
+    return ResidualTest(name, test.share, min(1.0, test.p_value * looked_at))
+
+
+def _rhythm_test(background: Background) -> ResidualTest:
+    """The strongest line of the spectrum in time, each trial with its own phase.
+
+    A ringing that every trial starts anew has no common phase, but the power of all trials together
+    stands out at its frequency.
+    """
+    recording = background.fit.model.recording
+    n = len(recording.row)
+    residual, trial = background.residual[:n], recording.filtered_trial
+    size = fft.next_fast_len(int(np.max(np.bincount(trial))), real=True)
+    power = np.zeros(size // 2 + 1)
+    windows = 0.0
+    for t in range(recording.trials):
+        piece = residual[trial == t]
+        if len(piece) < 16:
+            continue
+        # all trials on one axis of frequencies; a longer one has the finer lines
+        power += np.abs(fft.rfft(piece - piece.mean(), size)) ** 2 / len(piece)
+        windows += 1.0
+    if windows == 0.0:
+        return ResidualTest("time", 0.0, 1.0)
+    power = power[1:] / windows
+    wide = max(len(power) // 12, 8)
+    level = ndimage.median_filter(power, wide, mode="nearest") / math.log(2.0)
+    stands_out = np.maximum(power - 3.0 * level, 0.0)
+    share = float(stands_out.sum() / power.sum())
+    peak = float(np.max(power / np.maximum(level, 1e-300)))
+    # the mean of `windows` exponential ordinates over their level
+    single = float(stats.gamma.sf(peak, windows, scale=1.0 / windows))
+    return ResidualTest("time", share, min(1.0, single * len(power)))
 
 
 def _test(background: Background, name: str, columns: Array) -> ResidualTest:

@@ -9,15 +9,19 @@ that tie the simpler is taken. When nothing passes, effects that became unneeded
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
+from idtool.diagnosis.lines import strongest_line
+from idtool.diagnosis.residual import test_residual
 from idtool.effects.base import Effect, derivative
+from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
+from idtool.fit.starts import with_starts
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
 
@@ -29,11 +33,12 @@ LEAST_GAIN = 0.01
 _CLEAR = 2.0
 #: Bayesian evidence that a larger model needs (Kass & Raftery 1995 call 6 "strong").
 _LEAST_EVIDENCE = 6.0
+#: An effect must take away this many times what still depends on its variable.
+_MIMIC = 3.0
 _REFITTED = 4
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
 _SPENT = 20
 _MOST_EFFECTS = 8
-_CHUNK = 64
 
 
 @dataclass
@@ -76,6 +81,7 @@ class Selection:
         candidates: one per effect of the library.
         alternatives: accepted effect -> effects that explain the data as well.
         p_values: accepted effect -> p-value when it was accepted.
+        rivals: accepted effect -> the fit with its first alternative in its place.
         searched: the last fit whose friction curve was searched for anew.
     """
 
@@ -83,6 +89,7 @@ class Selection:
     candidates: dict[str, Candidate]
     alternatives: dict[str, list[str]] = field(default_factory=dict)
     p_values: dict[str, float] = field(default_factory=dict)
+    rivals: dict[str, JointFit] = field(default_factory=dict)
     searched: JointFit | None = None
 
 
@@ -97,6 +104,7 @@ def select(
         tell: called with a sentence on what is being tried.
     """
     selection = Selection(base, {effect.name: Candidate(effect.name) for effect in library})
+    _begin_with_inertia(selection, library)
     for _ in range(_MOST_EFFECTS):
         winner = _round(selection, library, tell)
         if winner is not None:
@@ -104,9 +112,30 @@ def select(
         elif not _searched_anew(selection, tell):
             break
     _drop_unneeded(selection, tell)
+    _drop_mimics(selection, tell)
     _simplify(selection, library, tell)
     _find_alternatives(selection, library, tell)
     return selection
+
+
+def _begin_with_inertia(selection: Selection, library: Sequence[Effect]) -> None:
+    """Take inertia in at once where the likelihood asks for it: every axis has it, and what it leaves in the
+    residual would be mistaken for something else. At the end it is dropped if it is not needed."""
+    inertia = next((effect for effect in library if effect.name == "inertia"), None)
+    if inertia is None or inertia.missing(selection.fit.model.recording.motion):
+        return
+    best, start, _ = best_score(Background.of(selection.fit), inertia)
+    if best.p_value > _ALPHA:
+        return
+    trial = _try(selection.fit, inertia, best, start, best.p_value)
+    if (
+        gain_in_evidence(selection.fit, trial.fit) > _LEAST_EVIDENCE
+        and trial.fit.values["inertia.inertia"] > 0
+    ):
+        candidate = selection.candidates["inertia"]
+        candidate.gain, candidate.p_value, candidate.accepted = best.gain, best.p_value, True
+        candidate.held_out, candidate.why = root_mean(trial.left_out, trial.fit), "every axis has it"
+        selection.fit, selection.p_values["inertia"] = _with_its_own_load(trial.fit), best.p_value
 
 
 def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
@@ -161,10 +190,25 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     selection.fit = settle(solve(winner.fit.model, winner.fit.x, bend=winner.fit.bend))
     if worth_a_restart(selection.fit):
         selection.fit = selection.searched = restart(selection.fit)
+    selection.fit = _with_its_own_load(selection.fit)
     candidate = selection.candidates[winner.effect.name]
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
     selection.p_values[winner.effect.name] = winner.p_value
     return winner
+
+
+def _with_its_own_load(fit: JointFit) -> JointFit:
+    """The fit with the load that its own gravity puts on the axis: what an effect that was missing did to the
+    gravity before it came in must not stay in the load of those that depend on it."""
+    model = fit.model
+    recording = with_load(model.recording, fit)
+    before, now = model.recording.motion.load, recording.motion.load
+    if before is None or now is None or np.allclose(before, now, rtol=1e-4, atol=1e-4 * float(np.ptp(now))):
+        return fit
+    loaded = JointModel.build(recording, model.spec, model.constants)
+    if any("load" in need for effect in model.spec.effects for need in effect.needs):
+        return refit(fit, loaded)
+    return replace(fit, model=with_starts(loaded, model.starts))
 
 
 def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str, float], int]:
@@ -178,8 +222,8 @@ def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str,
     tried = len(starts)
     wave = effect.wave(motion)
     if wave is not None:
-        shape = next(iter(starts[0]))
-        starts = [_scan(background, wave[model.recording.row], shape, starts)]
+        frequency, tried = strongest_line(background, wave.of[model.recording.row], wave.lowest, wave.highest)
+        starts = [{wave.coordinate: frequency}]
     best: tuple[Score, dict[str, float]] | None = None
     for start in starts:
         strengths = [c for c in coordinates if c.name not in start]
@@ -189,6 +233,10 @@ def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str,
         columns = model.project(fit.x, fit.bend, fit.start, directions).jacobian
         assert columns is not None
         result = score(background, columns)
+        # what the effect cannot do (a strength below zero) does not count for it
+        able = [c.lower <= values[c.name] + d <= c.upper for c, d in zip(strengths, result.step, strict=True)]
+        if not all(able):
+            result = score(background, columns * np.array(able))
         found = {**start}
         for c, step in zip(strengths, result.step, strict=True):
             found[c.name] = float(np.clip(values[c.name] + step, c.lower, c.upper))
@@ -196,27 +244,6 @@ def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str,
             best = (result, found)
     assert best is not None
     return best[0], best[1], tried
-
-
-def _scan(
-    background: Background, wave: Array, shape: str, starts: list[dict[str, float]]
-) -> dict[str, float]:
-    """The most promising frequency of a periodic effect: sine and cosine against the residual."""
-    n = len(wave)
-    residual, basis = background.residual[:n], background.basis[:n]
-    frequency = np.array([start[shape] for start in starts])
-    gains = np.empty(len(starts))
-    for begin in range(0, len(starts), _CHUNK):
-        angle = np.outer(wave, frequency[begin : begin + _CHUNK])
-        parts = [np.sin(angle), np.cos(angle)]
-        sine, cosine = (part - basis @ (basis.T @ part) for part in parts)
-        ss, cc, sc = (
-            np.einsum("ij,ij->j", a, b) for a, b in ((sine, sine), (cosine, cosine), (sine, cosine))
-        )
-        sr, cr = residual @ sine, residual @ cosine
-        determinant = np.maximum(ss * cc - sc * sc, 1e-9 * n * n)
-        gains[begin : begin + _CHUNK] = (cc * sr * sr - 2.0 * sc * sr * cr + ss * cr * cr) / determinant
-    return starts[int(np.argmax(gains))]
 
 
 def _holm(
@@ -335,6 +362,40 @@ def _drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
                 break
 
 
+def _drop_mimics(selection: Selection, tell: Callable[[str], None]) -> None:
+    """Drop effects that follow only a part of something else.
+
+    A bump at one place has a Fourier component that a ripple can take away, and what is left still depends on
+    the place. An effect is not the explanation where what is left over its own variable is of the order of
+    what it took away.
+    """
+    while True:
+        fit = selection.fit
+        left = {test.variable: test.share * fit.sse for test in test_residual(fit) if test.depends}
+        suspects = [
+            (max(left[variable] for variable in effect.follows if variable in left), effect)
+            for effect in fit.model.spec.effects
+            if effect.name != "inertia" and left.keys() & set(effect.follows)
+        ]
+        mimics = []
+        for remains, effect in suspects:
+            tell(f"trying without {effect.name}")
+            model = JointModel.build(
+                fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants
+            )
+            smaller = refit(fit, model)
+            if smaller.sse - fit.sse < _MIMIC * remains:
+                mimics.append((smaller.sse, effect, smaller))
+        if not mimics:
+            return
+        _, effect, selection.fit = min(mimics, key=lambda mimic: mimic[0])
+        candidate = selection.candidates[effect.name]
+        candidate.accepted = False
+        candidate.why = f"follows only a part of what depends on {' and '.join(effect.follows)}"
+        selection.alternatives.pop(effect.name, None)
+        selection.p_values.pop(effect.name, None)
+
+
 def _simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> None:
     """Put a special case in the place of an accepted effect wherever it does as well."""
     by_name = {effect.name: effect for effect in library}
@@ -384,6 +445,7 @@ def _find_alternatives(selection: Selection, library: Sequence[Effect], tell: Ca
             swapped = _swap(fit, effect, other)
             if len(swapped.fit.x) == len(fit.x) and ties(swapped.left_out, left_out):
                 found.setdefault(effect.name, []).append(name)
+                selection.rivals.setdefault(effect.name, swapped.fit)
                 selection.candidates[name].why = f"explains the data as well as {effect.name}, which is taken"
     selection.alternatives = found
 

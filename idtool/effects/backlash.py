@@ -56,6 +56,7 @@ class Backlash(Effect):
 
     name = "backlash"
     title = "Backlash"
+    follows = ("position",)
     formula = "g(w) times 1 - share while the motor crosses the gap after a reversal; play operator"
     reveals = "reversals near zero load"
     look_alikes = ("hysteresis", "transport_delay")

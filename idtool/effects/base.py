@@ -92,11 +92,28 @@ class Past:
         )
 
 
+@dataclass(frozen=True)
+class Wave:
+    """For an effect that is a sine of something: what a search over all its frequencies needs.
+
+    Attributes:
+        coordinate: the shape coordinate that holds the frequency.
+        of: what the sine is of, rad per unit of that coordinate, shape (rows,).
+        lowest, highest: frequencies between which to look.
+    """
+
+    coordinate: str
+    of: Array
+    lowest: float
+    highest: float
+
+
 class Effect(ABC):
     """One physical cause. Sub-classes are final and hold no state.
 
     Attributes:
         name, title, formula: how files, people and the report call it.
+        follows: what it is a function of, as the residual's tests name it.
         reveals: the run that shows it best.
         look_alikes: effects that are hard to tell from it.
         citation: where it is described.
@@ -112,6 +129,7 @@ class Effect(ABC):
     name: ClassVar[str]
     title: ClassVar[str]
     formula: ClassVar[str]
+    follows: ClassVar[tuple[str, ...]]
     reveals: ClassVar[str]
     look_alikes: ClassVar[tuple[str, ...]] = ()
     citation: ClassVar[str]
@@ -147,9 +165,8 @@ class Effect(ABC):
         """
         return [{}]
 
-    def wave(self, motion: Motion) -> Array | None:
-        """For an effect that is a sine of something: that something over the rows (rad per unit of the
-        shape coordinate), so that a search can look at all of `starts` at once. None for the others."""
+    def wave(self, motion: Motion) -> Wave | None:
+        """For an effect that is a sine of something; its `starts` are not used then. None for the others."""
         return None
 
     def untestable(self, motion: Motion) -> str | None:

@@ -63,6 +63,7 @@ class Compliance(Effect):
 
     name = "compliance"
     title = "Compliance"
+    follows = ("acceleration",)
     formula = "J_load (a_load - a), J_load a_load = k (q - q_load) + c (w - w_load)"
     reveals = "sines of rising frequency, beyond the resonance; the same with another payload"
     look_alikes = ("inertia", "transport_delay")

@@ -15,6 +15,7 @@ from idtool.model.motion import Motion
 class DirectionAsymmetry(Effect):
     name = "direction_asymmetry"
     title = "Direction asymmetry"
+    follows = ("velocity", "direction")
     formula = "c |w|, that is a viscous coefficient sigma2 + c forwards and sigma2 - c backwards"
     reveals = "both directions at several speeds"
     look_alikes = ("torque_offset",)

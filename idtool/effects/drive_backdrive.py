@@ -15,6 +15,7 @@ from idtool.model.motion import Motion
 class DriveBackdrive(Effect):
     name = "drive_backdrive"
     title = "Drive and backdrive"
+    follows = ("load",)
     formula = "g(w) + mu |tau_load|, with one mu raising the load and another lowering it"
     reveals = "raise against lower at three or more payloads"
     look_alikes = ("load_dependent_friction", "torque_constant_saturation")

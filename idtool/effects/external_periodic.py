@@ -7,17 +7,16 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Values, Wave
 from idtool.model.contribution import Contribution
-from idtool.model.motion import Array, Motion
-
-_MOST_STARTS = 1500
+from idtool.model.motion import Motion
 
 
 @final
 class ExternalPeriodic(Effect):
     name = "external_periodic"
     title = "External periodic torque"
+    follows = ("time",)
     formula = "A sin(2 pi f t + phi)"
     reveals = "anything long and slow, on a clock that runs on"
     look_alikes = ("position_ripple",)
@@ -38,24 +37,18 @@ class ExternalPeriodic(Effect):
         return Contribution(torque=values["sin"] * np.sin(angle) + values["cos"] * np.cos(angle))
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
-        """Frequencies half a resolution cell apart, from two beats in the longest trial upwards."""
-        ends = np.append(motion.starts[1:], len(motion)) - 1
-        longest = float(np.max(motion.time[ends] - motion.time[motion.starts]))
-        lowest = 2.0 / longest
-        highest = 0.1 / float(np.median(motion.step[~motion.first]))
-        spacing = 0.5 / float(np.ptp(motion.time))
-        count = int((highest - lowest) / spacing)
-        if count > _MOST_STARTS:
-            return [{"frequency": float(f)} for f in np.geomspace(lowest, highest, _MOST_STARTS)]
-        return [{"frequency": lowest + k * spacing} for k in range(max(count, 0))]
+        return [{"frequency": self.wave(motion).lowest}]
 
-    def wave(self, motion: Motion) -> Array:
-        return 2.0 * math.pi * motion.time
+    def wave(self, motion: Motion) -> Wave:
+        """From two beats in the longest trial upwards."""
+        ends = np.append(motion.starts[1:], len(motion)) - 1
+        longest = max(float(np.max(motion.time[ends] - motion.time[motion.starts])), 1e-12)
+        highest = 0.1 / float(np.median(motion.step[~motion.first]))
+        return Wave("frequency", 2.0 * math.pi * motion.time, 2.0 / longest, highest)
 
     def untestable(self, motion: Motion) -> str | None:
-        if not self.starts(motion):
-            return "no trial is long enough to hold two beats"
-        return None
+        wave = self.wave(motion)
+        return None if wave.highest > wave.lowest else "no trial is long enough to hold two beats"
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         return {

@@ -14,6 +14,7 @@ from idtool.model.motion import Motion
 class Inertia(Effect):
     name = "inertia"
     title = "Inertia"
+    follows = ("acceleration",)
     formula = "J a"
     reveals = "sines of rising frequency"
     look_alikes = ("transport_delay", "compliance")

@@ -15,6 +15,7 @@ from idtool.model.motion import Motion
 class LoadDependentFriction(Effect):
     name = "load_dependent_friction"
     title = "Load-dependent friction"
+    follows = ("load",)
     formula = "g(w) + mu |tau_load|"
     reveals = "three or more payloads, both directions"
     look_alikes = ("drive_backdrive", "torque_constant_saturation")

@@ -15,6 +15,7 @@ from idtool.model.motion import Motion
 class NonlinearViscous(Effect):
     name = "nonlinear_viscous"
     title = "Nonlinear viscous friction"
+    follows = ("velocity",)
     formula = "c |w| w"
     reveals = "a wide range of speeds"
     look_alikes = ("stribeck_shape",)

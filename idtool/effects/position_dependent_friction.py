@@ -17,6 +17,7 @@ class PositionDependentFriction(Effect):
 
     name = "position_dependent_friction"
     title = "Position-dependent friction"
+    follows = ("position",)
     formula = "g(w) (1 + s1 x + s2 (2 x^2 - 1)), x = (q - centre) / half stroke, held at the ends"
     reveals = "the same speed at different places"
     look_alikes = ("position_stiffness", "position_ripple")

@@ -5,22 +5,37 @@ from __future__ import annotations
 import math
 from typing import final
 
+import numba
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Values, Wave
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
 _HARMONICS = (1, 2)
 #: Fewer periods than this over the stroke look like a stiffness, an offset or a friction slope.
 _LEAST_PERIODS = 2.0
-_MOST_STARTS = 1200
+
+
+@numba.njit(cache=True)
+def _harmonics(position: Array, cycles: float, strengths: Array, out: Array) -> None:
+    """Sum of sines and cosines of multiples of an angle; the multiples follow from the first two."""
+    for k in range(position.shape[0]):
+        angle = cycles * position[k]
+        sine, cosine = math.sin(angle), math.cos(angle)
+        s, c = 0.0, 1.0
+        total = 0.0
+        for n in range(strengths.shape[0]):
+            s, c = s * cosine + c * sine, c * cosine - s * sine
+            total += strengths[n, 0] * s + strengths[n, 1] * c
+        out[k] = total
 
 
 @final
 class PositionRipple(Effect):
     name = "position_ripple"
     title = "Position ripple"
+    follows = ("position",)
     formula = "sum over k = 1, 2 of A_k sin(k n q + phi_k)"
     reveals = "a slow sweep over the whole stroke; its spectrum over the angle"
     look_alikes = ("position_stiffness", "position_dependent_friction", "external_periodic")
@@ -43,29 +58,27 @@ class PositionRipple(Effect):
     )
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
-        torque: Array | float = 0.0
-        for k in _HARMONICS:
-            angle = k * values["cycles"] * motion.position
-            torque = torque + values[f"sin_{k}"] * np.sin(angle) + values[f"cos_{k}"] * np.cos(angle)
+        torque = np.empty(len(motion))
+        strengths = np.array([[values[f"sin_{k}"], values[f"cos_{k}"]] for k in _HARMONICS])
+        _harmonics(motion.position, values["cycles"], strengths, torque)
         return Contribution(torque=torque)
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
-        """Spatial frequencies half a resolution cell apart, up to what the sampling shows."""
-        stroke = float(np.ptp(motion.position))
-        lowest = _LEAST_PERIODS * 2.0 * math.pi / stroke
+        return [{"cycles": self.wave(motion).lowest}]
+
+    def wave(self, motion: Motion) -> Wave:
+        stroke = max(float(np.ptp(motion.position)), 1e-12)
         moving = np.abs(np.diff(motion.position))[~motion.first[1:]]
         # at the slowest tenth of the moving rows a period must hold at least six samples
         step = float(np.quantile(moving[moving > 0], 0.1)) if np.any(moving > 0) else stroke
-        highest = 2.0 * math.pi / (6.0 * step)
-        spacing = math.pi / stroke
-        count = int(min(max((highest - lowest) / spacing, 0), _MOST_STARTS))
-        return [{"cycles": lowest + k * spacing} for k in range(count)]
-
-    def wave(self, motion: Motion) -> Array:
-        return motion.position
+        lowest = _LEAST_PERIODS * 2.0 * math.pi / stroke
+        return Wave("cycles", motion.position, lowest, 2.0 * math.pi / (6.0 * step))
 
     def untestable(self, motion: Motion) -> str | None:
-        return None if self.starts(motion) else "the sampling is too coarse over the angle: move slower"
+        wave = self.wave(motion)
+        return (
+            None if wave.highest > wave.lowest else "the sampling is too coarse over the angle: move slower"
+        )
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         result = {"cycles": values["cycles"]}

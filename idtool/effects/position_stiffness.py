@@ -15,6 +15,7 @@ class PositionStiffness(Effect):
 
     name = "position_stiffness"
     title = "Position stiffness"
+    follows = ("position",)
     formula = "k (q - q0)"
     reveals = "slow moves over the whole stroke"
     look_alikes = ("torque_offset", "position_dependent_friction", "position_ripple")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from idtool.effects.backlash import Backlash
 from idtool.effects.base import Effect
+from idtool.effects.breakaway_dwell import BreakawayDwell
 from idtool.effects.compliance import Compliance
 from idtool.effects.direction_asymmetry import DirectionAsymmetry
 from idtool.effects.drive_backdrive import DriveBackdrive
 from idtool.effects.external_periodic import ExternalPeriodic
+from idtool.effects.hysteresis import Hysteresis
 from idtool.effects.inertia import Inertia
 from idtool.effects.load_dependent_friction import LoadDependentFriction
 from idtool.effects.nonlinear_viscous import NonlinearViscous
@@ -37,8 +39,10 @@ _LIBRARY: dict[str, Effect] = {
         TiltMisalignment(),
         PositionStiffness(),
         PositionDependentFriction(),
+        Hysteresis(),
         Backlash(),
         Compliance(),
+        BreakawayDwell(),
         ThermalDrift(),
         PositionRipple(),
         ExternalPeriodic(),

@@ -14,6 +14,7 @@ from idtool.model.stribeck import EXPONENT
 class StribeckShape(Effect):
     name = "stribeck_shape"
     title = "Stribeck shape"
+    follows = ("velocity",)
     formula = "exponent delta of exp(-|w / w_s|^delta), 2 in the paper"
     reveals = "many low speeds, closely spaced"
     look_alikes = ("nonlinear_viscous",)

@@ -20,6 +20,7 @@ class ThermalDrift(Effect):
 
     name = "thermal_drift"
     title = "Thermal drift"
+    follows = ("temperature", "time", "order")
     formula = "g(w) and sigma2 times exp(-b (T - T0)); without a sensor times exp(-d (1 - exp(-t / tau)))"
     reveals = "the same run cold and warm"
     look_alikes = ("load_dependent_friction",)

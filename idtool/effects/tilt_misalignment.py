@@ -15,6 +15,7 @@ from idtool.model.motion import Motion
 class TiltMisalignment(Effect):
     name = "tilt_misalignment"
     title = "Tilt misalignment"
+    follows = ("load",)
     formula = "tau_load at (alpha + d_alpha, beta + d_beta) instead of (alpha, beta)"
     reveals = "several tilts with a payload"
     look_alikes = ("torque_offset",)

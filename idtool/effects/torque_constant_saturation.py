@@ -13,6 +13,7 @@ from idtool.model.motion import Motion
 class TorqueConstantSaturation(Effect):
     name = "torque_constant_saturation"
     title = "Torque-constant saturation"
+    follows = ("load",)
     formula = "torque = K i (1 - kappa |i|)"
     reveals = "high payloads"
     look_alikes = ("load_dependent_friction", "drive_backdrive")

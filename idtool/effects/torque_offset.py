@@ -17,6 +17,7 @@ class TorqueOffset(Effect):
 
     name = "torque_offset"
     title = "Torque offset"
+    follows = ("direction",)
     formula = "b"
     reveals = "constant speeds in both directions with gravity out of the way"
     look_alikes = ("direction_asymmetry", "position_stiffness", "tilt_misalignment")

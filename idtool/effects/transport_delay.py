@@ -13,6 +13,7 @@ from idtool.model.motion import Motion
 class TransportDelay(Effect):
     name = "transport_delay"
     title = "Transport delay"
+    follows = ("acceleration",)
     formula = "torque of time t computed from the position and velocity reported at t + d"
     reveals = "sines of rising frequency"
     look_alikes = ("inertia", "compliance")

@@ -17,9 +17,11 @@ carries its unit; on a linear axis (`axis = "linear"`) read m for rad.
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
@@ -224,6 +226,17 @@ def _with_motion(entries: Any, kind: Kind, speeds: Sequence[float] | None, trave
                 entry[file_key("travel", "position", kind)] = travel
         result.append(entry)
     return result
+
+
+def document_of_command(command: str, kind: Kind) -> dict[str, Any]:
+    """The recipe, as a TOML document, that a command such as `ffc-id run-sweep --speeds 0.1,0.2` runs."""
+    _, run, *rest = shlex.split(command)
+    document = tomllib.loads(recipe_text(run.removeprefix("run-")))
+    options = dict(pairwise(rest))
+    speeds = [float(speed) for speed in options["--speeds"].split(",")] if "--speeds" in options else None
+    travel = float(options["--travel"]) if "--travel" in options else None
+    document["trials"] = _with_motion(document["trials"], kind, speeds, travel)
+    return document
 
 
 @dataclass(frozen=True)

@@ -178,6 +178,26 @@ class ResidualTests:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CumulativePeriodogram:
+    """Share of the residual's power below each share of the highest frequency, and that of noise."""
+
+    over: str
+    frequency: tuple[float, ...] = ()
+    power: tuple[float, ...] = ()
+    white: tuple[float, ...] = ()
+    band: float = 0.0
+    p_value: Number = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CumulativePeriodograms:
+    """Of the base model's residual and of the extended model's."""
+
+    before: tuple[CumulativePeriodogram, ...] = ()
+    after: tuple[CumulativePeriodogram, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class Facts:
     """`evidence.json`."""
 
@@ -192,6 +212,7 @@ class Facts:
     cost_over_sigma0: StiffnessCost | None = None
     correlation: Correlation | None = None
     residual_tests: ResidualTests | None = None
+    cumulative_periodograms: CumulativePeriodograms | None = None
     command: str = ""
     versions: dict[str, str] = field(default_factory=dict)
     seed: int | None = None

@@ -52,6 +52,7 @@ _KNOWN = (
     "residual_autocorrelation",
     "spectrum_time",
     "spectrum_angle",
+    "cumulative_periodogram",
     "candidates",
     "correlation",
     "bristle_stiffness",

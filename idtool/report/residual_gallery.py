@@ -17,7 +17,12 @@ from idtool.report.residual_figures import (
     residual_time_figure,
     rms,
 )
-from idtool.report.spectrum_figures import angle_spectrum_figure, autocorrelation_figure, periodogram_figure
+from idtool.report.spectrum_figures import (
+    angle_spectrum_figure,
+    autocorrelation_figure,
+    cumulative_figure,
+    periodogram_figure,
+)
 from idtool.report.style import axis_label
 from idtool.units import torque_name, unit_text
 
@@ -191,6 +196,18 @@ def _rhythms(evidence: Evidence) -> Iterator[Plate]:
             partial(periodogram_figure, frequency, power_before, power_after, kind=kind),
         )
     yield from _over_angle(evidence.rows, evidence)
+    curves = evidence.facts.cumulative_periodograms
+    if curves is not None and curves.after and len(curves.after) == len(curves.before):
+        said = " and ".join(f"{text.p_text(curve.p_value)} over {curve.over}" for curve in curves.after)
+        yield Plate(
+            "cumulative_periodogram",
+            "residual",
+            "Does the power add up as that of noise?",
+            "A residual of noise alone stays in the grey band. A rise at the left is slow structure, a "
+            f"step a rhythm. Chance of the extended model's curve if it were noise: {said}.",
+            "Cumulative periodogram of the residual in time and over the angle, before and after.",
+            partial(cumulative_figure, curves.before, curves.after),
+        )
 
 
 def _over_angle(rows: Rows, evidence: Evidence) -> Iterator[Plate]:

@@ -14,6 +14,8 @@ from idtool.units import Kind, unit_text
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from idtool.report.facts import CumulativePeriodogram
+
 _PAIR = ((style.BEFORE, "base model"), (style.AFTER, "extended model"))
 
 
@@ -57,6 +59,27 @@ def periodogram_figure(frequency: Array, before: Array, after: Array, *, kind: K
     panel.set_xlabel("Frequency, Hz")
     panel.set_ylabel(f"Power density, ({unit_text('torque', kind)})²/Hz")
     style.legend(figure, panel)
+    return figure
+
+
+@style.styled
+def cumulative_figure(
+    before: Sequence[CumulativePeriodogram], after: Sequence[CumulativePeriodogram]
+) -> Figure:
+    """Cumulative periodograms, a panel for time and one for the angle, with the band of noise."""
+    figure, panels = style.panels(height=3.6, columns=len(after))
+    style.title(figure, "Does the power add up as that of noise?")
+    for panel, old, new in zip(panels, before, after, strict=True):
+        white, low = np.array(new.white), np.array(new.frequency)
+        band = panel.fill_between(low, white - new.band, white + new.band, color=style.SHADE, lw=0)
+        band.set_label("noise alone, 95 %")
+        for curve, (colour, name) in zip((old, new), _PAIR, strict=True):
+            panel.plot(curve.frequency, curve.power, color=colour, label=name)
+        panel.set_xlim(0.0, 1.0)
+        panel.set_ylim(-0.03, 1.03)
+        panel.set_xlabel(f"Frequency over {new.over}, share of the highest")
+    panels[0].set_ylabel("Share of the power below it")
+    style.legend(figure, panels[0])
     return figure
 
 

@@ -35,6 +35,8 @@ EFFECTS: dict[str, dict[str, float]] = {
         "share_at_once": 0.3,
         "load_scale": 0.3,
     },
+    "hysteresis": {"stiffness": 0.5, "yield": 0.02},
+    "breakaway_dwell": {"gain": 0.5, "time_constant": 0.5, "rest_speed": 0.02, "wear": 0.05},
     "compliance": {"stiffness": 4.0, "damping": 0.02, "load_inertia": 0.01},
     "position_ripple": {
         "cycles": 7.0,

@@ -72,16 +72,18 @@ CASES = [
         "stiffness_nm_per_rad",
         0.03,
     ),
+    ("hysteresis", {"stiffness_nm_per_rad": 0.3, "yield_nm": 0.02}, "yield_nm", 0.03),
+    ("breakaway_dwell", {"gain": 0.8, "time_constant_s": 1.0}, "time_constant_s", 0.15),
 ]
 
 
-def session(folder: Path, plant: str, seed: int) -> list[Log]:
-    """Gravity, sweep and sine of a plant, run and read back."""
+def session(folder: Path, plant: str, seed: int, *more: str) -> list[Log]:
+    """Gravity, sweep, sine and more of a plant, run and read back."""
     file = folder / "plant.toml"
     file.write_text(plant)
     logs = []
     with open_rig(f"sim:{file}", seed=seed) as rig:
-        for name in ("gravity", "sweep", "sine"):
+        for name in ("gravity", "sweep", "sine", *more):
             log = folder / f"{name}.csv"
             run(read_recipe(name), rig, log)
             logs.append(Log.read(log))
@@ -94,7 +96,8 @@ def test_names_the_one_effect_that_nobody_declared(
 ) -> None:
     lines = "\n".join(f"{key} = {value}" for key, value in truth.items())
     plant = PLANT.format(sensors="lab") + f'[[effects]]\nname = "{name}"\n{lines}\n'
-    diagnosis = identify(session(tmp_path, plant, seed=5)).diagnosis
+    more = ["pauses"] if name == "breakaway_dwell" else []  # nothing else shows it
+    diagnosis = identify(session(tmp_path, plant, 5, *more)).diagnosis
     named = {effect["name"]: effect for effect in diagnosis["effects"]}
     assert set(named) - {"inertia"} == {name} - {"inertia"}
     held_out = diagnosis["error"]["held_out"]

@@ -16,6 +16,13 @@ from idtool.model.motion import Array, Motion
 REMEMBERING = [effect for effect in registry.library() if effect.memory]
 VALUES = {
     "backlash": {"share_behind_gap": 0.5, "share_at_once": 0.1, "log_gap": math.log(0.04)},
+    "hysteresis": {"yield": 0.05, "log_reach": math.log(0.1)},
+    "breakaway_dwell": {
+        "gain": 1.0,
+        "log_time_constant": 0.0,
+        "rest_speed": 0.01,
+        "log_wear": math.log(0.02),
+    },
     "compliance": {"load_inertia": 0.02, "log_omega": math.log(20.0), "damping_ratio": 0.1},
 }
 EFFECTS = pytest.mark.parametrize("effect", REMEMBERING, ids=[effect.name for effect in REMEMBERING])

@@ -21,7 +21,7 @@ SINES = SINE.replace('"sine"', '"multisine"').replace("frequency_hz = 0.5", "fre
 
 
 def test_bundled_ones_are_the_published_experiments() -> None:
-    assert list(recipe_names()) == ["gravity", "sine", "sweep", "validation"]
+    assert list(recipe_names()) == ["gravity", "pauses", "sine", "sweep", "validation"]
     assert all(recipe_names().values())
     gravity = read_recipe("gravity")
     assert [trial.setup.payload_kg for trial in gravity.trials] == [i / 10 for i in range(16)]
@@ -143,7 +143,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         (str(tmp_path / "big.toml"), "is over 1 MiB"),
         ("/dev/zero", "is over 1 MiB"),
         ("swep", 'unknown recipe "swep"; did you mean "sweep"'),
-        ("zzz", "known are gravity, sine, sweep, validation."),
+        ("zzz", "known are gravity, pauses, sine, sweep, validation."),
         ("x" * 5000, "cannot be read (File name too long)"),
         ("a\0b", "cannot be read (embedded null byte)"),
     ):

@@ -210,6 +210,20 @@ def evidence(rows: dict[str, np.ndarray], kind: str, *, ripple: bool) -> dict[st
             "before": [{"variable": "position", "p_value": 1e-20 if ripple else 0.4, "share": 0.9}],
             "after": [{"variable": "position", "p_value": 0.3, "share": 0.01}],
         },
+        "cumulative_periodograms": {
+            name: [
+                {
+                    "over": over,
+                    "frequency": [0.0, 0.5, 1.0],
+                    "power": [0.0, rise, 1.0],
+                    "white": [0.0, 0.5, 1.0],
+                    "band": 0.1,
+                    "p_value": p_value,
+                }
+                for over in ("time", "angle")
+            ]
+            for name, rise, p_value in (("before", 0.9, 1e-9), ("after", 0.52, 0.6))
+        },
         "command": "ffc-id identify gravity.csv sweep.csv sine.csv -o result",
         "versions": {"ffc-id": "0.1.0", "numpy": "2.4.6"},
         "seed": 0,

@@ -70,7 +70,7 @@ def test_candidates_have_their_reasons(page: Page) -> None:
 def test_every_figure_is_inside_with_alt_and_caption(drawn: Path, page: Page) -> None:
     images = page.all("img")
     files = sorted((drawn / "figures").glob("*.png"))
-    assert len(images) == len(files) == len(page.all("figcaption")) == 19
+    assert len(images) == len(files) == len(page.all("figcaption")) == 20
     inside = set()
     for image in images:
         assert image["alt"]
@@ -228,6 +228,7 @@ def test_only_what_is_needed(tmp_path: Path) -> None:
         "cost_over_sigma0",
         "correlation",
         "residual_tests",
+        "cumulative_periodograms",
         "filter",
     ],
 )

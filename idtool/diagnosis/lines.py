@@ -1,0 +1,63 @@
+"""The strongest sine in a residual, over time or over the angle: every frequency is looked at."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy import fft
+
+from idtool.diagnosis.evidence import Background
+from idtool.model.motion import Array
+
+#: Bins in the shortest period: rows share a bin with their neighbours, which costs under 1 % of amplitude.
+_BINS = 8
+#: The spectrum has this many points in each resolution cell, so that no line falls between two.
+_FINE = 3
+_MOST_BINS = 1 << 22
+#: Lines whose gain is computed exactly, with what the fit could do taken out.
+_CHECKED = 12
+
+
+def strongest_line(background: Background, of: Array, lowest: float, highest: float) -> tuple[float, int]:
+    """Frequency of the sine that takes away most of a fit's residual, and how many were looked at.
+
+    The residual is summed into bins of `of` and transformed at once. It is free of the fit's columns
+    already, so its product with a wave is that with what the fit leaves of the wave.
+
+    Args:
+        background: the fit.
+        of: what the sine is of (angle, time), rad per unit of frequency, shape (filtered rows,).
+        lowest, highest: frequencies between which to look.
+    """
+    n = len(of)
+    residual = background.residual[:n]
+    from_zero = of - of.min()
+    span = float(from_zero.max())
+    width = 2.0 * math.pi / (_BINS * highest)
+    count = min(int(span / width) + 1, _MOST_BINS)
+    width = max(width, span / count)
+    bins = np.bincount((from_zero / width).astype(np.intp), residual)
+    length = fft.next_fast_len(_FINE * len(bins), real=True)
+    power = np.abs(fft.rfft(bins, length)) ** 2
+    frequency = 2.0 * math.pi * np.arange(len(power)) / (length * width)
+    inside = (frequency >= lowest) & (frequency <= highest)
+    if not inside.any():
+        return lowest, 1
+    power, frequency = power[inside], frequency[inside]
+    best = (0.0, lowest)
+    for _ in range(_CHECKED):
+        at = int(np.argmax(power))
+        best = max(best, (_gain(background, frequency[at] * of), float(frequency[at])))
+        power[max(at - _FINE, 0) : at + _FINE + 1] = 0.0  # the line and its flanks
+    return best[1], max(int(len(power) / _FINE), 1)
+
+
+def _gain(background: Background, angle: Array) -> float:
+    """What sine and cosine take away of the residual's sum of squares."""
+    n = len(angle)
+    basis, residual = background.basis[:n], background.residual[:n]
+    waves = np.column_stack([np.sin(angle), np.cos(angle)])
+    waves -= basis @ (basis.T @ waves)
+    along = waves.T @ residual
+    return float(along @ np.linalg.lstsq(waves.T @ waves, along, rcond=1e-9)[0])

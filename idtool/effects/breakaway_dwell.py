@@ -1,0 +1,140 @@
+"""Break-away after rest: the static level rises with the time at rest."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Past, Values
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Array, Motion
+
+#: The axis rests where it is slower than this share of its speed while it moves.
+_REST = 0.02
+#: Sliding wears the memory off over a travel that is looked for between these shares of the stroke.
+_WEARS = (0.002, 0.01, 0.05)
+#: A turn of the motion is no rest; and what builds up at rest needs a rest of this long to show.
+_SHORTEST_S, _LONG_S = 0.1, 1.0
+_TIME_CONSTANTS = (0.4, 1.5, 6.0)
+
+
+@numba.njit(cache=True)
+def _rested(
+    velocity: Array,
+    first: NDArray[np.bool_],
+    step: Array,
+    rest_speed: float,
+    wear: float,
+    time_constant: float,
+    memory: Array,
+    out: Array,
+) -> None:
+    """How far the contact has aged: 0 when sliding, towards 1 at rest."""
+    age = memory[0]
+    for k in range(velocity.shape[0]):
+        speed = abs(velocity[k])
+        if first[k]:
+            age = 0.0
+        elif speed < rest_speed:
+            age += (1.0 - age) * -math.expm1(-step[k] / time_constant)
+        else:
+            age *= math.exp(-step[k] * speed / wear)
+        out[k] = age
+    memory[0] = age
+
+
+@final
+class BreakawayDwell(Effect):
+    name = "breakaway_dwell"
+    title = "Break-away after rest"
+    follows = ("time",)
+    formula = "static level times 1 + gain (1 - exp(-rest / time constant))"
+    reveals = "starts after pauses of different length"
+    look_alikes = ("stribeck_shape", "thermal_drift")
+    citation = "Rabinowicz 1958; Armstrong-Helouvry et al. 1994"
+    parameters = (
+        EffectParameter("gain", "number", "relative rise of the static level after a long rest", 0.0),
+        EffectParameter("time_constant", "time", "time constant of the rise", 0.0),
+        EffectParameter("rest_speed", "velocity", "below this speed the axis rests", 0.0),
+        EffectParameter("wear", "position", "travel that wears the rise off", 0.0),
+    )
+    coordinates = (
+        Coordinate("gain", lower=0.0, upper=20.0, increment=1e-3),
+        Coordinate("log_time_constant", null=1.0, lower=-4.0, upper=4.0, increment=1e-3),
+        Coordinate("log_wear", null=-3.0, lower=-10.0, upper=2.0, increment=1e-3),
+    )
+    memory = 1
+
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        return self.resume(motion, values, Past.none(motion, self.memory))
+
+    def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
+        age = np.empty(len(motion))
+        _rested(
+            motion.velocity,
+            past.first,
+            past.step,
+            values["rest_speed"],
+            math.exp(values["log_wear"]),
+            math.exp(values["log_time_constant"]),
+            past.memory,
+            age,
+        )
+        return Contribution(static_change=values["gain"] * age)
+
+    def constants(self, motion: Motion) -> dict[str, float]:
+        speed = np.abs(motion.velocity)
+        moving = speed[speed > 0.1 * float(np.max(speed))]
+        return {"rest_speed": _REST * float(np.median(moving)) if len(moving) else 0.0}
+
+    def starts(self, motion: Motion) -> list[dict[str, float]]:
+        stroke = float(np.ptp(motion.position))
+        return [
+            {"log_time_constant": math.log(constant), "log_wear": math.log(share * stroke)}
+            for constant in _TIME_CONSTANTS
+            for share in _WEARS
+        ]
+
+    def untestable(self, motion: Motion) -> str | None:
+        rests = self._rests(motion)
+        rests = rests[rests >= _SHORTEST_S]
+        if len(rests) < 4 or float(np.max(rests)) < max(4.0 * float(np.min(rests)), _LONG_S):
+            return (
+                "needs starts after pauses of different length inside a trial: "
+                "ffc-id run --recipe pauses makes them"
+            )
+        return None
+
+    def _rests(self, motion: Motion) -> Array:
+        """Length of every rest between two motions of a trial, s."""
+        resting = np.abs(motion.velocity) < self.constants(motion)["rest_speed"]
+        clock = np.cumsum(motion.step)
+        begins = resting & ~np.concatenate([[False], resting[:-1]])
+        last = np.concatenate([motion.first[1:], [True]])
+        ends = resting & ~last & ~np.concatenate([resting[1:], [False]])
+        stops = np.flatnonzero(ends)
+        starts = np.flatnonzero(begins)
+        if not len(stops):
+            return np.empty(0)
+        before = starts[np.searchsorted(starts, stops, side="right") - 1]
+        return np.asarray((clock[stops] - clock[before])[~motion.first[before]])
+
+    def to_parameters(self, values: Values) -> dict[str, float]:
+        return {
+            "gain": values["gain"],
+            "time_constant": math.exp(values["log_time_constant"]),
+            "rest_speed": values["rest_speed"],
+            "wear": math.exp(values["log_wear"]),
+        }
+
+    def to_values(self, parameters: Values) -> dict[str, float]:
+        return {
+            "gain": parameters["gain"],
+            "log_time_constant": math.log(parameters["time_constant"]),
+            "rest_speed": parameters["rest_speed"],
+            "log_wear": math.log(parameters["wear"]),
+        }

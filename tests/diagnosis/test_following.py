@@ -1,0 +1,93 @@
+"""The next experiment: it decides what was ambiguous, and it stays within what the axis has shown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomli_w
+
+from idtool.experiment.recipe import document_of_command, parse_recipe, read_recipe, recipe_text
+from idtool.experiment.runner import run
+from idtool.identification import identify
+from idtool.log import Log
+from idtool.rig.simulated import SimulatedRig
+from studies.plants import SESSION, random_plant, with_effects
+
+OFFSET = {"torque_offset": {"offset_nm": 0.02}}
+PAYLOADS = next(line for line in recipe_text("gravity").splitlines() if line.startswith("payload_kg"))
+TILT = {"tilt_misalignment": {"alpha_rad": 0.05, "beta_rad": 0.0}}
+
+
+@pytest.mark.parametrize("effects", [OFFSET, TILT], ids=["offset", "tilt"])
+def test_ambiguous_then_run_then_decided(tmp_path: Path, effects: dict[str, dict[str, float]]) -> None:
+    plant = with_effects(random_plant(np.random.default_rng(2)), effects)
+    logs = []
+    with SimulatedRig(plant.to_file("lab"), seed=3) as rig:
+
+        def go(recipe: str) -> None:
+            log = tmp_path / f"{len(logs)}.csv"
+            run(read_recipe(recipe), rig, log)
+            logs.append(Log.read(log))
+
+        for name in SESSION:
+            go(name)
+        undecided = identify(logs).diagnosis
+        assert undecided["verdict"] == "ambiguous"
+        following = undecided["next_experiment"]
+        assert set(following["separates"]) == {"torque_offset", "tilt_misalignment"}
+        assert "standard errors" in following["why"]
+
+        recipe = tmp_path / "next.toml"
+        recipe.write_text(tomli_w.dumps(following["recipe"]))
+        shown = np.concatenate([log.frame["velocity_rad_s"] for log in logs])
+        go(str(recipe))
+        decided = identify(logs).diagnosis
+    # nothing faster than what the axis was seen to do
+    assert logs[-1].frame["velocity_rad_s"].abs().max() < 1.1 * np.abs(shown).max()
+    assert decided["verdict"] == "effect_found"
+    assert [effect["name"] for effect in decided["effects"]] == [*effects, "inertia"]
+    assert decided["effects"][0]["alternatives"] == []
+    assert decided["next_experiment"] is None
+
+
+def test_a_run_for_a_parameter_that_is_not_determined(tmp_path: Path) -> None:
+    """One payload shows nothing per payload: payload steps are proposed, made, and show it."""
+    plant = random_plant(np.random.default_rng(5))
+    logs = []
+    with SimulatedRig(plant.to_file("lab"), seed=1) as rig:
+        for name in ("sweep", "sine"):
+            log = tmp_path / f"{name}.csv"
+            run(read_recipe(name), rig, log)
+            logs.append(Log.read(log))
+        upright = tmp_path / "upright.toml"
+        upright.write_text(recipe_text("gravity").replace(PAYLOADS, "payload_kg = [0.0, 0.0]"))
+        run(read_recipe(str(upright)), rig, tmp_path / "gravity.csv")
+        logs.append(Log.read(tmp_path / "gravity.csv"))
+        before = identify(logs)
+        following = before.diagnosis["next_experiment"]
+        assert not before.parameters.gravity["per_payload"].identified
+        assert "gravity per payload is not determined" in following["why"]
+        recipe = tmp_path / "next.toml"
+        recipe.write_text(tomli_w.dumps(following["recipe"]))
+        run(read_recipe(str(recipe)), rig, tmp_path / "next.csv")
+        logs.append(Log.read(tmp_path / "next.csv"))
+    after = identify(logs)
+    assert after.parameters.gravity["per_payload"].identified
+    assert after.parameters.gravity["per_payload"].value == pytest.approx(plant.per_payload, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "command", ["ffc-id run-gravity", "ffc-id run-sweep --speeds 0.02,0.05 --travel 1.5", "ffc-id run-sine"]
+)
+def test_a_command_as_a_recipe(command: str) -> None:
+    document = document_of_command(command, "rotary")
+    made = parse_recipe(tomli_w.dumps(document), "made")
+    name, *options = command.split()[1:]
+    plain = read_recipe(
+        name.removeprefix("run-"),
+        speeds=[0.02, 0.05] if options else None,
+        travel=1.5 if options else None,
+    )
+    assert made.trials == plain.trials
