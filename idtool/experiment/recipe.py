@@ -231,7 +231,7 @@ def _with_motion(entries: Any, kind: Kind, speeds: Sequence[float] | None, trave
 def document_of_command(command: str, kind: Kind) -> dict[str, Any]:
     """The recipe, as a TOML document, that a command such as `ffc-id run-sweep --speeds 0.1,0.2` runs."""
     _, run, *rest = shlex.split(command)
-    document = tomllib.loads(recipe_text(run.removeprefix("run-")))
+    document = parse_toml(recipe_text(run.removeprefix("run-")))
     options = dict(pairwise(rest))
     speeds = [float(speed) for speed in options["--speeds"].split(",")] if "--speeds" in options else None
     travel = float(options["--travel"]) if "--travel" in options else None

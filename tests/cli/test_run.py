@@ -236,6 +236,7 @@ def test_rigs_and_recipes_are_listed(ffc_id: Program) -> None:
         listed = ffc_id(*arguments)
         assert [line.split()[0] for line in listed.stdout.splitlines()] == [
             "gravity",
+            "pauses",
             "sine",
             "sweep",
             "validation",
