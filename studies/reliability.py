@@ -416,7 +416,7 @@ _REMARKS = (
 
 
 @click.command()
-@click.option("--repeats", default=20, show_default=True, help="Runs per fault.")
+@click.option("--repeats", default=10, show_default=True, help="Runs per fault.")
 @click.option("--kills", default=50, show_default=True, help="Processes to kill.")
 @click.option(
     "--out", type=click.Path(path_type=Path), default=Path("docs/reliability.md"), show_default=True
