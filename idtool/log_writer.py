@@ -6,6 +6,7 @@ import math
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -22,8 +23,8 @@ from idtool.log_format import columns_of, header_text
 class LogWriter:
     """Append rows to a log while an experiment runs.
 
-    Every `append` hands whole rows to the operating system; `sync` (called every `sync_every_s`
-    seconds of log time and on close) forces them onto the disk. A process that is killed loses
+    Every `append` hands whole rows to the operating system; every `sync_every_s` seconds of log time
+    they are forced onto the disk in the background, and on close. A process that is killed loses
     nothing it appended; a power cut loses at most the seconds since the last sync.
     """
 
@@ -61,6 +62,8 @@ class LogWriter:
         self._time_column = self.columns.index("time_s")
         self._sync_every_s = sync_every_s
         self._synced_at = -float("inf")
+        self._pool = ThreadPoolExecutor(1)
+        self._syncing: Future[None] | None = None
         self._written = 0
         self._rows = keep_rows or 0
         text = header_text(axis, experiment, header or {}) + ",".join(self.columns) + "\n"
@@ -119,7 +122,7 @@ class LogWriter:
         self._put("".join([",".join([_number(value) for value in row]) + "\n" for row in rows.tolist()]))
         self._rows += len(rows)
         if rows[-1, self._time_column] - self._synced_at >= self._sync_every_s:
-            self.sync()
+            self._sync_soon()
             self._synced_at = float(rows[-1, self._time_column])
 
     def sync(self) -> None:
@@ -135,6 +138,25 @@ class LogWriter:
         if not self._still_there():
             self._rescue()
 
+    def _sync_soon(self) -> None:
+        """Sync in the background: a slow disk takes longer than an axis in motion can wait."""
+        if not self._still_there():
+            self._rescue()
+        if self._syncing is not None:
+            if not self._syncing.done():
+                return
+            self._end_of_sync()
+        self._syncing = self._pool.submit(os.fsync, self._stream.fileno())
+
+    def _end_of_sync(self) -> None:
+        """Wait for the sync in the background, and raise what it met."""
+        if self._syncing is None:
+            return
+        error = self._syncing.exception()
+        self._syncing = None
+        if isinstance(error, OSError):
+            raise cannot_write(self.path, error) from error
+
     def _still_there(self) -> bool:
         """Whether the name still leads to the file that is being written."""
         with suppress(OSError):
@@ -145,6 +167,7 @@ class LogWriter:
         """The file was removed or replaced: save what it holds under another name and say so."""
         self._stream.seek(0)
         content = self._stream.read() or b""
+        self._pool.shutdown()
         self._stream.close()
         for folder in (self.path.parent, Path(tempfile.gettempdir())):
             with suppress(OSError):
@@ -168,12 +191,15 @@ class LogWriter:
         """Sync and close; safe to call twice."""
         if not self._stream.closed:
             try:
+                self._end_of_sync()
                 self.sync()
             finally:
+                self._pool.shutdown()
                 self._stream.close()
 
     def discard(self) -> None:
         """Close and remove the file."""
+        self._pool.shutdown()
         self._stream.close()
         with suppress(OSError):
             self.path.unlink(missing_ok=True)

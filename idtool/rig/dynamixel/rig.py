@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +70,8 @@ class DynamixelRig(Rig):
             try:
                 self._configure(device, settings)
             except BaseException:
-                self._servo.release()
+                with suppress(RigFault):
+                    self._servo.release()
                 raise
         except BaseException:
             self._bus.close()
@@ -122,13 +123,10 @@ class DynamixelRig(Rig):
             )
         if start is not None or self._servo.mode is None:
             self._enter(VELOCITY_MODE)
-        self._servo.arm()
-        try:
+        with self._moving():
             if start is not None:
                 self._go_to(start)
             self._rest(setup.rest_s)
-        finally:
-            self.stop()
         self._prepared = True
 
     def play(self, trajectory: Trajectory) -> Iterator[Block]:
@@ -147,11 +145,17 @@ class DynamixelRig(Rig):
         if moves:
             steepest = float(np.max(np.abs(np.diff(command, prepend=0.0)))) / trajectory.period_s
             servo.accelerate_at(_RAMP_MARGIN * steepest)
-        try:
-            servo.arm()
+        with self._moving():
             yield from self._follow(command, trajectory.period_s, moves)
+
+    @contextmanager
+    def _moving(self) -> Iterator[None]:
+        """The axis may move inside: its watchdog is armed, and on every way out it is stopped."""
+        try:
+            self._servo.arm()
+            yield
         except BaseException:  # also where whoever takes the blocks stops taking them
-            with suppress(RigFault):
+            with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
                 self.stop()
             raise
         self.stop()
