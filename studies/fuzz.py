@@ -24,6 +24,7 @@ with atheris.instrument_imports(include=["idtool", "tomllib", "dynamixel_sdk"]):
     from idtool.experiment.recipe import parse_recipe, recipe_text
     from idtool.log import Log
     from idtool.parameters import Parameters
+    from idtool.rig.clock import SkippingClock
     from idtool.rig.plant_file import read_plant_file
     from idtool.rig.virtual.packet import Decoder, Packet, encode
 
@@ -66,6 +67,9 @@ class _Port:
         taken, self._data = self._data[:length], self._data[length:]
         return taken
 
+    def getBytesAvailable(self) -> int:
+        return len(self._data)
+
     def isPacketTimeout(self) -> bool:
         return not self._data
 
@@ -75,7 +79,7 @@ def answers(data: bytes) -> None:
     from idtool.rig.dynamixel.bus import Bus
 
     bus = Bus.__new__(Bus)
-    bus.id, bus._sdk, bus._port = 1, dynamixel_sdk, _Port(data)
+    bus.id, bus.clock, bus._sdk, bus._port = 1, SkippingClock(), dynamixel_sdk, _Port(data)
     bus._handler = dynamixel_sdk.Protocol2PacketHandler()
     answer = bus._answer(4)
     if answer is not None:

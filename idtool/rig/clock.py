@@ -24,6 +24,10 @@ class Clock(Protocol):
         """Return when it is that late, at once if it is already."""
         ...
 
+    def sleep(self, seconds: float) -> None:
+        """Sleep, seconds of the computer, while somebody else works: this wait is not to be skipped."""
+        ...
+
 
 class HostClock:
     """The monotonic clock of this computer.
@@ -42,6 +46,9 @@ class HostClock:
         left = (instant - self.now()) / self.scale
         if left > 0.0:
             time.sleep(left)
+
+    def sleep(self, seconds: float) -> None:
+        time.sleep(seconds)
 
 
 class SkippingClock:
@@ -63,3 +70,8 @@ class SkippingClock:
     def wait_until(self, instant: float) -> None:
         with self._lock:
             self._skipped += max(instant - self.now(), 0.0)
+
+    def sleep(self, seconds: float) -> None:
+        time.sleep(seconds)
+        with self._lock:
+            self._skipped += seconds

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import errno
 import struct
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -51,8 +50,8 @@ _TICKS_S = 32.768
 #: How far the two clocks may disagree about the time between two readings: always, and as a share of it.
 #: The first is less than an answer is ever late, the second far above any error of a quartz.
 _TICK_SLACK_S, _CLOCK_ERROR = 0.025, 1e-3
-#: No answer comes sooner than this, s; the SDK waits by spinning, which keeps other threads from working.
-_PAUSE_S = 2e-4
+#: How often it is looked for an answer, s.
+_PAUSE_S = 1e-4
 #: Bytes of an answer without data.
 _ANSWER_BYTES = 11
 _SYNC_READ_BYTES = 15
@@ -261,13 +260,23 @@ class Bus:
             "check power, cable, id and baud rate"
         )
 
+    def _wait_for_bytes(self) -> None:
+        """Sleep until an answer begins or the time for it is over; the SDK itself would spin."""
+        over = False
+        while not over:
+            # one look more when the time is over: the computer itself may have been busy elsewhere
+            over = self._port.isPacketTimeout()
+            self.clock.sleep(_PAUSE_S)
+            if self._port.getBytesAvailable():
+                return
+
     def _answer(self, size: int) -> tuple[int, bytes] | None:
         """Error byte and data of the answer; None where it is lost, damaged or to another question.
 
         An answer to an earlier question, which came too late, is told by its length, which the SDK's own
         reading functions do not look at.
         """
-        time.sleep(_PAUSE_S)
+        self._wait_for_bytes()
         packet, result = self._handler.rxPacket(self._port, False)
         if result != self._sdk.COMM_SUCCESS or packet[4] != self.id:
             return None
