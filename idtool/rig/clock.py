@@ -51,6 +51,10 @@ class HostClock:
         time.sleep(seconds)
 
 
+#: A sleep that took longer than this was made longer by a busy computer.
+_LONGEST_SLEEP_S = 5e-3
+
+
 class SkippingClock:
     """A clock that jumps over every wait, so that a rehearsal in one process takes only its computing.
 
@@ -72,6 +76,8 @@ class SkippingClock:
             self._skipped += max(instant - self.now(), 0.0)
 
     def sleep(self, seconds: float) -> None:
+        begun = time.monotonic()
         time.sleep(seconds)
+        slept = min(time.monotonic() - begun, _LONGEST_SLEEP_S)
         with self._lock:
-            self._skipped += seconds
+            self._skipped += slept
