@@ -1,15 +1,15 @@
 # Two commands do everything on a fresh machine (Python 3.11+ with venv, make):
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
-# make study-accuracy measures the estimator over many simulated sessions (half an hour).
+#   make study-accuracy, study-diagnosis, study-measured, study-reliability    pages of docs/ from many sessions
+#                (an hour or so)
 #   make fuzz    coverage-guided fuzzing of every reader, a minute each (Linux)
-# make study-reliability tries every fault of a servo and its bus (ten minutes).
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests bench study-accuracy study-reliability fuzz clean
+.PHONY: demo test lint types tests bench study-accuracy study-diagnosis study-measured study-reliability fuzz clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -35,6 +35,13 @@ bench: $(VENV)/.ready-bench
 study-accuracy: export OPENBLAS_NUM_THREADS = 1
 study-accuracy: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.accuracy
+
+study-diagnosis: export OPENBLAS_NUM_THREADS = 1
+study-diagnosis: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.diagnosis
+
+study-measured: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.measured
 
 study-reliability: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.reliability

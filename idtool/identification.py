@@ -123,7 +123,7 @@ def identify(
         notes.append(
             "--friction coulomb is the textbook model: no effects but inertia and offset were looked for."
         )
-    evidence = diagnose(recording, start, spec, library, tell)
+    evidence = diagnose(recording, start, spec, library, tell, given=law == "coulomb")
     notes += findings(evidence.final)
     options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
     return Identification(recording, evidence, notes, options, reasons)

@@ -50,6 +50,10 @@ _WINDOW = 24.0
 _INERTIA = 1.0
 _QUIETEST = 1e-4
 _LOUDEST = 1e6
+#: The axis stands still where its position keeps within one grain for this long, s, and within half a grain
+#: over any second. A stiff bristle forgets its deflection over a travel that the noise alone would add up to.
+_REST_S = 0.2
+_LONG_REST_S = 1.0
 #: How far the edges of a counter may lie from where they should, in counts.
 _EDGE = 0.05
 
@@ -132,6 +136,9 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     if position is not None and q_variance < 2.0 * resolution(position) ** 2 / 12.0:
         series, jerk, row = _with_edges(series, jerk, states[:, 1], resolution(position))
         states = _adapt(series, jerk, likeliest, window, kalman.Passed.blank(len(series.time)))[0][row]
+    if position is not None:
+        still = _at_rest(time, states, first, math.sqrt(12.0 * q_variance))
+        states[still, 1:] = 0.0
     estimated = states[:, 0] if position is not None else _relative_position(time, states[:, 1], first)
     return Smoothed(
         np.ascontiguousarray(estimated),
@@ -253,6 +260,27 @@ def _roughness(surprise: Array) -> Array:
         rows = np.clip(wild + shift, 0, len(surprise) - 1)
         np.maximum.at(rough, rows, np.minimum(surprise[wild] / _SURPRISING, _ROUGHEST) ** 2)
     return rough
+
+
+def _at_rest(time: Array, states: Array, first: NDArray[np.bool_], grain: float) -> NDArray[np.bool_]:
+    """Rows of stretches in which the position hardly moves, against a `grain` of its reading."""
+    slow = np.abs(states[:, 1]) < grain / _REST_S
+    still = np.zeros(len(time), dtype=bool)
+    begins = np.flatnonzero(slow & (first | ~np.concatenate([[False], slow[:-1]])))
+    ends = np.flatnonzero(slow & np.concatenate([first[1:] | ~slow[1:], [True]]))
+    for begin, end in zip(begins, ends, strict=True):
+        clock, position = time[begin : end + 1], states[begin : end + 1, 0]
+        if clock[-1] - clock[0] < _REST_S:
+            continue
+        if clock[-1] - clock[0] < _LONG_REST_S:
+            still[begin : end + 1] = np.ptp(position) < grain
+            continue
+        # a second about each row, or the first or last second of the stretch
+        middle = np.clip(clock, clock[0] + 0.5 * _LONG_REST_S, clock[-1] - 0.5 * _LONG_REST_S)
+        before = np.searchsorted(clock, middle - 0.5 * _LONG_REST_S)
+        after = np.minimum(np.searchsorted(clock, middle + 0.5 * _LONG_REST_S), len(clock) - 1)
+        still[begin : end + 1] = np.abs(position[after] - position[before]) < 0.5 * grain
+    return still
 
 
 def _relative_position(time: Array, velocity: Array, first: NDArray[np.bool_]) -> Array:

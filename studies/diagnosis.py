@@ -18,6 +18,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+import click
 import numpy as np
 
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
@@ -187,3 +188,22 @@ def study(todo: Iterable[Case], record_to: Path | None = None) -> list[Result]:
                 with record_to.open("a") as file:
                     file.write(json.dumps(asdict(result)) + "\n")
     return results
+
+
+@click.command()
+@click.option("--null", default=200, show_default=True, help="Sessions without an effect.")
+@click.option("--single", default=8, show_default=True, help="Sessions with each one of the effects.")
+@click.option("--several", default=60, show_default=True, help="Sessions with two or three.")
+@click.option("--unknown", default=8, show_default=True, help="Sessions with each disturbance.")
+@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/diagnosis.md"))
+@click.option("--notes", type=click.Path(path_type=Path), help="A file for every result as it comes.")
+def main(null: int, single: int, several: int, unknown: int, out: Path, notes: Path | None) -> None:
+    """Run the study and write the page."""
+    from studies.diagnosis_page import write
+
+    write(study(cases(null, single, several, unknown), notes), out)
+    click.echo(f"written: {out}")
+
+
+if __name__ == "__main__":
+    main()

@@ -110,3 +110,18 @@ def test_a_steady_stretch_is_averaged_long_and_a_reversal_is_followed() -> None:
     steady = ~np.convolve(ramp, np.ones(401), mode="same").astype(bool)
     assert np.sqrt(np.mean((found.velocity - w)[steady] ** 2)) < 1e-4
     assert np.sqrt(np.mean((found.velocity - w)[ramp] ** 2)) < 0.02 * 0.2
+
+
+@pytest.mark.parametrize(("grain", "noise"), [(2 * np.pi / 4096, 0.024), (1e-4, 1e-3)])
+def test_standing_still_is_no_motion_and_creeping_is(grain: float, noise: float) -> None:
+    """A rest of ten seconds, and a creep of two grains a second, which no velocity reading shows."""
+    rng = np.random.default_rng(5)
+    t = 0.005 * np.arange(6000)
+    w = np.where(t < 10.0, 0.3 * np.sin(2.0 * np.pi * 0.2 * t), np.where(t < 20.0, 0.0, 2.0 * grain))
+    q = np.cumsum(w) * 0.005
+    velocity = np.round(w / noise + 0.3 * rng.normal(size=len(t))) * noise
+    found = smooth(t, np.round(q / grain) * grain, velocity, first_of(len(t)))
+    resting, creeping = (t > 10.2) & (t < 19.8), (t > 21.0) & (t < 29.0)
+    # what a stiff bristle would forget at rest: the way that the noise alone adds up to
+    assert np.sum(np.abs(found.velocity[resting])) * 0.005 < 0.1 * grain
+    assert np.mean(found.velocity[creeping]) == pytest.approx(2.0 * grain, rel=0.05)

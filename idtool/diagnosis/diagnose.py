@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.diagnosis.candidates import Selection
 from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
-from idtool.diagnosis.selection import Selection, select
+from idtool.diagnosis.selection import select
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
@@ -75,6 +76,8 @@ class Diagnosis:
         correlated = autocorrelation(self.final) > _CORRELATED
         if not depends and not (noisy and correlated):
             return None
+        # that there is something is certain then; what it follows may be told with less confidence
+        depends = depends or [test for test in self.tests_after if test.may_depend]
         above = 1.0 - min(1.0, self.final.model.filtered_noise / self.final.rmse) ** 2
         share = max((test.share for test in depends), default=above)
         names = [test.variable for test in depends]
@@ -174,6 +177,8 @@ def diagnose(
     base_spec: Spec,
     library: Sequence[Effect],
     tell: Callable[[str], None] = lambda _: None,
+    *,
+    given: bool = False,
 ) -> Diagnosis:
     """Find the effects that the base model lacks.
 
@@ -183,12 +188,13 @@ def diagnose(
         base_spec: the base model.
         library: the effects to consider.
         tell: called with a sentence on what is being tried.
+        given: the library is a model that somebody chose; its effects need not explain everything.
     """
     parts = split(with_load(recording, start))
     training = parts.recording.subset(parts.training)
     tell("fitting the base model")
     base = refit(start, JointModel.build(training, base_spec))
-    selection = select(base, library, tell)
+    selection = select(base, library, tell, given=given)
     tell("fitting the final model on all trials")
     loaded = with_load(recording, selection.fit)
     chosen = selection.fit

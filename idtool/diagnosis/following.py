@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from idtool.effects.base import Effect
+from idtool.errors import InputError
 from idtool.experiment.recipe import SCHEMA, SINE_SHARE, Recipe, parse_recipe
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit
@@ -126,11 +126,6 @@ def for_parameter(fit: JointFit, coordinate: str) -> Following | None:
         f"would lower its standard error to {100.0 * share:.0f} % or less."
     )
     return Following(document, (), why)
-
-
-def revealing_run(effect: Effect, recipe: str) -> str:
-    """What to do for an effect that the logs could not show."""
-    return f"{effect.name} could not be tested: ffc-id run --recipe {recipe} would show it."
 
 
 def _difference(one: JointFit, other: JointFit, recipe: Recipe) -> float:
@@ -311,6 +306,9 @@ def _candidates(fit: JointFit) -> Iterator[tuple[dict[str, Any], Recipe]]:
             "period_s": 0.005,
             "trials": trials,
         }
-        recipe = parse_recipe(tomli_w.dumps(document), "next experiment")
+        try:
+            recipe = parse_recipe(tomli_w.dumps(document), "next experiment")
+        except InputError:  # logs in odd units ask for runs that no recipe may hold
+            continue
         if recipe.duration_s <= _LONGEST_S:
             yield document, recipe

@@ -18,7 +18,11 @@ from idtool.model.motion import Array
 DEPENDS = 0.10
 #: ... and chance would do so less often than this.
 _CHANCE = 1e-4
+#: Enough where it is certain that something is left.
+_HARDLY_CHANCE = 0.01
 _SMOOTH = 8
+#: Friction can have a narrow bump over the velocity, and wander in time.
+_SMOOTH_FINER = 16
 #: Friction changes sign with the motion: what changes friction shows only with the direction taken out.
 _SMOOTH_WITH_DIRECTION = 5
 
@@ -42,33 +46,24 @@ class ResidualTest:
         """Whether the relation is both real and large enough to matter."""
         return self.share > DEPENDS and self.p_value < _CHANCE
 
+    @property
+    def may_depend(self) -> bool:
+        """Whether the relation is large enough to matter and hardly chance."""
+        return self.share > DEPENDS and self.p_value < _HARDLY_CHANCE
+
 
 def test_residual(fit: JointFit) -> list[ResidualTest]:
     """Test the residual of a fit against everything that was measured."""
     background = Background.of(fit)
-    recording = fit.model.recording
-    motion, rows = recording.motion, recording.row
     tests = []
-    variables: dict[str, Array | None] = {
-        "position": motion.position,
-        "velocity": motion.velocity,
-        "acceleration": motion.acceleration,
-        "load": motion.load,
-        "temperature": motion.temperature,
-        "time": motion.time,
-    }
-    for name, values in variables.items():
-        if values is not None and np.ptp(values[rows]) > 1e-9 * (1.0 + np.max(np.abs(values))):
-            direction = None if name in ("velocity", "acceleration") else np.sign(motion.velocity[rows])
-            found = [_smooth_test(background, name, values[rows], direction)]
-            # a residual can also beat in time or ripple over the angle, which no smooth function shows
-            if name == "position" and np.ptp(values) > 0:
-                found.append(_line_test(background, name, values[rows]))
-            if name == "time":
-                found.append(_rhythm_test(background))
-            tests.append(max(found, key=lambda test: test.share))
-    tests.append(_dummies_test(background, "direction", np.sign(motion.velocity[rows])))
-    tests.append(_dummies_test(background, "order", recording.filtered_trial.astype(float)))
+    for name, columns in generic_columns(fit).items():
+        found = [_test(background, name, columns)]
+        # a residual can also beat in time or ripple over the angle, which no smooth function shows
+        if name == "position":
+            found.append(_line_test(background, name, fit.model.recording.motion.position))
+        if name == "time":
+            found.append(_rhythm_test(background))
+        tests.append(max(found, key=lambda test: test.share))
     return sorted(tests, key=lambda test: -test.share)
 
 
@@ -80,22 +75,45 @@ def autocorrelation(fit: JointFit) -> float:
     return correlation_rows(fit.residual, fit.model.recording.filtered_trial)
 
 
-def _smooth_test(background: Background, name: str, values: Array, direction: Array | None) -> ResidualTest:
-    rank = stats.rankdata(values) / len(values)  # equal numbers of rows under each bend
-    columns = [np.cos(np.pi * k * rank) for k in range(1, _SMOOTH + 1)]
-    if direction is not None:
-        columns += [direction * column for column in columns[:_SMOOTH_WITH_DIRECTION]]
-    return _test(background, name, np.column_stack(columns))
+def generic_columns(fit: JointFit) -> dict[str, Array]:
+    """For each variable that was measured, columns (filtered rows, n) that span smooth functions of it.
 
-
-def _dummies_test(background: Background, name: str, values: Array) -> ResidualTest:
-    levels = np.unique(values)
-    return _test(background, name, np.column_stack([(values == level).astype(float) for level in levels]))
+    Friction changes sign with the motion, so what changes friction shows in a function of the variable times
+    the direction.
+    """
+    recording = fit.model.recording
+    motion, rows = recording.motion, recording.row
+    direction = np.sign(motion.velocity[rows])
+    variables: dict[str, Array | None] = {
+        "position": motion.position,
+        "velocity": motion.velocity,
+        "acceleration": motion.acceleration,
+        "load": motion.load,
+        "temperature": motion.temperature,
+        "time": motion.time,
+    }
+    columns = {}
+    for name, values in variables.items():
+        if values is None or np.ptp(values[rows]) <= 1e-9 * (1.0 + np.max(np.abs(values))):
+            continue
+        rank = stats.rankdata(values[rows]) / len(rows)  # equal numbers of rows under each bend
+        bends = _SMOOTH_FINER if name in ("velocity", "time") else _SMOOTH
+        smooth = np.cos(np.pi * np.outer(rank, np.arange(1, bends + 1)))
+        if name not in ("velocity", "acceleration"):
+            smooth = np.hstack([smooth, direction[:, None] * smooth[:, :_SMOOTH_WITH_DIRECTION]])
+        columns[name] = smooth
+    columns["direction"] = direction[:, None]
+    order = (recording.filtered_trial[:, None] == np.arange(recording.trials)).astype(float)
+    columns["order"] = np.hstack([order, direction[:, None] * order])
+    return columns
 
 
 def _line_test(background: Background, name: str, values: Array) -> ResidualTest:
     """The strongest sine of a variable, from one period over its range to what the rows resolve."""
+    values = values[background.fit.model.recording.row]
     span = float(np.ptp(values))
+    if span <= 0.0:
+        return ResidualTest(name, 0.0, 1.0)
     highest = 2.0 * np.pi * min(400, max(len(values) // 20, 8)) / span
     frequency, looked_at = strongest_line(background, values, 2.0 * np.pi / span, highest)
     angle = frequency * values
@@ -144,12 +162,11 @@ def _test(background: Background, name: str, columns: Array) -> ResidualTest:
     residual = background.residual[:n]
     if free.shape[1] == 0:
         return ResidualTest(name, 0.0, 1.0)
-    explained = free @ np.linalg.lstsq(free, residual, rcond=1e-8)[0]
-    share = float(1.0 - np.sum((residual - explained) ** 2) / np.sum(residual**2))
-    return ResidualTest(name, max(share, 0.0), _chance(background, share, free.shape[1]))
-
-
-def _chance(background: Background, share: float, columns: int) -> float:
-    spare = max(background.effective - columns - len(background.fit.x), 1.0)
-    ratio = share / columns / max((1.0 - share) / spare, 1e-300)
-    return float(stats.f.sf(max(ratio, 0.0), columns, spare))
+    left = residual - free @ np.linalg.lstsq(free, residual, rcond=1e-8)[0]
+    share = max(float(1.0 - left @ left / (residual @ residual)), 0.0)
+    # the memory of what is left, not of the residual: if the variable explains it, that was no memory
+    recording = background.fit.model.recording
+    effective = n / correlation_rows(left, recording.filtered_trial)
+    spare = max(effective - free.shape[1] - len(background.fit.x), 1.0)
+    ratio = share / free.shape[1] / max((1.0 - share) / spare, 1e-300)
+    return ResidualTest(name, share, float(stats.f.sf(ratio, free.shape[1], spare)))
