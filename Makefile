@@ -1,15 +1,16 @@
 # Two commands do everything on a fresh machine (Python 3.11+ with venv, make):
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
-#   make study-accuracy, study-diagnosis, study-measured    pages of docs/ from many sessions (an hour or so)
-# make study-board measures the exported C on a simulated Arduino Uno (needs avr-gcc, avr-libc, simavr).
-# make study-teach writes docs/teach.md: hand guiding over 600 random axes (some minutes).
+#   make study-accuracy, study-diagnosis, study-measured, study-teach, study-reliability, study-board
+#                pages of docs/ from many sessions (minutes to an hour; the last needs avr-gcc, avr-libc, simavr)
+#   make fuzz    coverage-guided fuzzing of every reader, a minute each (Linux)
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests bench study-accuracy study-diagnosis study-measured study-board study-teach clean
+.PHONY: demo test lint types tests bench fuzz clean study-accuracy study-diagnosis study-measured \
+    study-board study-teach study-reliability
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -50,6 +51,15 @@ study-teach: export OPENBLAS_NUM_THREADS = 1
 study-teach: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.teach
 
+study-reliability: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.reliability
+
+# A finding is left as a file crash-*, oom-* or timeout-*.
+fuzz: $(VENV)/.ready-fuzz
+	for target in log parameters plant recipe packets answers; do \
+	    $(BIN)/python -m studies.fuzz $$target -max_total_time=60 -rss_limit_mb=2000 -timeout=20 || exit 1; \
+	done
+
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit("ffc-id needs Python 3.11 or newer: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else 0'
 	$(PYTHON) -m venv $(VENV)
@@ -64,6 +74,10 @@ $(VENV)/.ready-dev: pyproject.toml constraints.txt | $(VENV)/bin/python
 
 $(VENV)/.ready-bench: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[bench]'
+	@touch $@ $(VENV)/.ready
+
+$(VENV)/.ready-fuzz: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[fuzz]'
 	@touch $@ $(VENV)/.ready
 
 clean:

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -56,6 +58,22 @@ def console(*, stderr: bool = False) -> Console:
     return Console(stderr=stderr, highlight=False, soft_wrap=False)
 
 
+@contextmanager
+def stop_signals() -> Iterator[None]:
+    """Let a closed terminal or a polite kill end a run as Ctrl-C does: the axis is stopped."""
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.signal(number, interrupt) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
+
+
 def finite(document: Any) -> Any:
     """The document with every NaN and infinity as null, which is what JSON has."""
     if isinstance(document, dict):
@@ -98,5 +116,5 @@ rig_option = click.option(
     default="sim:paper",
     show_default=True,
     metavar="SPEC",
-    help="sim:NAME, sim:FILE.toml or dynamixel:DEVICE.",
+    help="sim:NAME, sim:FILE.toml, dynamixel:DEVICE or replay:LOG.",
 )

@@ -33,6 +33,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "predict": ("predict", "predict", "Predict the torque of logs with a parameter file."),
     "report": ("report", "report", "Make the fit report: one HTML page and its figures."),
     "tune": ("tune", "tune", "Gains of the light mode for a wanted feel."),
+    "virtual-servo": ("virtual_servo", "virtual_servo", "A virtual servo, to rehearse a session with."),
     "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
     "export": ("export", "export", "Turn a parameter file into what other programs and boards use."),
 }

@@ -13,25 +13,65 @@ if TYPE_CHECKING:
 
 
 @click.command()
+@click.option(
+    "--scan",
+    is_flag=False,
+    flag_value="",
+    metavar="[DEVICE]",
+    help="Look for servos on every USB serial port, or on this one.",
+)
 @output_options
-def rigs(output: Output) -> None:
-    """List the rigs: simulated ones by name, a plant file of yours, a servo on a bus.
+def rigs(output: Output, scan: str | None) -> int:
+    """List the rigs: simulated ones by name, a plant file of yours, a servo on a bus, a log.
 
     \b
     ffc-id rigs
+    ffc-id rigs --scan                  which servos are there (some seconds a port)
     """
     from idtool.rig import named_rigs
 
+    if scan is not None:
+        return _scan(scan, output)
     found = named_rigs()
     forms = {
         "sim:FILE.toml": "a simulated axis of your own, with any effect (see docs/rigs.md)",
-        "dynamixel:DEVICE[,id=N]": "a servo on a bus (not in this version)",
+        "dynamixel:DEVICE[,id=N]": "a servo on a bus (see docs/hardware.md)",
+        "replay:LOG": "a log played back",
     }
 
     def show(console: Console) -> None:
         _list(console, {**found, **forms})
 
     output.result({"rigs": found, "forms": forms}, show)
+    return 0
+
+
+def _scan(device: str, output: Output) -> int:
+    from idtool.errors import RigFault
+    from idtool.rig.dynamixel.scan import Found, ports, scan
+
+    devices = [device] if device else ports()
+    if not devices:
+        raise RigFault("there is no USB serial port; plug the adapter in, or name the device after --scan")
+    servos: list[Found] = []
+    for found in scan(devices, progress=lambda what: output.say(f"asking {what}")):
+        if isinstance(found, RigFault):
+            output.warn(str(found))
+        else:
+            servos.append(found)
+    document = [
+        {"rig": s.spec, "device": s.device, "baud": s.baud, "id": s.id}
+        | {"model_number": s.model_number, "model": s.model}
+        for s in servos
+    ]
+
+    def show(console: Console) -> None:
+        _list(console, {s.spec: s.model or f"model number {s.model_number}, not known" for s in servos})
+
+    output.result({"servos": document}, show)
+    if not servos:
+        raise RigFault(f"no servo answered on {', '.join(devices)}; check its power and its cable")
+    return 0
 
 
 @click.group(invoke_without_command=True)

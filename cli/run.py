@@ -2,34 +2,74 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from .common import Output, console, force_option, output_options, rig_option, seed_option
+from .common import Output, console, force_option, output_options, rig_option, seed_option, stop_signals
 
 if TYPE_CHECKING:
+    from idtool.experiment.recipe import Recipe
     from idtool.experiment.runner import Progress, RunSummary
+    from idtool.rig.base import TrialSetup
+
+#: Beyond this share of late samples a run says so.
+_MANY_OVERRUNS = 0.02
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
+@dataclass(frozen=True)
+class Wishes:
+    """The options of every run.
+
+    Attributes:
+        rig: its word.
+        log: the log.
+        seed: of a simulation.
+        force: overwrite the log.
+        resume: go on with the log.
+        yes: nobody is asked to set the axis up.
+        output: where words go.
+    """
+
+    rig: str
+    log: Path
+    seed: int
+    force: bool
+    resume: bool
+    yes: bool
+    output: Output
+
+
 def _shared(command: F) -> F:
+    """The options of every run, handed to the command as `wishes: Wishes`."""
+
+    def collect(ctx: click.Context, /, **kwargs: Any) -> Any:
+        wishes = Wishes(**{field.name: kwargs.pop(field.name) for field in fields(Wishes)})
+        return ctx.invoke(command, wishes=wishes, **kwargs)
+
+    collect.__name__ = command.__name__
+    collect.__doc__ = command.__doc__
+    collect.__click_params__ = getattr(command, "__click_params__", [])  # type: ignore[attr-defined]
+    decorated: Any = click.pass_context(collect)
     for decorate in (
         output_options,
         force_option,
         seed_option,
+        click.option("--resume", is_flag=True, help="Go on with the log at its first unfinished trial."),
+        click.option("--yes", is_flag=True, help="Ask nobody to change payload or tilt of a real axis."),
         click.option(
             "-o", "--output", "log", required=True, type=click.Path(path_type=Path), help="The log."
         ),
         rig_option,
     ):
-        command = decorate(command)
-    return command
+        decorated = decorate(decorated)
+    return decorated  # type: ignore[no-any-return]
 
 
 def _recipe_option(default: str | None) -> Callable[[F], F]:
@@ -46,13 +86,13 @@ def _recipe_option(default: str | None) -> Callable[[F], F]:
 @click.command("run-gravity")
 @_recipe_option("gravity")
 @_shared
-def run_gravity(recipe: str, rig: str, log: Path, seed: int, force: bool, output: Output) -> int:
+def run_gravity(recipe: str, wishes: Wishes) -> int:
     """Payload steps: move slowly up and down at each payload, and log the current.
 
     \b
     ffc-id run-gravity -o gravity.csv
     """
-    return _run(recipe, rig, log, seed, force, output, "gravity")
+    return _run(recipe, wishes, "gravity")
 
 
 def _numbers(_context: click.Context, _option: click.Parameter, value: str | None) -> list[float] | None:
@@ -77,88 +117,94 @@ def _numbers(_context: click.Context, _option: click.Parameter, value: str | Non
     "--travel", type=float, metavar="Q", help="Travel of each way in place of the recipe's, rad (m)."
 )
 @_shared
-def run_sweep(
-    recipe: str,
-    speeds: list[float] | None,
-    travel: float | None,
-    rig: str,
-    log: Path,
-    seed: int,
-    force: bool,
-    output: Output,
-) -> int:
+def run_sweep(recipe: str, speeds: list[float] | None, travel: float | None, wishes: Wishes) -> int:
     """Velocity sweep: constant speeds both ways, lying on its side.
 
     \b
     ffc-id run-sweep --rig sim:bench -o sweep.csv
     ffc-id run-sweep --speeds 0.01,0.02,0.05 --travel 0.5 -o slow.csv
     """
-    return _run(recipe, rig, log, seed, force, output, "sweep", speeds, travel)
+    return _run(recipe, wishes, "sweep", speeds, travel)
 
 
 @click.command("run-sine")
 @_recipe_option("sine")
 @_shared
-def run_sine(recipe: str, rig: str, log: Path, seed: int, force: bool, output: Output) -> int:
+def run_sine(recipe: str, wishes: Wishes) -> int:
     """Velocity sines of several frequencies.
 
     \b
     ffc-id run-sine -o sine.csv
     """
-    return _run(recipe, rig, log, seed, force, output, "sine")
+    return _run(recipe, wishes, "sine")
 
 
 @click.command("run")
 @_recipe_option(None)
 @_shared
-def run_any(recipe: str, rig: str, log: Path, seed: int, force: bool, output: Output) -> int:
+def run_any(recipe: str, wishes: Wishes) -> int:
     """Run any recipe.
 
     \b
     ffc-id run --recipe validation -o validation.csv
     """
-    return _run(recipe, rig, log, seed, force, output, None)
+    return _run(recipe, wishes, None)
 
 
 def _run(
     name: str,
-    spec: str,
-    log: Path,
-    seed: int,
-    force: bool,
-    output: Output,
+    wishes: Wishes,
     experiment: str | None,
     speeds: list[float] | None = None,
     travel: float | None = None,
 ) -> int:
     from idtool.atomic import refuse_existing
+    from idtool.errors import UsageError
     from idtool.experiment.recipe import read_recipe
     from idtool.experiment.runner import run
     from idtool.rig import open_rig
 
+    output, log = wishes.output, wishes.log
+    if wishes.resume and wishes.force:
+        raise UsageError("--resume goes on with the log and --force begins it anew; pass one of them.")
     recipe = read_recipe(name, speeds=speeds, travel=travel)
     if experiment is not None and recipe.experiment != experiment:
         output.warn(
             f'recipe {recipe.name} is marked as experiment "{recipe.experiment}", and so will be the log; '
             f'run-{experiment} expects "{experiment}".'
         )
-    refuse_existing(log, force)
+    refuse_existing(log, wishes.force or wishes.resume)
     _refuse_itself(name, log)
-    with _stop_signals(), open_rig(spec, seed=seed) as rig:
+    with stop_signals(), open_rig(wishes.rig, seed=wishes.seed) as rig, _Bar(recipe.name, output) as bar:
+        summary = run(
+            recipe,
+            rig,
+            log,
+            force=wishes.force,
+            resume=wishes.resume,
+            confirm=bar.ask if rig.by_hand and not wishes.yes else None,
+            progress=bar.show if bar.visible else None,
+        )
+    _tell(summary, recipe, wishes)
+    return 130 if summary.interrupted else 0
 
-        def go(progress: Callable[[Progress], None] | None) -> RunSummary:
-            return run(recipe, rig, log, force=force, progress=progress)
 
-        summary = _with_bar(recipe.name, go, output)
+def _tell(summary: RunSummary, recipe: Recipe, wishes: Wishes) -> None:
+    output = wishes.output
+    loop = summary.loop
     document = {
         "file": summary.file if summary.rows else None,
         "experiment": recipe.experiment,
         "recipe": recipe.name,
-        "rig": spec,
+        "rig": wishes.rig,
         "rows": summary.rows,
         "trials": summary.trials,
         "duration_s": summary.duration_s,
         "interrupted": summary.interrupted,
+        "resumed_trials": summary.resumed,
+        "samples": loop.samples,
+        "overruns": loop.overruns,
+        "longest_period_s": loop.longest_s,
     }
     if output.json:
         output.result(document, lambda _: None)
@@ -167,14 +213,21 @@ def _run(
             f"{summary.file}: {summary.rows} rows, {summary.trials} trials, "
             f"{summary.duration_s:.0f} s of rig time"
         )
+    if summary.resumed == len(recipe.trials):
+        output.say(f"note: every trial was in {summary.file} already; nothing was run.")
+    if loop.overruns > _MANY_OVERRUNS * loop.samples:
+        output.warn(
+            f"{loop.overruns} of {loop.samples} samples came late, by up to {1e3 * loop.longest_s:.0f} ms "
+            "after the one before; a slower period= or an idle computer helps (see docs/hardware.md)."
+        )
     if summary.interrupted:
         kept = f"{summary.rows} rows are kept in {summary.file}" if summary.rows else "no row was measured"
         output.warn(
             f"interrupted: the axis was stopped; {kept} "
             f"({summary.trials} of {len(recipe.trials)} trials finished)."
         )
-        return 130
-    return 0
+        if 0 < summary.trials < len(recipe.trials):
+            output.say("the same command with --resume goes on from there.")
 
 
 def _refuse_itself(recipe: str, log: Path) -> None:
@@ -186,42 +239,68 @@ def _refuse_itself(recipe: str, log: Path) -> None:
         raise UsageError(f"{log} is the recipe itself; name another file for the log.")
 
 
-@contextmanager
-def _stop_signals() -> Iterator[None]:
-    """Let a closed terminal or a polite kill end a run as Ctrl-C does: the axis is stopped."""
+class _Bar:
+    """A progress bar on standard error, if that is a terminal and nobody asked for quiet.
 
-    def interrupt(*_: Any) -> None:
-        raise KeyboardInterrupt
+    Attributes:
+        visible: whether there is one.
+    """
 
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.signal(number, interrupt) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
+    def __init__(self, title: str, output: Output) -> None:
+        screen = console(stderr=True)
+        self.visible = screen.is_terminal and not output.quiet
+        if not self.visible:
+            return
+        from rich.markup import escape
+        from rich.progress import BarColumn, TextColumn
+        from rich.progress import Progress as Bar
 
+        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[left]}"))
+        self._bar = Bar(*columns, console=screen, transient=True)
+        self._task = self._bar.add_task(escape(title), total=1.0, left="")
 
-def _with_bar(
-    title: str, go: Callable[[Callable[[Progress], None] | None], RunSummary], output: Output
-) -> RunSummary:
-    """Run with a progress bar on standard error, if that is a terminal and nobody asked for quiet."""
-    screen = console(stderr=True)
-    if output.quiet or not screen.is_terminal:
-        return go(None)
-    from rich.markup import escape
-    from rich.progress import BarColumn, TextColumn
-    from rich.progress import Progress as Bar
+    def __enter__(self) -> _Bar:
+        if self.visible:
+            self._bar.start()
+        return self
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[left]}"))
-    with Bar(*columns, console=screen, transient=True) as bar:
-        task = bar.add_task(escape(title), total=1.0, left="")
+    def __exit__(self, *_: object) -> None:
+        if self.visible:
+            self._bar.stop()
 
-        def show(now: Progress) -> None:
-            left = (
-                f"trial {now.trial} of {now.trials}, {now.rig_s_left:.0f} s of rig time left "
-                f"(about {now.wall_s_left:.0f} s to wait)"
+    def show(self, now: Progress) -> None:
+        """How far it is."""
+        left = (
+            f"trial {now.trial} of {now.trials}, {now.rig_s_left:.0f} s of rig time left "
+            f"(about {now.wall_s_left:.0f} s to wait)"
+        )
+        self._bar.update(self._task, completed=now.share, left=left)
+
+    def ask(self, trial: int, trials: int, setup: TrialSetup, before: TrialSetup | None) -> None:
+        """Have a person set the axis up, and wait for Enter.
+
+        Raises:
+            UsageError: standard input ended: nobody is there.
+        """
+        from idtool.errors import UsageError
+
+        if self.visible:
+            self._bar.stop()
+        was = f" (now {_words(before)})" if before is not None else ""
+        click.echo(
+            f"trial {trial} of {trials}: set the axis to {_words(setup)}{was}, then press Enter; Ctrl-C ends",
+            err=True,
+        )
+        if not sys.stdin.readline():
+            raise UsageError(
+                "nobody confirmed that the axis is set up for its trial; pass --yes if it needs no hand."
             )
-            bar.update(task, completed=now.share, left=left)
+        if self.visible:
+            self._bar.start()
 
-        return go(show)
+
+def _words(setup: TrialSetup) -> str:
+    """A set-up for a person."""
+    tilt = f"{setup.tilt_alpha_rad:.4g} and {setup.tilt_beta_rad:.4g} rad"
+    warm = "" if setup.temperature_degc is None else f", surroundings {setup.temperature_degc:g} °C"
+    return f"payload {setup.payload_kg:g} kg, tilt {tilt}{warm}"

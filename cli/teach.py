@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output, console, force_option, output_options, rig_option, seed_option
+from .common import Output, console, force_option, output_options, rig_option, seed_option, stop_signals
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -103,8 +103,7 @@ def teach(
     for path in (log, figure):
         if path is not None:
             refuse_existing(path, force)
-    axis = open_rig(rig, seed=seed)
-    try:
+    with stop_signals(), open_rig(rig, seed=seed) as axis:
         controller = _controller(parameters, params, axis)
         hand = _hand(parameters, hand_speed, hand_force) if axis.simulated else None
         if hand is None and figure is None and log is None:
@@ -112,8 +111,6 @@ def teach(
         if tare and controller.mode != "light":
             raise UsageError("only the light mode has a tare: write it into the file with `ffc-id tune`")
         result = _run(parameters, controller, axis, hand, payload, tilt, duration, log, force, tare, output)
-    finally:
-        axis.close()
     if figure is not None:
         _draw(parameters, result, figure)
     bare = None

@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from os import PathLike
+from typing import Any
 
 
 class FfcIdError(Exception):
@@ -50,9 +51,14 @@ class UsageError(FfcIdError):
 
 
 class RigFault(FfcIdError):  # noqa: N818 (a fault is what the rig has; the contract names it so)
-    """A rig that cannot be reached, left its limits or stopped answering (exit code 4)."""
+    """A rig that cannot be reached, left its limits or stopped answering (exit code 4).
+
+    Attributes:
+        history: what was measured in the second before (a `rig.base.Block`); None where nothing was.
+    """
 
     exit_code = 4
+    history: Any = None
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

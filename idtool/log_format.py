@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import tomli_w
 
 from idtool.axis import Axis, short
 from idtool.errors import InputError
+from idtool.toml_text import parse_toml
 from idtool.units import Kind, torque_name
 
 LOG_VERSION = 1
@@ -62,7 +62,7 @@ def parse_header(lines: list[str], file: Path) -> dict[str, Any]:
     """
     ours = any(line.startswith("ffc-id-log") for line in lines)
     try:
-        header = tomllib.loads("\n".join(lines))
+        header = parse_toml("\n".join(lines))
     except (ValueError, RecursionError) as error:  # tomllib lets int() complain of huge numbers as ValueError
         if not ours:
             return {}

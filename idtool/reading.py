@@ -26,7 +26,7 @@ def read_bytes(
     Args:
         path: the file; a pipe is read to its end.
         what: what the file should be ("a log"), for messages.
-        text: it must be lines of text; stop early if its start is not.
+        text: it must be lines of text; stop at a line of over 1 MiB.
         limit: the most bytes taken.
 
     Raises:
@@ -39,6 +39,7 @@ def read_bytes(
             packed = first[:2] == _GZIP
             chunks: list[bytes] = []
             total = 0
+            lines = _Lines(file, what)
             unpacker = _Unpacker(file)
             while first:
                 for chunk in unpacker.feed(first) if packed else (first,):
@@ -50,8 +51,8 @@ def read_bytes(
                             file=file,
                             remedy="split it into parts",
                         )
-                    if text and total == len(chunk):
-                        _check_start(chunk, file, what)
+                    if text:
+                        lines.pass_on(chunk)
                 first = stream.read(_CHUNK)
     except FileNotFoundError as error:
         raise InputError("no such file", file=file, remedy="check the path") from error
@@ -70,12 +71,27 @@ def read_bytes(
     return b"".join(chunks), packed and not unpacker.whole
 
 
-def _check_start(start: bytes, file: Path, what: str) -> None:
-    """Stop before a huge file of one line, such as a disk image, fills the memory."""
-    if len(start) >= MAX_LINE and b"\n" not in start and b"\r" not in start:
-        raise InputError(
-            f"its first line is over 1 MiB, so it is not {what}", file=file, remedy="check the path"
-        )
+class _Lines:
+    """Stops before a huge line, such as a disk image in a log, fills the memory."""
+
+    def __init__(self, file: Path, what: str) -> None:
+        self._file, self._what = file, what
+        self._read = self._begun = 0
+
+    def pass_on(self, chunk: bytes) -> None:
+        """Look at the next bytes."""
+        first = min((at for at in (chunk.find(b"\n"), chunk.find(b"\r")) if at >= 0), default=len(chunk))
+        if self._read + first - self._begun >= MAX_LINE:
+            where = "first line" if self._begun == 0 else f"line at byte {self._begun}"
+            raise InputError(
+                f"its {where} is over 1 MiB, so it is not {self._what}",
+                file=self._file,
+                remedy="check the path",
+            )
+        last = max(chunk.rfind(b"\n"), chunk.rfind(b"\r"))
+        if last >= 0:
+            self._begun = self._read + last + 1
+        self._read += len(chunk)
 
 
 def _size(count: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,6 +13,10 @@ import tomli_w
 from idtool.axis import is_finite
 from idtool.errors import InputError
 from idtool.reading import read_bytes
+
+#: What no bare key goes beyond, and the most dots of a key.
+_KEY_ENDS = re.compile(r"[=\n{},]")
+_MOST_PARTS = 100
 
 
 def dumps_inline(document: Mapping[str, Any]) -> str:
@@ -58,6 +63,19 @@ def _inline(value: Any) -> str:
     return tomli_w.dumps({"v": value}).removeprefix("v = ").removesuffix("\n")
 
 
+def parse_toml(text: str) -> dict[str, Any]:
+    """The document of a TOML text.
+
+    Raises:
+        ValueError: not TOML, or with a key of so many parts that the parser would take minutes (its time
+            grows with their square).
+        RecursionError: nested too deeply.
+    """
+    if max(piece.count(".") for piece in _KEY_ENDS.split(text)) > _MOST_PARTS:
+        raise ValueError(f"a key of over {_MOST_PARTS} parts")
+    return tomllib.loads(text)
+
+
 def load_toml(file: Path, limit: int) -> dict[str, Any]:
     """The document of a parameter file of at most `limit` bytes.
 
@@ -70,7 +88,7 @@ def load_toml(file: Path, limit: int) -> dict[str, Any]:
             raise InputError("is gzipped and cut short", file=file, remedy="copy it again")
         if not raw.strip():
             raise InputError("the file is empty", file=file, remedy="make it with `ffc-id identify` or a fit")
-        return tomllib.loads(raw.decode("utf-8-sig"))
+        return parse_toml(raw.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise InputError("is not a text file", file=file, remedy="name a parameter file (TOML)") from error
     except RecursionError as error:

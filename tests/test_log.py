@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import gzip
+import os
 import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -422,3 +424,27 @@ def test_reading_is_fast(tmp_path: Path) -> None:
         Log.read(tmp_path / "log.csv")
         took.append(time.perf_counter() - start)
     assert min(took) < 0.15
+
+
+def test_a_slow_disk_does_not_hold_the_axis_up_and_its_error_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, go_on = threading.Event(), threading.Event()
+    real = os.fsync
+
+    def slow(handle: int) -> None:
+        if threading.current_thread() is not threading.main_thread():
+            begun.set()
+            go_on.wait(20)
+            raise OSError(5, "Input/output error")
+        real(handle)
+
+    monkeypatch.setattr("os.fsync", slow)
+    writer = LogWriter(tmp_path / "log.csv", ["time_s", "velocity_rad_s", "torque_nm"], Axis(), "sweep")
+    for second in range(5):  # none of these waits for the disk
+        writer.append(np.array([[float(second), 1, 2]]))
+    assert begun.wait(20)
+    go_on.set()
+    with pytest.raises(InputError, match="Input/output error"):
+        writer.close()
+    assert len(Log.read(tmp_path / "log.csv").frame) == 5

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,11 +22,16 @@ from idtool.control.guard import Fault, Limits, State
 from idtool.control.hand import Hand, travel_per_position
 from idtool.control.record import Record, TeachFigures, measure
 from idtool.errors import InputError, RigFault
+from idtool.experiment.black_box import with_remains
 from idtool.log import LogWriter, columns_of
 from idtool.parameters import Parameters
 from idtool.rig.base import Rig, Sample, Trajectory, TrialSetup
+from idtool.rig.supervisor import Supervisor
+from idtool.uninterrupted import uninterrupted
 from idtool.units import file_key
 
+#: A hand may push this much faster (share) than the limit of the rig before it is stopped.
+_SPEED_TOLERANCE = 0.5
 #: Rows are handed to the log in portions of this many.
 _LOG_EVERY = 25
 #: No tare takes longer, s.
@@ -82,7 +88,7 @@ def teach(
     Raises:
         InputError: the log cannot be written, or a simulated hand was given to a real rig.
         RigFault: the rig failed, or the controller met a measurement that it cannot trust; the log
-            holds the run up to there.
+            holds the run up to there, and the last second is in a file beside it.
     """
     if hand is not None and not rig.simulated:
         raise InputError("a simulated hand cannot push a real axis", remedy="push it yourself")
@@ -92,6 +98,7 @@ def teach(
     controller.reset()
     interrupted = False
     fault: Fault | None = None
+    rig = watched = Supervisor(rig, speed_tolerance=_SPEED_TOLERANCE)
     try:
         rig.prepare(setup)
         place = _place(rig) if setup.start_position is None else setup.start_position
@@ -114,18 +121,27 @@ def teach(
                 current += sample.current / held
             if progress is not None and length < math.inf:
                 progress(min((sample.time_s - begun) / length, 1.0))
+        if fault is not None:
+            raise RigFault(
+                f"the controller stopped following after {len(recorder.rows)} samples: {fault.message}; "
+                "check sensors and bus, then start again."
+            )
     except KeyboardInterrupt:
         interrupted = True
+    except BaseException as error:
+        with uninterrupted():
+            with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
+                rig.stop()
+            if isinstance(error, RigFault):
+                error.history = error.history or watched.last_second()
+                if log is not None and recorder.rows:
+                    raise with_remains(error, log, parameters.axis) from error
+        raise
     finally:
-        try:
-            rig.stop()
-        finally:
+        with uninterrupted():
             recorder.close()
-    if fault is not None:
-        raise RigFault(
-            f"the controller stopped following after {len(recorder.rows)} samples: {fault.message}; "
-            "check sensors and bus, then start again."
-        )
+    with uninterrupted():
+        rig.stop()
     record = recorder.record()
     figures = None
     if hand is not None and len(record.time):

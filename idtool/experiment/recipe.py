@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 import shlex
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -30,6 +29,7 @@ from idtool.axis import is_finite, short
 from idtool.errors import InputError, nearest
 from idtool.experiment.trajectory import BackAndForth, Motion, Sines
 from idtool.rig.base import TrialSetup
+from idtool.toml_text import parse_toml
 from idtool.units import Kind, file_key
 
 SCHEMA = "ffc-id/recipe/1"
@@ -180,7 +180,7 @@ def parse_recipe(
         InputError: naming `source`, the key and the remedy.
     """
     try:
-        document = tomllib.loads(text)
+        document = parse_toml(text)
     except (ValueError, RecursionError) as error:  # a whole number too long to read is a ValueError
         reason = str(error).splitlines()[0].rstrip(".")
         raise InputError(f"is not TOML ({reason})", file=source, remedy="mend that place") from error
@@ -231,7 +231,7 @@ def _with_motion(entries: Any, kind: Kind, speeds: Sequence[float] | None, trave
 def document_of_command(command: str, kind: Kind) -> dict[str, Any]:
     """The recipe, as a TOML document, that a command such as `ffc-id run-sweep --speeds 0.1,0.2` runs."""
     _, run, *rest = shlex.split(command)
-    document = tomllib.loads(recipe_text(run.removeprefix("run-")))
+    document = parse_toml(recipe_text(run.removeprefix("run-")))
     options = dict(pairwise(rest))
     speeds = [float(speed) for speed in options["--speeds"].split(",")] if "--speeds" in options else None
     travel = float(options["--travel"]) if "--travel" in options else None

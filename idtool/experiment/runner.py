@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 import os
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from idtool.errors import InputError, RigFault
-from idtool.experiment.recipe import SINE_SHARE, Recipe, RecipeTrial
-from idtool.experiment.trajectory import excursion
+from idtool.errors import RigFault
+from idtool.experiment.black_box import with_remains
+from idtool.experiment.plan import plan_of, rows_every
+from idtool.experiment.recipe import Recipe, RecipeTrial
+from idtool.experiment.resume import Done, done_in
 from idtool.log import LogWriter, columns_of
 from idtool.model.motion import Array
-from idtool.rig.base import Block, Limits, Rig, Trajectory, TrialSetup
-from idtool.units import Kind, unit_text
+from idtool.rig.base import Block, Rig, Trajectory, TrialSetup
+from idtool.rig.supervisor import LoopTime, Supervisor
+from idtool.uninterrupted import uninterrupted
 
-#: Beyond a limit by this share (of the range of positions, of the highest speed or current) the axis is
-#: stopped; noise of the sensors and the small overshoot of a drive stay below it.
-_TOLERANCE = 0.05
+#: Asks a person to set the axis up: trial (from 1), of how many, its set-up, and the one before.
+Confirm = Callable[[int, int, TrialSetup, TrialSetup | None], None]
+#: Pause that stands in the log between an interrupted run and its continuation, s.
+_PAUSE_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,8 @@ class RunSummary:
         trials: trials that were finished.
         duration_s: rig time from the first row to the last.
         interrupted: Ctrl-C ended it.
+        loop: how well the rig kept its period, in this run.
+        resumed: how many of the trials an earlier run had finished.
     """
 
     file: str
@@ -62,6 +65,8 @@ class RunSummary:
     trials: int
     duration_s: float
     interrupted: bool
+    loop: LoopTime = field(default_factory=LoopTime)
+    resumed: int = 0
 
 
 def run(
@@ -70,6 +75,8 @@ def run(
     path: str | os.PathLike[str],
     *,
     force: bool = False,
+    resume: bool = False,
+    confirm: Confirm | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> RunSummary:
     """Run every trial and log it.
@@ -82,14 +89,20 @@ def run(
         rig: on what; it is stopped on every way out.
         path: the log.
         force: overwrite an existing log.
+        resume: go on with an existing log at the first trial that is not whole in it.
+        confirm: called before every trial whose payload or tilt is another than that of the trial before
+            (and before the first), while the axis stands.
         progress: called after every block.
 
     Raises:
-        InputError: the recipe would leave the rig's limits (nothing has moved), or the log cannot be
-            written.
-        RigFault: the axis left its limits or the drive failed; the log holds everything up to then.
+        InputError: the recipe would leave the rig's limits, or the log is none to go on with (nothing has
+            moved), or the log can no longer be written.
+        RigFault: the axis left its limits or the drive failed. The log holds everything up to then, and
+            the last second is in a file beside it.
     """
-    plan = _plan(recipe, rig)
+    plan = plan_of(recipe, rig)
+    done = done_in(path, recipe, rig, rows_every(recipe, rig)) if resume else Done()
+    watched = Supervisor(rig)
     with LogWriter(
         path,
         _columns(rig),
@@ -97,63 +110,90 @@ def run(
         recipe.experiment,
         {"recipe": recipe.name, "rig": rig.description},
         force=force,
+        keep_rows=done.rows if resume and Path(path).exists() else None,
     ) as writer:
-        session = _Session(recipe, rig, writer, progress)
+        session = _Session(recipe, watched, writer, done, progress)
         interrupted = False
         try:
-            for trial, start in plan:
+            before: TrialSetup | None = None
+            for index, (trial, start) in enumerate(plan[done.trials :], start=done.trials + 1):
+                if confirm is not None and _differs(trial.setup, before):
+                    confirm(index, len(plan), trial.setup, before)
+                before = trial.setup
                 session.trial(trial, start)
         except KeyboardInterrupt:
             interrupted = True
-        except RigFault as error:
-            raise RigFault(f"{str(error).removesuffix('.')}; {session.kept()}.") from error
-        finally:
-            with _uninterrupted():
-                try:
+        except BaseException as error:
+            with uninterrupted():
+                with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
                     rig.stop()
-                finally:
-                    session.drop_if_empty()
+                if isinstance(error, RigFault):
+                    raise with_remains(error, path, rig.axis, session.kept()) from error
+            raise
+        finally:
+            with uninterrupted():
+                session.drop_if_empty()
+        with uninterrupted():
+            watched.stop()
     return session.summary(interrupted)
+
+
+def _differs(setup: TrialSetup, before: TrialSetup | None) -> bool:
+    """Whether a person has to do something between these two."""
+    if before is None:
+        return True
+    by_hand = ("payload_kg", "tilt_alpha_rad", "tilt_beta_rad", "temperature_degc")
+    return any(getattr(setup, name) != getattr(before, name) for name in by_hand)
 
 
 class _Session:
     """One run: where it is and what it has written."""
 
     def __init__(
-        self, recipe: Recipe, rig: Rig, writer: LogWriter, progress: Callable[[Progress], None] | None
+        self,
+        recipe: Recipe,
+        rig: Supervisor,
+        writer: LogWriter,
+        done: Done,
+        progress: Callable[[Progress], None] | None,
     ) -> None:
         self._recipe, self._rig, self._writer, self._progress = recipe, rig, writer, progress
-        self._every = _every(recipe, rig)
+        self._every = rows_every(recipe, rig)
         self._total = recipe.duration_s
         self._began = time.monotonic()
+        self._resumed = self._finished = done.trials
+        self._before = sum(trial.motion.duration_s for trial in recipe.trials[: done.trials])
         self._played = 0.0
-        self._rows = self._finished = 0
-        self._first: float | None = None
-        self._last = 0.0
+        self._rows, self._first, self._last = done.rows, done.first_s, done.last_s
+        self._shift: float | None = None if done.rows else 0.0
 
     def trial(self, trial: RecipeTrial, start: float) -> None:
-        """Prepare, play, supervise and log one trial."""
+        """Prepare, play and log one trial."""
         rig = self._rig
         setup = replace(trial.setup, start_position=start)
         rig.prepare(setup)
         seen = 0
         for block in rig.play(Trajectory(rig.period_s, "velocity", trial.motion.command(rig.period_s))):
-            self._check_readings(block)
             # Every n-th sample of the trial, not of the block. Nothing is averaged: a row is a reading.
-            rows = _rows(block, self._finished, setup)[-seen % self._every :: self._every]
+            self._log(_rows(block, self._finished, setup)[-seen % self._every :: self._every])
             seen += len(block.time_s)
-            with _uninterrupted():
-                self._writer.append(rows)
-                self._rows += len(rows)
-                if len(rows):
-                    self._first = float(rows[0, 1]) if self._first is None else self._first
-                    self._last = float(rows[-1, 1])
-            _supervise(block, rig.limits, rig.axis.kind)
             self._played += rig.period_s * len(block.time_s)
             self._tell()
         if seen == 0:
             raise RigFault("the rig measured nothing")
         self._finished += 1
+
+    def _log(self, rows: Array) -> None:
+        if not len(rows):
+            return
+        if self._shift is None:  # the rig's clock began anew; the log's goes on
+            self._shift = self._last + _PAUSE_S - float(rows[0, 1])
+        rows[:, 1] = np.round(rows[:, 1] + self._shift, 9)
+        with uninterrupted():
+            self._writer.append(rows)
+            self._rows += len(rows)
+            self._first = float(rows[0, 1]) if self._first is None else self._first
+            self._last = float(rows[-1, 1])
 
     def kept(self) -> str:
         """What became of the log, for a sentence."""
@@ -164,118 +204,35 @@ class _Session:
     def drop_if_empty(self) -> None:
         """Remove a log without a row, which nothing could read."""
         if self._rows == 0:
-            Path(self._writer.path).unlink(missing_ok=True)
+            self._writer.discard()
 
     def summary(self, interrupted: bool) -> RunSummary:
         seconds = self._last - self._first if self._first is not None else 0.0
-        return RunSummary(str(self._writer.path), self._rows, self._finished, seconds, interrupted)
-
-    def _check_readings(self, block: Block) -> None:
-        readings = [block.time_s, block.position, block.velocity, block.current]
-        if self._rig.measures_temperature:
-            if block.temperature is None:
-                raise RigFault("the rig stopped measuring its temperature")
-            readings.append(block.temperature)
-        if not all(np.isfinite(values).all() for values in readings):
-            raise RigFault("a sensor returned something that is no number, so the axis was stopped")
+        return RunSummary(
+            str(self._writer.path),
+            self._rows,
+            self._finished,
+            seconds,
+            interrupted,
+            self._rig.loop,
+            self._resumed,
+        )
 
     def _tell(self) -> None:
         if self._progress is None:
             return
-        share = min(self._played / self._total, 1.0)
+        rig_left = max(self._total - self._before - self._played, 0.0)
         waited = time.monotonic() - self._began
-        left = waited * (1.0 - share) / share if share > 0.0 else 0.0
-        rig_left = max(self._total - self._played, 0.0)
+        left = waited * rig_left / self._played
+        share = 1.0 - rig_left / self._total
         trials = len(self._recipe.trials)
         self._progress(Progress(share, rig_left, left, self._finished + 1, trials))
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C, and other signals that end a run, back until the end of the block.
-
-    A row must be written and counted, and the axis stopped, also when the key is hit twice. Elsewhere
-    than in the main thread Python delivers no signal, and there is nothing to hold.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    held: list[int] = []
-
-    def hold(number: int, _: Any) -> None:
-        held.append(number)
-
-    names = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.getsignal(number) for number in (getattr(signal, name) for name in names)}
-    before = {number: handler for number, handler in before.items() if callable(handler)}
-    for number in before:
-        signal.signal(number, hold)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        if held:
-            signal.raise_signal(held[0])
-
-
-def _every(recipe: Recipe, rig: Rig) -> int:
-    """How many samples of the rig there are per row of the log."""
-    return max(1, round(recipe.period_s / rig.period_s))
-
-
-def _plan(recipe: Recipe, rig: Rig) -> list[tuple[RecipeTrial, float]]:
-    """Every trial with the start from which it stays in the middle of the range, rad (m).
-
-    Raises:
-        InputError: a trial does not fit the rig.
-    """
-    if recipe.kind != rig.axis.kind:
-        raise InputError(
-            f"is for a {recipe.kind} axis and the rig is {rig.axis.kind}",
-            file=recipe.source,
-            place="axis",
-            remedy=f'write axis = "{rig.axis.kind}" and the keys of that axis',
-        )
-    period = rig.period_s * _every(recipe, rig)
-    return [(trial, _check(recipe, trial, rig, period)) for trial in recipe.trials]
-
-
-def _check(recipe: Recipe, trial: RecipeTrial, rig: Rig, period: float) -> float:
-    limits, kind = rig.limits, rig.axis.kind
-    speed_key, travel_key = trial.keys
-    command = trial.motion.command(rig.period_s)
-    fastest = float(np.max(np.abs(command)))
-    if fastest > limits.speed * (1.0 + 1e-9):
-        raise InputError(
-            f"moves at {fastest:.3g} {unit_text('velocity', kind)}, the rig's limit is {limits.speed:.3g}",
-            file=recipe.source,
-            place=f"{trial.place}.{speed_key}",
-            remedy="lower it",
-        )
-    low, high = excursion(command, rig.period_s)
-    room = limits.position[1] - limits.position[0]
-    if high - low > room:
-        raise InputError(
-            f"moves over {high - low:.3g} {unit_text('position', kind)}, the rig has {room:.3g}",
-            file=recipe.source,
-            place=f"{trial.place}.{travel_key}",
-            remedy="lower it" if travel_key != speed_key else "lower it or raise the frequency",
-        )
-    if trial.motion.highest_frequency_hz > SINE_SHARE / period * (1.0 + 1e-9):
-        raise InputError(
-            f"has a sine of {trial.motion.highest_frequency_hz:g} Hz, more than a tenth of this rig's "
-            f"{1.0 / period:g} samples per second",
-            file=recipe.source,
-            place=trial.place,
-            remedy=f"stay below {SINE_SHARE / period:g} Hz",
-        )
-    return 0.5 * (limits.position[0] + limits.position[1]) - 0.5 * (low + high)
 
 
 def _columns(rig: Rig) -> list[str]:
     names = ["trial", "time", "position", "velocity", "current", "velocity_command", "payload"]
     names += ["tilt_alpha", "tilt_beta"] + (["temperature"] if rig.measures_temperature else [])
+    names += ["supply_voltage"] if rig.measures_voltage else []
     roles = columns_of(rig.axis.kind)
     return [roles[name] for name in names]
 
@@ -288,28 +245,7 @@ def _rows(block: Block, trial: int, setup: TrialSetup) -> Array:
     columns += [np.full(n, setup.tilt_alpha_rad), np.full(n, setup.tilt_beta_rad)]
     if block.temperature is not None:
         columns.append(block.temperature)
+    if block.voltage is not None:
+        columns.append(block.voltage)
     # nine digits after the point keep every reading and leave the noise of arithmetic out of the file
     return np.asarray(np.round(np.column_stack(columns), 9))
-
-
-def _supervise(block: Block, limits: Limits, kind: Kind) -> None:
-    """Raise if the axis left its limits."""
-    low, high = limits.position
-    margin = _TOLERANCE * (high - low)
-    most = 1.0 + _TOLERANCE
-    checks = [
-        ("position", block.position, low - margin, high + margin, unit_text("position", kind)),
-        ("velocity", block.velocity, -most * limits.speed, most * limits.speed, unit_text("velocity", kind)),
-        ("current", block.current, -most * limits.current, most * limits.current, "A"),
-    ]
-    if block.temperature is not None:
-        checks.append(("temperature", block.temperature, -np.inf, limits.temperature, "°C"))
-    remedies = {"temperature": "let it cool down", "position": "lower the travel"}
-    for what, values, least, highest, unit in checks:
-        beyond = np.flatnonzero((values < least) | (values > highest))
-        if len(beyond):
-            raise RigFault(
-                f"the axis was stopped because its {what} of {values[beyond[0]]:.3g} {unit} at "
-                f"{block.time_s[beyond[0]]:.2f} s is beyond the limit; "
-                f"{remedies.get(what, 'lower the speed or the payload')}"
-            )

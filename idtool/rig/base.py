@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Literal, Self
 
 from idtool.axis import Axis
+from idtool.errors import RigFault
 from idtool.model.motion import Array
 
 Mode = Literal["velocity", "position"]
@@ -84,6 +85,7 @@ class Block:
     current: Array
     command: Array
     temperature: Array | None = None
+    voltage: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -104,16 +106,21 @@ class Rig(ABC):
         axis: kind of axis and torque constant.
         limits: what it must not exceed.
         period_s: sampling and control period.
+        speed_step: the drive rounds commanded speeds to multiples of it, rad/s (m/s); 0 is not at all.
         simulated: whether `step` takes the torque of a hand.
-        measures_temperature: whether its blocks hold a temperature.
+        by_hand: whether a person changes payload and tilt.
+        measures_temperature, measures_voltage: whether its blocks hold a temperature, a supply voltage.
         description: one line for a person; it goes into logs and holds no secret of a simulation.
     """
 
     axis: Axis
     limits: Limits
     period_s: float
+    speed_step: float = 0.0
     simulated: bool = False
+    by_hand: bool = False
     measures_temperature: bool = False
+    measures_voltage: bool = False
     description: str
 
     @abstractmethod
@@ -156,4 +163,8 @@ class Rig(ABC):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        try:
+            self.close()
+        except RigFault:
+            if not isinstance(error, RigFault):  # else the first fault is the one to tell
+                raise

@@ -3,19 +3,20 @@
 sim:paper                       a simulated rig that comes with the package
 sim:my_plant.toml               one of your own
 sim:paper,sensors=dynamixel     with other sensors
-dynamixel:/dev/ttyUSB0,id=1     a servo on a bus (not in this version)
+replay:sweep.csv                a log played back
+dynamixel:/dev/ttyUSB0,id=1     a servo on a bus; options as in `dynamixel.settings`
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from idtool.errors import InputError, RigFault, nearest
+from idtool.errors import InputError, nearest
 from idtool.rig.base import Rig
 from idtool.rig.plant_file import PlantFile, check_sensors, read_plant_file
 
 _FOLDER = Path(__file__).parent
-_KINDS = ("sim", "dynamixel")
+_KINDS = ("sim", "dynamixel", "replay")
 
 
 def named_rigs() -> dict[str, str]:
@@ -37,23 +38,35 @@ def open_rig(spec: str, *, seed: int = 0) -> Rig:
     head, *rest = spec.split(",")
     kind, colon, target = head.partition(":")
     if kind not in _KINDS or not colon or not target:
-        known = [*named_rigs(), "sim:FILE.toml", "dynamixel:DEVICE"]
+        known = [*named_rigs(), "sim:FILE.toml", "dynamixel:DEVICE", "replay:LOG"]
         raise InputError(f'unknown rig "{spec}"', remedy=nearest(head, known))
     if kind == "dynamixel":
-        _options(rest, ("id",), spec)
-        raise RigFault(
-            f"cannot open {head}: this version has no backend for a DYNAMIXEL bus; "
-            'record with your own program and use "import", or practise on sim:paper'
-        )
+        return _dynamixel(target, rest, spec)
+    if kind == "replay":
+        from idtool.rig.replay import ReplayRig
+
+        return ReplayRig(spec.partition(":")[2])
     options = _options(rest, ("sensors",), spec)
     sensors = check_sensors(options["sensors"]) if "sensors" in options else None
-    file = _plant(target)
+    file = read_plant(target)
     from idtool.rig.simulated import SimulatedRig  # the compiled plant loads here, not at start-up
 
     return SimulatedRig(file, seed=seed, sensors=sensors)
 
 
-def _plant(target: str) -> PlantFile:
+def _dynamixel(device: str, words: list[str], spec: str) -> Rig:
+    from idtool.rig.dynamixel.rig import DynamixelRig
+    from idtool.rig.dynamixel.settings import OPTIONS, Settings
+
+    return DynamixelRig(device, Settings.read(_options(words, OPTIONS, spec)))
+
+
+def read_plant(target: str) -> PlantFile:
+    """The plant of a named rig ("paper"), or of a file.
+
+    Raises:
+        InputError: no such rig, or the file is none.
+    """
     if target.endswith(".toml"):
         return read_plant_file(target)
     path = _FOLDER / f"{target}.toml"

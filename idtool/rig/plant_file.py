@@ -17,7 +17,6 @@ sensors = "lab"                            # or "dynamixel", "ideal"
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from idtool.axis import Axis, is_finite, short
 from idtool.errors import InputError, nearest
 from idtool.reading import read_bytes
 from idtool.rig.sensors import SENSORS
+from idtool.toml_text import parse_toml
 
 #: Integration step of the plant, s. It stands here because reading a file must not load the compiler.
 STEP_S = 1e-4
@@ -150,7 +150,7 @@ def read_plant_file(path: str | Path) -> PlantFile:
     file = Path(path)
     content, _ = read_bytes(file, what="a plant file", limit=_MAX_BYTES)
     try:
-        table = tomllib.loads(content.decode("utf-8"))
+        table = parse_toml(content.decode("utf-8"))
     except (ValueError, RecursionError) as error:  # a whole number too long to read is a ValueError
         reason = str(error).splitlines()[0].rstrip(".")
         raise InputError(f"not TOML ({reason})", file=file, remedy="correct that line") from None
@@ -333,7 +333,9 @@ def _check_speed_of_effects(effects: dict[str, dict[str, float]], inertia: float
 def _known(table: dict[str, Any], known: tuple[str, ...], file: Path, prefix: str) -> None:
     for key in table:
         if key not in known:
-            raise InputError("unknown key", file=file, place=f"{prefix}{key}", remedy=nearest(key, known))
+            raise InputError(
+                "unknown key", file=file, place=f"{prefix}{key[:60]}", remedy=nearest(key[:60], known)
+            )
 
 
 def _table(table: dict[str, Any], name: str, file: Path, *, needed: bool = True) -> dict[str, Any]:

@@ -99,6 +99,10 @@ def test_a_run_and_its_json(ffc_id: Program, folder: Path) -> None:
         "rows": 800,
         "trials": 2,
         "interrupted": False,
+        "resumed_trials": 0,
+        "samples": 800,
+        "overruns": 0,
+        "longest_period_s": pytest.approx(0.005),
     }
 
 
@@ -126,7 +130,7 @@ def test_a_recipe_of_another_experiment_is_told(ffc_id: Program) -> None:
         (["run-sine", "--rig", "sim:papr", "-o", "x.csv"], 3, 'rig "papr"; did you mean "paper"'),
         (["run-sine", "--rig", "sin:paper", "-o", "x.csv"], 3, 'rig "sin:paper"; did you mean "sim:paper"'),
         (["run-sine", "--rig", "sim:no.toml", "-o", "x.csv"], 3, "no.toml: no such file"),
-        (["run-sine", "--rig", "dynamixel:/dev/none", "-o", "x.csv"], 4, "cannot open dynamixel:/dev/none"),
+        (["run-sine", "--rig", "dynamixel:/dev/none", "-o", "x.csv"], 4, "cannot open /dev/none: there"),
         (["run-sine", "--recipe", "sinus", "-o", "x.csv"], 3, 'unknown recipe "sinus"; did you mean "sine"'),
         (["run-sine", "--recipe", "no.toml", "-o", "x.csv"], 3, "no such file; ffc-id recipes lists"),
         (["run-sine", "--recipe", ".", "-o", "x.csv"], 3, "is a folder where a recipe should be"),
@@ -232,6 +236,7 @@ def test_rigs_and_recipes_are_listed(ffc_id: Program) -> None:
         listed = ffc_id(*arguments)
         assert [line.split()[0] for line in listed.stdout.splitlines()] == [
             "gravity",
+            "pauses",
             "sine",
             "sweep",
             "validation",

@@ -17,6 +17,7 @@ from idtool.experiment.runner import Progress, RunSummary, run
 from idtool.log import Log
 from idtool.rig import open_rig
 from idtool.rig.base import Block, Limits
+from idtool.rig.supervisor import LoopTime
 
 from .double import RigDouble, spoil
 
@@ -49,7 +50,11 @@ def test_a_whole_run(log: Path) -> None:
     summary = run(recipe(), rig, log, progress=seen.append)
     read = Log.read(log)
     seconds = float(np.ptp(read.frame["time_s"]))
-    assert replace(summary, duration_s=0.0) == RunSummary(str(log), len(read.frame), 2, 0.0, False)
+    samples = round(recipe().duration_s / rig.period_s)
+    assert (summary.loop.samples, summary.loop.overruns) == (pytest.approx(samples, abs=4), 0)
+    assert replace(summary, duration_s=0.0, loop=LoopTime()) == RunSummary(
+        str(log), len(read.frame), 2, 0.0, False
+    )
     assert summary.duration_s == pytest.approx(seconds)
     assert list(read.frame.columns) == [
         "trial", "time_s", "position_rad", "velocity_rad_s", "current_a", "velocity_command_rad_s",
@@ -142,9 +147,13 @@ def test_what_leaves_its_limits_is_stopped(log: Path, readings: dict[str, float]
         run(recipe(), rig, log)
     sentence = str(caught.value)
     assert expected in sentence
-    assert rig.calls == ["prepare", "play", "stop"]
+    assert rig.calls[:3] == ["prepare", "play", "stop"]
+    assert set(rig.calls[2:]) == {"stop"}
     rows = len(Log.read(log).frame)
-    assert sentence.endswith(f"the {rows} rows up to there are in {log}.")
+    assert sentence.endswith(
+        f"the {rows} rows up to there are in {log}, and the last second at full rate is in "
+        f"{log.with_name('log.fault.csv')}."
+    )
     # a reading beyond a limit is evidence and is kept; one that is no number cannot be
     assert rows == (3 if "no number" in expected else 4) * 47
 

@@ -56,11 +56,6 @@ def test_wrong_words_get_a_remedy(spec: str, words: str) -> None:
         open_rig(spec)
 
 
-def test_a_servo_is_said_to_be_missing() -> None:
-    with pytest.raises(RigFault, match="no backend for a DYNAMIXEL bus"):
-        open_rig("dynamixel:/dev/ttyUSB0,id=1")
-
-
 def test_a_seed_gives_the_same_readings() -> None:
     command = 0.3 * np.sin(np.arange(200) * 0.03)
     runs = [

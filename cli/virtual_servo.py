@@ -1,0 +1,161 @@
+"""`ffc-id virtual-servo`: a servo to rehearse a session with, and its mishaps, without a device."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import seed_option, stop_signals
+
+if TYPE_CHECKING:
+    from idtool.rig.virtual.rehearsal import Rehearsal
+
+#: How often it is looked whether the device is gone, s.
+_POLL_S = 0.2
+
+
+@click.command("virtual-servo")
+@click.option(
+    "--plant",
+    default="paper",
+    show_default=True,
+    metavar="NAME|FILE",
+    help="The axis behind it: a named rig, or a plant file of yours.",
+)
+@click.option("--id", "id_", default=1, show_default=True, type=click.IntRange(0, 252), help="Its id.")
+@click.option("--baud", default=57600, show_default=True, help="Its baud rate.")
+@click.option("--model", default=1150, show_default=True, metavar="NUMBER", help="Its model number.")
+@click.option(
+    "--scale",
+    default=1.0,
+    show_default=True,
+    type=click.FloatRange(0.1, 100.0),
+    help="Seconds of the servo per second here; give the rig the same scale=.",
+)
+@click.option("--payload", default=0.0, metavar="KG", help="What the axis carries at the start.")
+@click.option(
+    "--tilt",
+    nargs=2,
+    type=float,
+    default=(0.0, 0.0),
+    metavar="ALPHA BETA",
+    help="Its tilt at the start, rad.",
+)
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="WORD",
+    help="What goes wrong: lost=0.01, corrupt=0.01, late=0.01, twice=0.01, burst@2=0.1, silent@2, "
+    "unplugged@2, power@2, overload@2, error@2=4, stuck@2, watchdog@2 (seconds of torque).",
+)
+@click.option("--link", type=click.Path(path_type=Path), help="Make a symbolic link to the device here.")
+@click.option("--json", "as_json", is_flag=True, help="Say where it is as one JSON document.")
+@seed_option
+def virtual_servo(
+    plant: str,
+    id_: int,
+    baud: int,
+    model: int,
+    scale: float,
+    payload: float,
+    tilt: tuple[float, float],
+    faults: tuple[str, ...],
+    link: Path | None,
+    as_json: bool,
+    seed: int,
+) -> int:
+    """Run a virtual servo: a serial device with a simulated axis behind it.
+
+    It answers byte for byte as a servo of the X series does. The first line of its output is its device;
+    another terminal works with that as with a real servo. Meanwhile say here what you do to the axis
+    (payload 0.4, tilt 1.57 0, hand 0.2, fault silent@0, power, status). Ctrl-C ends it.
+
+    \b
+    ffc-id virtual-servo --plant bench --baud 1000000
+    ffc-id run-sweep --rig dynamixel:/dev/pts/7,baud=1000000 -o sweep.csv
+    """
+    from idtool.errors import RigFault
+    from idtool.rig.base import TrialSetup
+    from idtool.rig.opening import read_plant
+
+    try:
+        from idtool.rig.virtual.rehearsal import COMMANDS, Rehearsal
+    except ImportError as error:
+        raise RigFault("a virtual servo needs the pseudo-terminals of Linux or macOS") from error
+
+    setup = TrialSetup(payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1])
+    file = read_plant(plant)
+    scaled = f",scale={scale:g}" if scale != 1.0 else ""
+    try:
+        with (
+            stop_signals(),
+            Rehearsal(
+                file, id=id_, model=model, baud=baud, scale=scale, faults=faults, setup=setup, seed=seed
+            ) as servo,
+            _linked(link, servo.path),
+        ):
+            spec = f"dynamixel:{link or servo.path},id={id_},baud={baud}{scaled}"
+            click.echo(json.dumps({"device": servo.path, "rig": spec}) if as_json else servo.path)
+            sys.stdout.flush()
+            click.echo(f"use it with --rig {spec}; Ctrl-C ends it. Commands here:", err=True)
+            for text in COMMANDS.values():
+                click.echo(f"  {text}", err=True)
+            _converse(servo)
+    except KeyboardInterrupt:
+        return 0
+    return 0
+
+
+def _converse(servo: Rehearsal) -> None:
+    """Do what the lines on standard input say, until Ctrl-C or until the device is gone."""
+    from idtool.errors import InputError
+
+    waiting, open_ = b"", True
+    while not servo.unplugged:
+        if not open_:
+            time.sleep(_POLL_S)
+            continue
+        if not select.select([sys.stdin], [], [], _POLL_S)[0]:
+            continue
+        # not readline(): it keeps further lines where select does not see them
+        part = os.read(sys.stdin.fileno(), 4096)
+        open_ = bool(part)
+        *lines, waiting = (waiting + part).split(b"\n")
+        for line in lines:
+            if not line.strip():
+                continue
+            try:
+                click.echo(servo.do(line.decode("utf-8", "replace")), err=True)
+            except InputError as error:
+                click.echo(str(error), err=True)
+    click.echo("the device is unplugged.", err=True)
+
+
+@contextmanager
+def _linked(link: Path | None, device: str) -> Iterator[None]:
+    """A symbolic link to the device for as long as there is one."""
+    from idtool.atomic import cannot_write
+
+    if link is None:
+        yield
+        return
+    try:
+        if link.is_symlink():
+            link.unlink()
+        link.symlink_to(device)
+    except OSError as error:
+        raise cannot_write(link, error) from error
+    try:
+        yield
+    finally:
+        link.unlink(missing_ok=True)

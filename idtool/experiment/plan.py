@@ -1,0 +1,73 @@
+"""A recipe on a certain rig: refused before anything moves, or a start for every trial."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from idtool.errors import InputError
+from idtool.experiment.recipe import SINE_SHARE, Recipe, RecipeTrial
+from idtool.experiment.trajectory import excursion
+from idtool.rig.base import Rig
+from idtool.units import unit_text
+
+
+def rows_every(recipe: Recipe, rig: Rig) -> int:
+    """How many samples of the rig there are per row of the log."""
+    return max(1, round(recipe.period_s / rig.period_s))
+
+
+def plan_of(recipe: Recipe, rig: Rig) -> list[tuple[RecipeTrial, float]]:
+    """Every trial with the start from which it stays in the middle of the range, rad (m).
+
+    Raises:
+        InputError: a trial does not fit the rig.
+    """
+    if recipe.kind != rig.axis.kind:
+        raise InputError(
+            f"is for a {recipe.kind} axis and the rig is {rig.axis.kind}",
+            file=recipe.source,
+            place="axis",
+            remedy=f'write axis = "{rig.axis.kind}" and the keys of that axis',
+        )
+    period = rig.period_s * rows_every(recipe, rig)
+    return [(trial, _check(recipe, trial, rig, period)) for trial in recipe.trials]
+
+
+def _check(recipe: Recipe, trial: RecipeTrial, rig: Rig, period: float) -> float:
+    limits, kind = rig.limits, rig.axis.kind
+    speed_key, travel_key = trial.keys
+    command = trial.motion.command(rig.period_s)
+    fastest = float(np.max(np.abs(command)))
+    if fastest > limits.speed * (1.0 + 1e-9):
+        raise InputError(
+            f"moves at {fastest:.3g} {unit_text('velocity', kind)}, the rig's limit is {limits.speed:.3g}",
+            file=recipe.source,
+            place=f"{trial.place}.{speed_key}",
+            remedy="lower it",
+        )
+    if fastest < (1.0 - 1e-2) * rig.speed_step:
+        raise InputError(
+            f"moves at {fastest:.3g} {unit_text('velocity', kind)}, the drive of this rig at no less than "
+            f"{rig.speed_step:.3g}",
+            file=recipe.source,
+            place=f"{trial.place}.{speed_key}",
+            remedy="raise it",
+        )
+    low, high = excursion(command, rig.period_s)
+    room = limits.position[1] - limits.position[0]
+    if high - low > room:
+        raise InputError(
+            f"moves over {high - low:.3g} {unit_text('position', kind)}, the rig has {room:.3g}",
+            file=recipe.source,
+            place=f"{trial.place}.{travel_key}",
+            remedy="lower it" if travel_key != speed_key else "lower it or raise the frequency",
+        )
+    if trial.motion.highest_frequency_hz > SINE_SHARE / period * (1.0 + 1e-9):
+        raise InputError(
+            f"has a sine of {trial.motion.highest_frequency_hz:g} Hz, more than a tenth of this rig's "
+            f"{1.0 / period:g} samples per second",
+            file=recipe.source,
+            place=trial.place,
+            remedy=f"stay below {SINE_SHARE / period:g} Hz",
+        )
+    return 0.5 * (limits.position[0] + limits.position[1]) - 0.5 * (low + high)

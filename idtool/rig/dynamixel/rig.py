@@ -1,0 +1,334 @@
+"""A real servo behind the interface of every rig.
+
+Trajectories of speed are played in the servo's velocity mode, positions in its current-based position
+mode. While the axis may move, the servo's own bus watchdog is armed; while it stands it is not, so that
+a person may take time to change the payload.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+
+from idtool.axis import Axis
+from idtool.errors import InputError, RigFault
+from idtool.model.motion import Array
+from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
+from idtool.rig.clock import Clock, HostClock
+from idtool.rig.dynamixel.bus import BITS_PER_BYTE, BYTES_PER_PERIOD, Bus
+from idtool.rig.dynamixel.models import CURRENT_BASED_POSITION_MODE, SPEED_UNIT, VELOCITY_MODE
+from idtool.rig.dynamixel.servo import Reading, Servo
+from idtool.rig.dynamixel.settings import Settings
+from idtool.rig.faults import LimitExceeded, NotFollowing
+from idtool.uninterrupted import uninterrupted
+
+#: Sampling periods to choose from, s.
+_PERIODS = (0.005, 0.01, 0.02, 0.05, 0.1)
+#: Time that computer and adapter take per period besides wire and latency timer, s.
+_OVERHEAD_S = 1e-3
+#: A block is yielded this often, s: what leaves its limits is seen no later.
+_BLOCK_S = 0.05
+#: Speed and gain with which the axis is brought to the start of a trial, rad/s and 1/s.
+_RETURN_SPEED, _RETURN_GAIN, _RETURN_ACCELERATION = 0.5, 4.0, 2.0
+#: A start is reached within this, rad: half a unit of speed at that gain, and a little.
+_REACHED = 0.006
+#: Slower than this the axis stands, rad/s: one unit of the servo and its noise.
+_STANDS = 0.05
+#: The drive's ramps are this much steeper than the trajectory, so that they smooth its steps and no more.
+_RAMP_MARGIN = 1.5
+
+
+class DynamixelRig(Rig):
+    """One servo.
+
+    Args:
+        device: serial port.
+        settings: see there.
+        clock: None is the host's, scaled as the settings say.
+
+    Raises:
+        InputError: settings that the servo cannot keep.
+        RigFault: the servo cannot be reached or is not fit to move.
+    """
+
+    by_hand = True
+    speed_step = SPEED_UNIT
+    measures_temperature = True
+    measures_voltage = True
+
+    def __init__(self, device: str, settings: Settings, *, clock: Clock | None = None) -> None:
+        self._clock = clock or HostClock(settings.scale)
+        self._closed = False
+        self._prepared = False
+        self._bus = Bus(device, settings.id, settings.baud, self._clock)
+        try:
+            self._servo = Servo(self._bus, settings.zero)
+            try:
+                self._configure(device, settings)
+            except BaseException:
+                with suppress(RigFault):
+                    self._servo.release()
+                raise
+        except BaseException:
+            self._bus.close()
+            raise
+        self._origin = self._clock.now()
+        self._due = 0.0
+
+    def _configure(self, device: str, settings: Settings) -> None:
+        servo = self._servo
+        low, high = servo.position_limits
+        low = low if settings.low is None else settings.low
+        high = high if settings.high is None else settings.high
+        if low >= high:
+            raise InputError(
+                f"the lowest position {low:.3g} rad is not below the highest {high:.3g} rad",
+                remedy="give low and high",
+            )
+        speed = _at_most("speed", settings.speed, servo.speed_limit, "rad/s")
+        current = _at_most("current", settings.current, servo.current_limit, "A")
+        temperature = _at_most("temperature", settings.temperature, servo.temperature_limit, "°C")
+        servo.limit(speed, current)
+        self.limits = Limits((low, high), speed, current, temperature)
+        self.axis = Axis("rotary", settings.constant or servo.model.torque_constant)
+        self.description = f"DYNAMIXEL {servo.model.name}"
+        needed = period_needed(settings.baud, servo.return_delay_s, latency_s(device))
+        self.period_s = settings.period or next((p for p in _PERIODS if p >= needed), _PERIODS[-1])
+
+    # --------------------------------------------------------------------- interface
+
+    def prepare(self, setup: TrialSetup) -> None:
+        """Bring the axis to the start and let it rest; payload and tilt are a person's work.
+
+        Raises:
+            NotFollowing: it did not get there.
+            RigFault: the start lies outside the limits, or the servo failed.
+        """
+        self._open()
+        low, high = self.limits.position
+        start = setup.start_position
+        if start is not None and not low <= start <= high:
+            raise LimitExceeded(
+                f"the axis cannot start at {start:g} rad, outside its limits {low:g} to {high:g} rad"
+            )
+        here = self._servo.read().position
+        if start is None and not low <= here <= high:
+            raise LimitExceeded(
+                f"the axis stands at {here:.3g} rad, outside its limits {low:g} to {high:g} rad; "
+                "move it inside"
+            )
+        if start is not None or self._servo.mode is None:
+            self._enter(VELOCITY_MODE)
+        with self._moving():
+            if start is not None:
+                self._go_to(start)
+            self._rest(setup.rest_s)
+        self._prepared = True
+
+    def play(self, trajectory: Trajectory) -> Iterator[Block]:
+        """Follow the commands in real time; one that comes while the computer is late is left out.
+
+        Raises:
+            RigFault: the servo failed.
+        """
+        self._ready()
+        command = np.asarray(trajectory.command, dtype=float)
+        if not np.all(np.isfinite(command)) or trajectory.period_s <= 0.0:
+            raise InputError("a trajectory needs finite commands and a period above zero")
+        servo = self._servo
+        moves = trajectory.mode == "velocity"
+        self._enter(VELOCITY_MODE if moves else CURRENT_BASED_POSITION_MODE)
+        if moves:
+            steepest = float(np.max(np.abs(np.diff(command, prepend=0.0)))) / trajectory.period_s
+            servo.accelerate_at(_RAMP_MARGIN * steepest)
+        with self._moving():
+            yield from self._follow(command, trajectory.period_s, moves)
+
+    @contextmanager
+    def _moving(self) -> Iterator[None]:
+        """The axis may move inside: its watchdog is armed, and on every way out it is stopped."""
+        try:
+            self._servo.arm()
+            yield
+        except BaseException:  # also where whoever takes the blocks stops taking them
+            with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
+                self.stop()
+            raise
+        self.stop()
+
+    def _follow(self, command: Array, period: float, moves: bool) -> Iterator[Block]:
+        servo = self._servo
+        rows: list[tuple[Reading, float]] = []
+        per_block = max(1, round(_BLOCK_S / self.period_s))
+        for value in self._in_time(command, period):
+            sent = servo.move_at(value) if moves else servo.move_to(self._inside(value))
+            self._clock.wait_until(self._due)
+            rows.append((servo.read(), sent))
+            if len(rows) == per_block:
+                yield self._block(rows)
+                rows = []
+        if rows:
+            yield self._block(rows)
+
+    def _in_time(self, command: Array, period: float) -> Iterator[float]:
+        """The command that is due, sample after sample, until all have had their time."""
+        begun = self._clock.now()
+        total = len(command) * period
+        count = 0
+        while count * self.period_s < total - 1e-9:
+            self._due = begun + (count + 1) * self.period_s
+            yield float(command[min(int(count * self.period_s / period + 1e-9), len(command) - 1)])
+            late = self._clock.now() - self._due
+            count += 1 + max(0, math.floor(late / self.period_s))
+
+    def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:
+        """Command a position, wait for the end of the period, and measure.
+
+        Raises:
+            RigFault: the servo failed, or the command is no number.
+        """
+        self._ready()
+        if external_torque_nm != 0.0:
+            raise RigFault("a simulated hand cannot push a real axis")
+        if not math.isfinite(position_command):
+            raise RigFault("the drive refused a command that is not a finite number")
+        servo = self._servo
+        self._enter(CURRENT_BASED_POSITION_MODE)
+        servo.arm()
+        servo.move_to(self._inside(position_command))
+        now = self._clock.now()
+        self._due = self._due + self.period_s if now <= self._due + self.period_s else now
+        self._clock.wait_until(self._due)
+        reading = servo.read()
+        return Sample(
+            reading.time_s - self._origin,
+            reading.position,
+            reading.velocity,
+            reading.current,
+            reading.temperature,
+        )
+
+    def stop(self) -> None:
+        """Bring the axis to rest where it is and hold it there.
+
+        Raises:
+            RigFault: the servo could not be told; its own watchdog then stops it.
+        """
+        if self._closed or self._servo.mode is None:
+            return
+        with uninterrupted():
+            self._servo.hold()
+            until = self._clock.now() + 0.3
+            while self._clock.now() < until and abs(self._servo.read(alert=False).velocity) > _STANDS:
+                self._clock.wait_until(self._clock.now() + self.period_s)
+            self._servo.disarm()
+
+    def close(self) -> None:
+        """Stop, switch the torque off, put the servo's settings back and let go of the port.
+
+        Raises:
+            RigFault: the torque could not be switched off.
+        """
+        if self._closed:
+            return
+        with uninterrupted():
+            try:
+                with suppress(RigFault):  # what could not be stopped is without torque next
+                    self.stop()
+                self._servo.release()
+            except RigFault as fault:
+                raise type(fault)(f"the torque could not be switched off: {fault}") from fault
+            finally:
+                self._closed = True
+                self._bus.close()
+
+    # ------------------------------------------------------------------------- parts
+
+    @property
+    def retries(self) -> int:
+        """Packets that were lost or damaged and asked for again."""
+        return self._bus.retries
+
+    def _enter(self, mode: int) -> None:
+        self._servo.enter(mode, speed=self.limits.speed, current=self.limits.current)
+
+    def _go_to(self, goal: float) -> None:
+        servo = self._servo
+        servo.accelerate_at(_RETURN_ACCELERATION)
+        speed = min(_RETURN_SPEED, self.limits.speed)
+        error = goal - servo.read().position
+        begun = self._clock.now()
+        until = begun + 2.0 * abs(error) / speed + 3.0
+        while abs(error) > _REACHED:
+            servo.move_at(min(max(_RETURN_GAIN * error, -speed), speed))
+            self._clock.wait_until(self._clock.now() + self.period_s)
+            reading = servo.read()
+            error = goal - reading.position
+            if self._clock.now() > until:
+                raise NotFollowing(
+                    f"the axis did not reach the start of the trial: it stands at {reading.position:.3g} rad "
+                    f"instead of {goal:.3g} rad; see what blocks it"
+                )
+        servo.move_at(0.0)
+
+    def _rest(self, seconds: float) -> None:
+        until = self._clock.now() + seconds
+        while self._clock.now() < until:
+            self._servo.read()  # keeps the watchdog quiet and notices a shutdown
+            self._clock.wait_until(min(self._clock.now() + 0.02, until))
+
+    def _inside(self, position: float) -> float:
+        low, high = self.limits.position
+        return min(max(position, low), high)
+
+    def _block(self, rows: list[tuple[Reading, float]]) -> Block:
+        table = np.array(
+            [
+                (r.time_s - self._origin, r.position, r.velocity, r.current, sent, r.temperature, r.voltage)
+                for r, sent in rows
+            ]
+        ).T
+        return Block(*table)
+
+    def _open(self) -> None:
+        if self._closed:
+            raise RigFault("the rig is closed")
+
+    def _ready(self) -> None:
+        self._open()
+        if not self._prepared:
+            raise RigFault("the rig was not prepared for a trial")
+
+
+def _at_most(name: str, wanted: float | None, limit: float, unit: str) -> float:
+    if wanted is not None and wanted > limit:
+        raise InputError(
+            f"the servo itself is limited to {limit:.3g} {unit}",
+            place=name,
+            remedy=f"lower {name}, or raise the limit in the servo",
+        )
+    return limit if wanted is None else wanted
+
+
+def period_needed(baud: int, return_delay_s: float, latency: float) -> float:
+    """The shortest period for a goal and a reading, s.
+
+    Args:
+        baud: bits a second.
+        return_delay_s: of the servo, s.
+        latency: of the adapter, s.
+    """
+    wire = BYTES_PER_PERIOD * BITS_PER_BYTE / baud
+    return 1.2 * (wire + 2.0 * (return_delay_s + latency) + _OVERHEAD_S)
+
+
+def latency_s(device: str) -> float:
+    """How long a USB adapter keeps bytes back, s; 0 for what is none or does not say."""
+    name = Path(device).resolve().name
+    with suppress(OSError, ValueError):
+        return 1e-3 * float(Path(f"/sys/bus/usb-serial/devices/{name}/latency_timer").read_text())
+    return 0.0

@@ -1,0 +1,268 @@
+"""One servo in SI units: made ready, moved, and put back as it was found."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import dataclass
+
+from idtool.rig.dynamixel.bus import Bus
+from idtool.rig.dynamixel.models import (
+    ACCELERATION_UNIT,
+    BUS_WATCHDOG,
+    COUNT_RAD,
+    CURRENT_BASED_POSITION_MODE,
+    CURRENT_LIMIT,
+    CURRENT_UNIT,
+    DRIVE_MODE,
+    FOLLOWER,
+    GOAL_CURRENT,
+    GOAL_POSITION,
+    GOAL_VELOCITY,
+    MAX_POSITION_LIMIT,
+    MIN_POSITION_LIMIT,
+    MODELS,
+    OPERATING_MODE,
+    PROFILE_ACCELERATION,
+    PROFILE_VELOCITY,
+    RETURN_DELAY,
+    RETURN_DELAY_UNIT,
+    SPEED_UNIT,
+    STATUS_RETURN_LEVEL,
+    TEMPERATURE_LIMIT,
+    TIME_PROFILE,
+    TORQUE_ENABLE,
+    TORQUE_ON_BY_GOAL,
+    VELOCITY_LIMIT,
+    VELOCITY_MODE,
+    VOLTAGE_UNIT,
+    WATCHDOG_UNIT,
+    Model,
+    Register,
+)
+from idtool.rig.faults import DeviceGone, NotAnswering, ServoRefused, WatchdogTripped, WrongServo
+
+#: The servo stops by itself when it hears nothing for so long, s. All tries of a transaction take less.
+WATCHDOG_S = 0.24
+#: Deceleration with which a motion is stopped, rad/s2.
+STOP_ACCELERATION = 20.0
+#: Middle of a turn, counts.
+CENTRE = 2048
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the servo measured, all of one instant: s, rad, rad/s, A, degrees Celsius, V."""
+
+    time_s: float
+    position: float
+    velocity: float
+    current: float
+    temperature: float
+    voltage: float
+
+
+class Servo:
+    """A servo of the X series, ready to move once a mode is entered.
+
+    Whatever is changed in it is remembered, and `release` puts it back.
+
+    Args:
+        bus: how to reach it.
+        zero: position that counts as 0 rad, counts.
+
+    Attributes:
+        model: what it is.
+        mode: operating mode in force; None while its torque is off.
+
+    Raises:
+        WrongServo: it is of a model that is not in the table, or of another kind of profile.
+        ServoShutdown: it reports a hardware error.
+        NotAnswering, DeviceGone: nobody is there.
+    """
+
+    def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
+        self._bus, self._zero = bus, zero
+        self._found: dict[Register, int] = {}
+        self._armed = False
+        self.mode: int | None = None
+        self.model = self._identify()
+        # a servo set to silence would look dead from here on; the setting is lost with its power
+        bus.write_unanswered(STATUS_RETURN_LEVEL, 2)
+        bus.raise_shutdown()
+        bus.write(BUS_WATCHDOG, 0)  # it may still be tripped from the last time
+        bus.write(TORQUE_ENABLE, 0)
+        drive = bus.read(DRIVE_MODE)
+        if drive & FOLLOWER:
+            raise WrongServo("the servo is set to follow another one; clear bit 1 of its drive mode")
+        self._set(DRIVE_MODE, drive & ~(TIME_PROFILE | TORQUE_ON_BY_GOAL))
+
+    def _identify(self) -> Model:
+        number = self._bus.ping()
+        if number not in MODELS:
+            known = ", ".join(model.name for model in MODELS.values())
+            raise WrongServo(
+                f"the device with id {self._bus.id} has model number {number}, "
+                f"which is none of {known}; check the id"
+            )
+        return MODELS[number]
+
+    # ----------------------------------------------------------------- what it is set to
+
+    @property
+    def return_delay_s(self) -> float:
+        """How long it waits before it answers, s."""
+        return self._bus.read(RETURN_DELAY) * RETURN_DELAY_UNIT
+
+    @property
+    def position_limits(self) -> tuple[float, float]:
+        """Its lowest and highest position, rad."""
+        return (
+            self._radians(self._bus.read(MIN_POSITION_LIMIT)),
+            self._radians(self._bus.read(MAX_POSITION_LIMIT)),
+        )
+
+    @property
+    def speed_limit(self) -> float:
+        """Its highest speed, rad/s."""
+        return self._bus.read(VELOCITY_LIMIT) * SPEED_UNIT
+
+    @property
+    def current_limit(self) -> float:
+        """Its highest current, A."""
+        return self._bus.read(CURRENT_LIMIT) * CURRENT_UNIT
+
+    @property
+    def temperature_limit(self) -> float:
+        """Above it the servo shuts down, degrees Celsius."""
+        return float(self._bus.read(TEMPERATURE_LIMIT))
+
+    def limit(self, speed: float, current: float) -> None:
+        """Let the servo itself keep to these limits, rad/s and A; only while its torque is off."""
+        self._set(VELOCITY_LIMIT, math.ceil(speed / SPEED_UNIT))
+        self._set(CURRENT_LIMIT, math.ceil(current / CURRENT_UNIT))
+
+    # ------------------------------------------------------------------------- motion
+
+    def enter(self, mode: int, *, speed: float, current: float) -> None:
+        """Switch to an operating mode, standing where the axis is.
+
+        The torque goes off for a moment, because the servo changes its mode only then.
+
+        Args:
+            mode: VELOCITY_MODE or CURRENT_BASED_POSITION_MODE.
+            speed, current: that the position mode may use, rad/s and A.
+        """
+        if self.mode == mode:
+            return
+        self.torque_off()
+        self._set(OPERATING_MODE, mode)
+        # a change of mode resets these
+        self._set(PROFILE_ACCELERATION, 0)
+        self._found.setdefault(PROFILE_ACCELERATION, 0)
+        if mode == CURRENT_BASED_POSITION_MODE:
+            self._set(PROFILE_VELOCITY, math.ceil(speed / SPEED_UNIT))
+            limit = self._bus.read(CURRENT_LIMIT)
+            self._set(GOAL_CURRENT, min(math.ceil(current / CURRENT_UNIT), limit))
+            self._bus.write(GOAL_POSITION, self._bus.present().position)
+        else:
+            self._bus.write(GOAL_VELOCITY, 0)
+        self._bus.write(TORQUE_ENABLE, 1)
+        self.mode = mode
+
+    def torque_off(self) -> None:
+        """Switch the motor off; the axis is free."""
+        self._bus.write(TORQUE_ENABLE, 0, alert=False)
+        self.mode = None
+        self._armed = False
+
+    def accelerate_at(self, acceleration: float) -> None:
+        """Limit the acceleration of speed commands, rad/s2."""
+        self._set(PROFILE_ACCELERATION, min(max(round(acceleration / ACCELERATION_UNIT), 1), 32767))
+
+    def move_at(self, speed: float) -> float:
+        """Command a speed, rad/s; the speed commanded, which is a multiple of the servo's unit."""
+        units = round(speed / SPEED_UNIT)
+        self._bus.write(GOAL_VELOCITY, units)
+        return units * SPEED_UNIT
+
+    def move_to(self, position: float) -> float:
+        """Command a position, rad; the position commanded, which is a multiple of a count."""
+        counts = self._zero + round(position / COUNT_RAD)
+        self._bus.write(GOAL_POSITION, counts)
+        return self._radians(counts)
+
+    def hold(self) -> None:
+        """Come to rest and stay, also where the servo reports an error.
+
+        Raises:
+            RigFault: it could not be told.
+        """
+        # a tripped watchdog refuses the goal, and has stopped the axis itself
+        with suppress(WatchdogTripped):
+            if self.mode == VELOCITY_MODE:
+                steepest = round(STOP_ACCELERATION / ACCELERATION_UNIT)
+                self._bus.write(PROFILE_ACCELERATION, steepest, alert=False)
+                self._bus.write(GOAL_VELOCITY, 0, alert=False)
+            elif self.mode is not None:
+                self._bus.write(GOAL_POSITION, self._bus.present(alert=False).position, alert=False)
+
+    def read(self, *, alert: bool = True) -> Reading:
+        """Measure.
+
+        Args:
+            alert: raise if the servo reports a hardware error.
+        """
+        now = self._bus.present(alert=alert)
+        return Reading(
+            now.time_s,
+            self._radians(now.position),
+            now.velocity * SPEED_UNIT,
+            now.current * CURRENT_UNIT,
+            float(now.temperature),
+            now.voltage * VOLTAGE_UNIT,
+        )
+
+    def arm(self) -> None:
+        """From now on the servo stops the axis by itself when it hears nothing for `WATCHDOG_S`."""
+        if not self._armed:
+            # as long for the computer where a virtual servo's time runs faster
+            limit = WATCHDOG_S * max(self._bus.clock.scale, 1.0)
+            self._bus.write(BUS_WATCHDOG, min(round(limit / WATCHDOG_UNIT), 127))
+            self._armed = True
+
+    def disarm(self) -> None:
+        """Let silence pass; only where the axis stands."""
+        if self._armed:
+            self._bus.write(BUS_WATCHDOG, 0, alert=False)
+            self._armed = False
+
+    # ---------------------------------------------------------------------- way out
+
+    def release(self) -> None:
+        """Torque off, and everything as it was found; what cannot be reached is left.
+
+        Raises:
+            RigFault: the torque could not be switched off.
+        """
+        self.torque_off()
+        with suppress(NotAnswering, DeviceGone):
+            self._restore()
+
+    def _restore(self) -> None:
+        self._bus.write(BUS_WATCHDOG, 0, alert=False)
+        # in the order of the changes: a mode resets what was set after it
+        for register, value in self._found.items():
+            with suppress(ServoRefused):
+                self._bus.write(register, value, alert=False)
+        self._found.clear()
+
+    def _set(self, register: Register, value: int) -> None:
+        """Write a register, unless it has that value, and remember what was there first."""
+        before = self._bus.read(register)
+        if before != value:
+            self._found.setdefault(register, before)
+            self._bus.write(register, value)
+
+    def _radians(self, counts: int) -> float:
+        return (counts - self._zero) * COUNT_RAD

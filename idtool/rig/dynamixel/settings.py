@@ -1,0 +1,83 @@
+"""What may follow the device in `dynamixel:DEVICE,key=value,...`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+from idtool.errors import InputError
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to reach a servo and what it may do; None is as the servo itself says.
+
+    Attributes:
+        id, baud: on the bus.
+        zero: position that counts as 0 rad, encoder counts.
+        low, high: lowest and highest position, rad.
+        speed: highest speed, rad/s.
+        current: highest current, A.
+        temperature: highest temperature, degrees Celsius.
+        constant: torque constant at the output shaft, N m/A; None is the data sheet's.
+        period: time between samples, s; None is what bus and adapter can do.
+        scale: seconds of the servo per second of the computer, for a virtual servo that runs faster.
+    """
+
+    id: int = 1
+    baud: int = 57600
+    zero: int = 2048
+    low: float | None = None
+    high: float | None = None
+    speed: float | None = None
+    current: float | None = None
+    temperature: float | None = None
+    constant: float | None = None
+    period: float | None = None
+    scale: float = 1.0
+
+    @classmethod
+    def read(cls, words: Mapping[str, str]) -> Settings:
+        """Settings from the words of a rig's name.
+
+        Raises:
+            InputError: a value is no number or out of its range.
+        """
+        numbers = {key: _number(key, value) for key, value in words.items()}
+        if numbers.get("low", -math.inf) >= numbers.get("high", math.inf):
+            raise InputError("low is not below high", place="low", remedy="swap them")
+        whole = {key: int(value) for key, value in numbers.items() if key in _WHOLE}
+        return cls(**(numbers | whole))  # type: ignore[arg-type]
+
+
+#: Option names, as `--rig` takes them.
+OPTIONS = tuple(field.name for field in fields(Settings))
+_WHOLE = ("id", "baud", "zero")
+_RANGES = {
+    "id": (0.0, 252.0),
+    "baud": (9600.0, 4_000_000.0),
+    "zero": (-1_048_575.0, 1_048_575.0),
+    "low": (-1600.0, 1600.0),
+    "high": (-1600.0, 1600.0),
+    "speed": (0.05, 24.0),
+    "current": (0.003, 5.5),
+    "temperature": (20.0, 100.0),
+    "constant": (1e-3, 100.0),
+    "period": (0.001, 0.1),
+    "scale": (0.1, 100.0),
+}
+
+
+def _number(key: str, value: str) -> float:
+    low, high = _RANGES[key]
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not low <= number <= high or (key in _WHOLE and number != int(number)):
+        what = "a whole number" if key in _WHOLE else "a number"
+        raise InputError(
+            f'"{value[:40]}" is not {what} from {low:g} to {high:g}', place=key, remedy="mend it"
+        )
+    return number

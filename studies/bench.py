@@ -1,0 +1,74 @@
+"""A virtual servo on a bench: in this process, on a clock that skips waits, behind the vendor's SDK."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from idtool.rig.base import TrialSetup
+from idtool.rig.clock import SkippingClock
+from idtool.rig.dynamixel.bus import Bus
+from idtool.rig.dynamixel.rig import DynamixelRig
+from idtool.rig.dynamixel.settings import Settings
+from idtool.rig.opening import read_plant
+from idtool.rig.virtual.axis import VirtualAxis
+from idtool.rig.virtual.faults import Mishaps, parse_fault
+from idtool.rig.virtual.servo import VirtualServo
+from idtool.rig.virtual.table import FIELDS
+from idtool.rig.virtual.terminal import VirtualTerminal
+
+BAUD = 1_000_000
+#: Lying on its side: without torque it stays where it is.
+FLAT = TrialSetup(tilt_alpha_rad=np.pi / 2)
+#: What a servo measures, and goals: they change with every motion.
+MEASURED = {
+    "goal_position", "goal_velocity", "realtime_tick", "present_current", "present_velocity",
+    "present_position", "present_temperature",
+}  # fmt: skip
+
+
+class Bench:
+    """A virtual servo and its surroundings."""
+
+    def __init__(self, *faults: str, plant: str = "bench", model: int = 1150, seed: int = 0) -> None:
+        self.clock = SkippingClock()
+        self.servo = VirtualServo(
+            VirtualAxis(read_plant(plant), seed=seed, setup=FLAT),
+            model=model,
+            baud=BAUD,
+            now=self.clock.now(),
+        )
+        self.mishaps = Mishaps([parse_fault(word) for word in faults], seed=seed)
+        self.terminal = VirtualTerminal(self.servo, mishaps=self.mishaps, clock=self.clock)
+
+    def bus(self, **other: Any) -> Bus:
+        wanted: dict[str, Any] = {"device": self.terminal.path, "id": 1, "baud": BAUD, "clock": self.clock}
+        return Bus(**(wanted | other))
+
+    def rig(self, **settings: Any) -> DynamixelRig:
+        wanted: dict[str, Any] = {"baud": BAUD}
+        return DynamixelRig(self.terminal.path, Settings(**(wanted | settings)), clock=self.clock)
+
+    def setup(self, trial: int, trials: int, setup: TrialSetup, before: TrialSetup | None) -> None:
+        """What a person does between trials."""
+        with self.terminal.lock:
+            self.servo.axis.load(setup)
+
+    def table(self) -> dict[str, int]:
+        """The control table without what a motion changes."""
+        with self.terminal.lock:
+            return {name: self.servo.table[name] for name in FIELDS if name not in MEASURED}
+
+    def later(self, seconds: float) -> tuple[float, float]:
+        """Position and speed of the axis after so long in which nobody says anything."""
+        with self.terminal.lock:
+            self.clock.wait_until(self.clock.now() + seconds)
+            self.servo.pass_time(self.clock.now())
+            return self.servo.axis.position, self.servo.axis.velocity
+
+    def stands(self, seconds: float) -> bool:
+        """Whether the axis stands after so long, and goes on standing."""
+        first, speed = self.later(seconds)
+        second, _ = self.later(1.0)
+        return abs(speed) < 1e-2 and abs(second - first) < 2e-3

@@ -1,0 +1,458 @@
+"""What becomes of the axis and of the data when something goes wrong, through the real protocol.
+
+The vendor's SDK, unchanged, talks to the virtual servo; faults come from `idtool.rig.virtual.faults`.
+
+python -m studies.reliability [--repeats N] [--kills N] [--out docs/reliability.md]   (make study-reliability)
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+import numpy as np
+
+from idtool import identify
+from idtool.errors import RigFault
+from idtool.experiment.black_box import fault_path
+from idtool.experiment.recipe import parse_recipe
+from idtool.experiment.runner import run
+from idtool.log import Log
+from idtool.parameters import Parameter
+from idtool.rig.clock import HostClock
+from idtool.rig.dynamixel.servo import WATCHDOG_S
+from idtool.rig.opening import read_plant
+from idtool.rig.virtual.axis import VirtualAxis
+from idtool.rig.virtual.packet import Damaged, Packet
+from idtool.rig.virtual.servo import VirtualServo
+from idtool.rig.virtual.terminal import VirtualTerminal
+from studies.bench import BAUD, FLAT, Bench
+
+RECIPE = """
+schema = "ffc-id/recipe/1"
+name = "reliability"
+experiment = "sweep"
+[setup]
+tilt_alpha_rad = 1.5707963267948966
+rest_s = 0.1
+[[trials]]
+kind = "back_and_forth"
+speed_rad_s = 0.5
+travel_rad = {travel}
+repeats = {repeats}
+"""
+#: Faults that end a run; the seconds are drawn for every repeat, within the motion.
+ENDING = {
+    "silent@{0}": "the servo does not answer any more",
+    "burst@{0}=0.6": "nothing arrives for 0.6 s",
+    "unplugged@{0}": "the adapter is unplugged",
+    "power@{0}": "the servo loses its power for a moment",
+    "overload@{0}": "overload shutdown",
+    "error@{0}=4": "overheating shutdown",
+    "error@{0}=1": "error bit without shutdown (supply voltage)",
+    "stuck@{0}": "the encoder stands still",
+    "watchdog@{0}": "the watchdog trips",
+}
+#: Faults that a run should survive.
+BUS = ("lost=0.01", "late=0.01", "corrupt=0.01", "twice=0.01", "burst@4=0.05")
+#: The axis begins to move this long after the torque is on, and moves this long, s.
+_BEGINS_S, _MOVES_S = 3.0, 5.0
+
+
+@dataclass(frozen=True)
+class Ended:
+    """One run that a fault ended.
+
+    Attributes:
+        kind: of the fault that the user is told.
+        stood_after_s: from the fault to standstill, on the axis itself.
+        stands: it stood still ever after.
+        rows: rows in the log, which was read back.
+        history_s: length of the fault's file.
+        restored: the servo's settings were put back.
+    """
+
+    kind: str
+    stood_after_s: float
+    stands: bool
+    rows: int
+    history_s: float
+    restored: bool
+
+
+def ended_by(word: str, seed: int) -> Ended | None:
+    """Run into a fault, and look at axis, log and servo afterwards.
+
+    Returns:
+        None where the run ended before: servo and host share this computer, and where it is so busy that
+        the virtual servo itself does not answer, there is nothing to be learnt.
+    """
+    at = _BEGINS_S + random.Random(seed).uniform(0.0, _MOVES_S)
+    recipe = parse_recipe(RECIPE.format(travel=1.0, repeats=3), "reliability")
+    with _bench(word.format(f"{at:.3f}"), seed) as bench, tempfile.TemporaryDirectory() as folder:
+        before = bench.table()
+        log = Path(folder) / "log.csv"
+        try:
+            with bench.rig() as rig:
+                run(recipe, rig, log)
+        except RigFault as fault:
+            kind = type(fault).__name__
+        else:
+            kind = "none"
+        struck = bench.mishaps.struck_at
+        if struck is None:
+            return None
+        place, _ = bench.later(1.0)
+        stood_after = bench.clock.now() - bench.servo.axis.still_s - struck
+        later, _ = bench.later(5.0)
+        last = Log.read(fault_path(log)).frame["time_s"]
+        return Ended(
+            kind,
+            max(stood_after, 0.0),
+            abs(later - place) < 2e-3,
+            len(Log.read(log).frame),
+            float(last.iloc[-1] - last.iloc[0]),
+            bench.table() | {"hardware_error_status": 0} == before,
+        )
+
+
+@dataclass(frozen=True)
+class Survived:
+    """One run on a bad bus.
+
+    Attributes:
+        finished: it came to its end.
+        struck, retries: packets that were lost, late, damaged or doubled; transactions that were repeated.
+        samples, overruns, longest_s: as the supervisor counted.
+        wrong: rows whose position is not where the axis can have been.
+    """
+
+    finished: bool
+    struck: int
+    retries: int
+    samples: int
+    overruns: int
+    longest_s: float
+    wrong: int
+
+
+def survived(word: str, seed: int) -> Survived:
+    """Run on a bad bus, and compare the rows with what the axis can do."""
+    recipe = parse_recipe(RECIPE.format(travel=1.0, repeats=3), "reliability")
+    with _bench(word, seed) as bench, tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "log.csv"
+        with bench.rig() as rig:
+            try:
+                done = run(recipe, rig, log)
+            except RigFault:
+                return Survived(False, sum(bench.mishaps.counts.values()), rig.retries, 0, 0, math.nan, 0)
+            retries = rig.retries
+        frame = Log.read(log).frame
+        way, passed = frame["position_rad"].diff().abs(), frame["time_s"].diff()
+        wrong = int((way > 0.6 * passed + 0.0125).sum() + (frame["velocity_rad_s"].abs() > 0.7).sum())
+        loop = done.loop
+        return Survived(
+            True,
+            sum(bench.mishaps.counts.values()),
+            retries,
+            loop.samples,
+            loop.overruns,
+            loop.longest_s,
+            wrong,
+        )
+
+
+@dataclass(frozen=True)
+class Killed:
+    """One process that was killed while it moved the axis.
+
+    Attributes:
+        stood_after_s: from the last word that the servo heard to standstill.
+        tripped: the servo's own watchdog stopped it.
+        rows: rows of the log, which was read back.
+        whole: its last row is whole.
+        behind_s: from the last row to the last word that the servo heard, told by the way between.
+    """
+
+    stood_after_s: float
+    tripped: bool
+    rows: int
+    whole: bool
+    behind_s: float
+
+
+def killed(seed: int) -> Killed:
+    """`kill -9` of `ffc-id run` at a random instant of its motion; servo and clock in real time.
+
+    Where the computer is so busy that the run ends by itself before, it is begun again.
+    """
+    for _ in range(5):
+        with suppress(_TooBusy):
+            return _killed(seed)
+    raise RuntimeError("this computer is too busy for a run in real time")
+
+
+class _TooBusy(Exception):  # noqa: N818 (no error: the computer's state)
+    """The run to be killed ended before."""
+
+
+def _killed(seed: int) -> Killed:
+    rng = random.Random(seed)
+    clock = HostClock()
+    servo = VirtualServo(VirtualAxis(read_plant("bench"), setup=FLAT), baud=BAUD, now=clock.now())
+    place = _places(servo)
+    with VirtualTerminal(servo, clock=clock) as terminal, tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "recipe.toml").write_text(RECIPE.format(travel=1.6, repeats=20))
+        log = folder / "log.csv"
+        rig = f"dynamixel:{terminal.path},baud={BAUD}"
+        arguments = ["run", "--recipe", str(folder / "recipe.toml"), "--rig", rig, "--yes", "-o", str(log)]
+        program = [sys.executable, "-c", "from idtool.cli.main import main; main()"]
+        with subprocess.Popen([*program, *arguments], stderr=subprocess.DEVNULL) as process:
+            try:
+                _wait(lambda: log.exists() and log.read_bytes().count(b"\n") > 30, process)
+                time.sleep(rng.uniform(0.0, 2.0))
+                if process.poll() is not None:
+                    raise _TooBusy
+            finally:
+                process.kill()
+                process.wait()
+        time.sleep(1.5)
+        with terminal.lock:
+            now = clock.now()
+            servo.pass_time(now)
+            stood = now - servo.axis.still_s - servo.heard
+            tripped = servo.table["bus_watchdog"] == -1
+        frame = Log.read(log).frame
+        behind = abs(place[-1] - float(frame["position_rad"].iloc[-1])) / 0.5
+        return Killed(max(stood, 0.0), tripped, len(frame), _ends_whole(log), behind)
+
+
+def _places(servo: VirtualServo) -> deque[float]:
+    """Where the axis was at the last word that the servo heard, rad; kept up to date."""
+    places: deque[float] = deque(maxlen=1)
+    answer = servo.answer
+
+    def listen(packet: Packet | Damaged, now: float) -> list[Packet]:
+        answers = answer(packet, now)
+        places.append(servo.axis.position)
+        return answers
+
+    servo.answer = listen  # type: ignore[method-assign]
+    return places
+
+
+def _ends_whole(log: Path) -> bool:
+    """Whether the last line of the log is a whole row."""
+    return log.read_bytes().endswith(b"\n")
+
+
+def _wait(ready: Callable[[], bool], process: subprocess.Popen[bytes]) -> None:
+    until = time.monotonic() + 60.0
+    while not ready():
+        if process.poll() is not None or time.monotonic() > until:
+            raise _TooBusy
+        time.sleep(0.01)
+
+
+@contextmanager
+def _bench(word: str, seed: int) -> Iterator[Bench]:
+    bench = Bench(word, seed=seed)
+    try:
+        yield bench
+    finally:
+        bench.terminal.close()
+
+
+SESSION = {
+    "gravity": ("0.0", 'kind = "back_and_forth"\npayload_kg = [0.0, 0.3, 0.6, 0.9, 1.2, 1.5]\n'
+                       "speed_rad_s = 0.2\ntravel_rad = 0.8\n"),
+    "sweep": ("1.5707963267948966", 'kind = "back_and_forth"\n'
+              "speed_rad_s = [0.024, 0.048, 0.072, 0.096, 0.144, 0.192, 0.288, 0.384, 0.767]\n"
+              "travel_rad = [0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 2.0]\n"),
+    "sine": ("1.5707963267948966", 'kind = "sine"\nfrequency_hz = [0.2, 0.5, 1.0]\n'
+             "amplitude_rad_s = 0.6\nduration_s = [10.0, 6.0, 6.0]\n"),
+}  # fmt: skip
+
+
+def identified(baud: int) -> dict[str, tuple[float, Parameter]]:
+    """A whole session through the servo: the truth, and what came back."""
+    plant = read_plant("bench")
+    logs = []
+    for name, (tilt, trials) in SESSION.items():
+        head = f'schema = "ffc-id/recipe/1"\nname = "{name}"\nexperiment = "{name}"\n'
+        recipe = parse_recipe(f"{head}[setup]\ntilt_alpha_rad = {tilt}\n[[trials]]\n{trials}", name)
+        bench = Bench()
+        bench.servo.table["baud_rate"] = {57600: 1, BAUD: 3}[baud]
+        try:
+            with tempfile.TemporaryDirectory() as folder, bench.rig(baud=baud) as rig:
+                run(recipe, rig, Path(folder) / "log.csv", confirm=bench.setup)
+                logs.append(Log.read(Path(folder) / "log.csv"))
+        finally:
+            bench.terminal.close()
+    found = identify(logs, seed=0).parameters
+    table = {**found.gravity, **found.static, **found.dynamic}
+    truth = {**plant.gravity, **plant.friction}
+    pairs = {key.split("_nm")[0].removesuffix("_rad_s"): value for key, value in truth.items()}
+    return {name: (pairs[name], parameter) for name, parameter in table.items()}
+
+
+# ------------------------------------------------------------------------------ the page
+
+
+def page(repeats: int, kills: int) -> str:
+    """docs/reliability.md."""
+    tried = {word: [ended_by(word, seed) for seed in range(repeats)] for word in ENDING}
+    ends = {word: [run for run in runs if run is not None] for word, runs in tried.items()}
+    bus = {word: [survived(word, seed) for seed in range(repeats)] for word in BUS}
+    dead = [killed(seed) for seed in range(kills)]
+    session = {baud: identified(baud) for baud in (BAUD, 57600)}
+    return "\n".join(
+        [*_INTRODUCTION, "", *_ending_table(ends), "", *_bus_table(bus), "", *_kill_text(dead), "",
+         *_session_table(session), "", *_REMARKS, ""]
+    )  # fmt: skip
+
+
+def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
+    lines = [
+        "## What ends a run",
+        "",
+        "Each at a random instant of a motion at 0.5 rad/s.",
+        "",
+        "| what happens | told as | runs | stood still after, longest | stayed | settings put back "
+        "| logs read back | last second |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for word, runs in ends.items():
+        cells = [
+            ENDING[word],
+            ", ".join(f"`{kind}`" for kind in sorted({r.kind for r in runs})),
+            str(len(runs)),
+            f"{1e3 * max(r.stood_after_s for r in runs):.0f} ms",
+            _share([r.stands for r in runs]),
+            _share([r.restored for r in runs]),
+            _share([r.rows > 0 for r in runs]),
+            f"{np.median([r.history_s for r in runs]):.2f} s",
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return [
+        *lines,
+        "",
+        "Where nobody can reach the servo any more its settings stay, and its own watchdog has stopped it.",
+        "Where the torque goes off the bent bristles spring back by some milliradians, which counts as",
+        "motion:",
+        "after a silence of 0.6 s that happens when the servo is reached again and let go.",
+    ]
+
+
+def _bus_table(bus: dict[str, list[Survived]]) -> list[str]:
+    lines = [
+        "## What a run survives",
+        "",
+        "| on the bus | finished | packets hit | asked again | late samples | longest period | wrong rows |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for word, runs in bus.items():
+        cells = [
+            f"`{word}`",
+            _share([r.finished for r in runs]),
+            str(sum(r.struck for r in runs)),
+            str(sum(r.retries for r in runs)),
+            f"{100 * sum(r.overruns for r in runs) / max(sum(r.samples for r in runs), 1):.1f} %",
+            f"{1e3 * max(r.longest_s for r in runs):.0f} ms",
+            str(sum(r.wrong for r in runs)),
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def _kill_text(dead: list[Killed]) -> list[str]:
+    stood = [1e3 * d.stood_after_s for d in dead]
+    return [
+        "## `kill -9` of the process",
+        "",
+        f"{len(dead)} processes of `ffc-id run` were killed at random instants of their motion, in real",
+        f"time. The servo's own watchdog stopped the axis in {_share([d.tripped for d in dead])} cases; it",
+        f"stood still {np.median(stood):.0f} ms (median) and at most {max(stood):.0f} ms after the last word",
+        f"that the servo heard. Every log was read back; {_share([d.whole for d in dead])} end with a whole",
+        f"row, the shortest holds {min(d.rows for d in dead)} rows. Of what was measured at most the last",
+        "block is missing: since the last row the axis had moved on by",
+        f"{1e3 * float(np.median([d.behind_s for d in dead])):.0f} ms of",
+        f"travel (median; at most {1e3 * max(d.behind_s for d in dead):.0f} ms).",
+    ]
+
+
+def _session_table(session: dict[int, dict[str, tuple[float, Parameter]]]) -> list[str]:
+    lines = [
+        "## What comes back through the bus",
+        "",
+        "A whole session (gravity, sweep, sine) on the virtual servo in front of `sim:bench`, identified",
+        "from its logs. The servo measures in its own coarse units: 1.5 mrad, 0.024 rad/s, 2.69 mA.",
+        "",
+        "| parameter | truth | " + " | ".join(f"{baud} baud" for baud in session) + " |",
+        "|---|---|" + "---|" * len(session),
+    ]
+    for name in next(iter(session.values())):
+        truth = next(iter(session.values()))[name][0]
+        cells = [
+            f"{found[name][1].value:.4g} ± {found[name][1].stderr or math.nan:.1g} "
+            f"({100 * (found[name][1].value / truth - 1):+.1f} %)"
+            for found in session.values()
+        ]
+        lines.append(f"| {name.replace('_', ' ')} | {truth:g} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def _share(good: list[bool]) -> str:
+    return f"{sum(good)} of {len(good)}"
+
+
+_INTRODUCTION = (
+    "# What happens when something goes wrong",
+    "",
+    "Made by `make study-reliability` (some minutes). The manufacturer's SDK, unchanged, talks Protocol 2.0",
+    "to the virtual servo (`ffc-id virtual-servo`), in front of the simulated axis `sim:bench` lying on its",
+    "side. The same faults are tests (`tests/rig/dynamixel/test_faults.py`), with a small sample of these",
+    "runs. No real servo was at hand: what is measured here is this package, its protocol and the published",
+    "behaviour of the servo, not a motor.",
+    "",
+    f"The bus watchdog is armed with {1e3 * WATCHDOG_S:.0f} ms whenever the axis may move. A lost packet is",
+    "asked for again up to three times, which takes less than that.",
+)
+_REMARKS = (
+    "## What to know",
+    "",
+    "- With the torque off a loaded axis sinks. That is how a session ends, and how a shutdown of the servo",
+    "  or a loss of its power ends. Where that matters the axis needs a brake or a support.",
+    "- A dead encoder is noticed after 4 % of the axis' range; its velocity loop runs on blindly until then.",
+    "- The watchdog of the servo stops the motion and holds; it does not switch the torque off.",
+    "- Samples that come late while a packet is asked for again show in the log as a gap in time; the run",
+    "  command counts them (`overruns` in `--json`).",
+)
+
+
+@click.command()
+@click.option("--repeats", default=4, show_default=True, help="Runs per fault.")
+@click.option("--kills", default=50, show_default=True, help="Processes to kill.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), default=Path("docs/reliability.md"), show_default=True
+)
+def main(repeats: int, kills: int, out: Path) -> None:
+    """Run the study and write its page."""
+    text = page(repeats, kills)
+    out.write_text(text, encoding="utf-8")
+    click.echo(text)
+
+
+if __name__ == "__main__":
+    main()
