@@ -64,6 +64,7 @@ class Selection:
         alternatives: accepted effect -> effects that explain the data as well.
         p_values: accepted effect -> p-value when it was accepted.
         rivals: accepted effect -> the fit with its first alternative in its place.
+        rivals_at_first: trials that would have done in the first round as well.
         searched: the last fit whose friction curve was searched for anew.
     """
 
@@ -72,6 +73,7 @@ class Selection:
     alternatives: dict[str, list[str]] = field(default_factory=dict)
     p_values: dict[str, float] = field(default_factory=dict)
     rivals: dict[str, JointFit] = field(default_factory=dict)
+    rivals_at_first: list[Trial] = field(default_factory=list)
     searched: JointFit | None = None
 
 

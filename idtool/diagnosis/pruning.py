@@ -36,11 +36,8 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
     while dropped:
         dropped = False
         fit = selection.fit
-        newest = fit.model.spec.effects[-1:]
         for effect in fit.model.spec.effects:
             impossible = implausible(fit, effect)
-            if (effect,) == newest and not impossible:
-                continue  # that it is needed was found just now
             model = JointModel.build(
                 fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants
             )

@@ -27,6 +27,7 @@ from idtool.diagnosis.candidates import (
 )
 from idtool.diagnosis.evidence import Background, Score, left_out_errors
 from idtool.diagnosis.pruning import drop_mimics, drop_unneeded, find_alternatives, simplify
+from idtool.diagnosis.residual import test_residual
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
@@ -60,10 +61,36 @@ def select(
         tell: called with a sentence on what is being tried.
         given: the library is a model that somebody chose; its effects need not explain everything.
     """
+    best = _greedy(base, library, tell, given=given)
+    if given or not _left_over(best.fit):
+        return best
+    # the first step may have been the wrong one: others that would have done instead get their turn
+    for trial in best.rivals_at_first:
+        tell(f"starting again with {trial.effect.name}")
+        other = _greedy(base, library, tell, first=trial)
+        before, after = (root_mean(left_out_errors(one.fit), one.fit) for one in (best, other))
+        if after < (1.0 - LEAST_GAIN) * before:
+            best = other
+            if not _left_over(best.fit):
+                break
+    return best
+
+
+def _greedy(
+    base: JointFit,
+    library: Sequence[Effect],
+    tell: Callable[[str], None],
+    *,
+    first: Trial | None = None,
+    given: bool = False,
+) -> Selection:
+    """One effect after another, `first` before all others if given; then second thoughts."""
     selection = Selection(base, {effect.name: Candidate(effect.name) for effect in library})
     _begin_with_inertia(selection, library)
-    for _ in range(_MOST_EFFECTS):
-        winner = _round(selection, library, tell)
+    if first is not None:
+        _accept(selection, first)
+    for number in range(_MOST_EFFECTS):
+        winner = _round(selection, library, tell, note_rivals=number == 0 and first is None)
         if winner is not None:
             tell(f"accepted {winner.effect.name}")
         elif not _searched_anew(selection, tell):
@@ -74,6 +101,11 @@ def select(
     simplify(selection, library, tell)
     find_alternatives(selection, library, tell)
     return selection
+
+
+def _left_over(fit: JointFit) -> bool:
+    """Whether the residual still depends on something."""
+    return any(test.depends for test in test_residual(fit))
 
 
 def _begin_with_inertia(selection: Selection, library: Sequence[Effect]) -> None:
@@ -107,7 +139,9 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
     return selection.fit is not before
 
 
-def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> Trial | None:
+def _round(
+    selection: Selection, library: Sequence[Effect], tell: Callable[[str], None], *, note_rivals: bool
+) -> Trial | None:
     fit = selection.fit
     background = Background.of(fit)
     scored: list[tuple[Effect, Score, dict[str, float], int]] = []
@@ -137,6 +171,14 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     if not passed:
         return None
     winner = _simplest_of_best(selection, passed)
+    if note_rivals:
+        selection.rivals_at_first = [trial for trial in passed if trial is not winner]
+    _accept(selection, winner)
+    return winner
+
+
+def _accept(selection: Selection, winner: Trial) -> None:
+    """Take an effect in, finish its fit, and look whether the friction curve was bent to make up for it."""
     for absorbed in winner.effect.absorbs:
         if absorbed in selection.candidates and selection.candidates[absorbed].accepted:
             selection.candidates[absorbed].accepted = False
@@ -151,8 +193,8 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     selection.fit = _with_its_own_load(selection.fit)
     candidate = selection.candidates[winner.effect.name]
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
+    candidate.p_value, candidate.held_out = winner.p_value, root_mean(winner.left_out, winner.fit)
     selection.p_values[winner.effect.name] = winner.p_value
-    return winner
 
 
 def _with_its_own_load(fit: JointFit) -> JointFit:

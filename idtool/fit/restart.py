@@ -11,7 +11,7 @@ _RATIOS = (0.6, 1.5)
 _SCREEN = 6
 _BETTER = 0.998
 #: A residual this close to the sensor noise is hardly worth a look for a better minimum.
-_AT_NOISE = 1.15
+_AT_NOISE = 1.05
 
 
 def worth_a_restart(fit: JointFit) -> bool:
