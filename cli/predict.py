@@ -20,6 +20,11 @@ if TYPE_CHECKING:
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
 @click.option("-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file.")
 @click.option("-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="CSV to write.")
+@click.option(
+    "--correction",
+    type=click.Path(path_type=Path),
+    help="Add the smooth correction of a diagnosis that left something unexplained (DIR/correction.toml).",
+)
 @constant_option
 @force_option
 @output_options
@@ -27,6 +32,7 @@ def predict(
     logs: Sequence[Path],
     params: Path,
     out: Path,
+    correction: Path | None,
     torque_constant: float | None,
     force: bool,
     output: Output,
@@ -41,6 +47,7 @@ def predict(
     ffc-id predict validation.csv -p result/params.toml -o predicted.csv
     """
     from idtool.atomic import atomic_write, refuse_existing
+    from idtool.correction import Correction
     from idtool.parameters import Parameters
     from idtool.prediction import predict as run
     from idtool.units import unit_text
@@ -48,7 +55,7 @@ def predict(
     parameters = Parameters.read(params)
     read = read_logs(logs, torque_constant or parameters.axis.torque_constant, output)
     refuse_existing(out, force)
-    result = run(read, parameters)
+    result = run(read, parameters, None if correction is None else Correction.read(correction))
     with atomic_write(out) as stream:
         result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
     unit = unit_text("torque", parameters.axis.kind)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from idtool.correction import Correction
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.model import FrictionKind, JointModel, Scales, Spec
@@ -44,12 +45,13 @@ class Prediction:
     notes: list[str]
 
 
-def predict(logs: Sequence[Log], parameters: Parameters) -> Prediction:
+def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction | None = None) -> Prediction:
     """Predict the torque of every row of the logs.
 
     Args:
         logs: logs of the axis that the file describes.
         parameters: the file; gravity, friction and effects that it lacks are left out, and said.
+        correction: a smooth correction to add.
 
     Raises:
         InputError: logs of another axis, a file with nothing in it, or an effect that needs a column
@@ -66,6 +68,8 @@ def predict(logs: Sequence[Log], parameters: Parameters) -> Prediction:
     friction, effect = model.friction(x), model.contribution(x)
     start = model.evaluate(x, model.bend(x)).start
     torque = predict_torque(recording.motion, friction, effect, start).torque
+    if correction is not None:
+        torque = torque + correction(recording.motion)
     notes = [*_notes(parameters), *recording.remarks]
     return Prediction(_frame(recording, logs, torque), _errors(recording, torque), notes)
 

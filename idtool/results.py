@@ -30,6 +30,8 @@ from idtool.parameters import Parameters
 
 #: The recipe of the next experiment, where there is one.
 NEXT_RECIPE = "next_experiment.toml"
+#: A smooth correction for what is measured and not explained, where there is one.
+CORRECTION = "correction.toml"
 FILES = ("params.toml", "diagnosis.json", "evidence.json", "evidence.csv.gz", "report.html")
 
 
@@ -72,6 +74,11 @@ def write_results(
     make_folder(folder)
     (parameters or result.parameters).write(folder / "params.toml", force=True)
     write_json(folder / "diagnosis.json", result.diagnosis)
+    correction = result.evidence.correction
+    if correction is None:
+        (folder / CORRECTION).unlink(missing_ok=True)
+    else:
+        correction.write(folder / CORRECTION)
     _write_recipe(folder / NEXT_RECIPE, result.diagnosis["next_experiment"])
     write_json(folder / "evidence.json", evidence_document(result, command, seed))
     write_rows(folder / "evidence.csv.gz", evidence_rows(result))

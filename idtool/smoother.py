@@ -50,10 +50,12 @@ _WINDOW = 24.0
 _INERTIA = 1.0
 _QUIETEST = 1e-4
 _LOUDEST = 1e6
-#: The axis stands still where its position keeps within one grain for this long, s, and over any second
-#: of a longer rest. A stiff bristle forgets its deflection over a travel that noise alone would add up to.
+#: The axis stands still where its position keeps within half a grain for this long, s, and within one over
+#: any second of a longer rest. A stiff bristle forgets its deflection over a travel that noise adds up to.
 _REST_S = 0.2
 _LONG_REST_S = 1.0
+#: A velocity above so many grains a second is motion: the slow start of a ramp is none of the rest before it.
+_MOVING = 2.5
 #: How far the edges of a counter may lie from where they should, in counts.
 _EDGE = 0.05
 
@@ -264,7 +266,7 @@ def _roughness(surprise: Array) -> Array:
 
 def _at_rest(time: Array, states: Array, first: NDArray[np.bool_], grain: float) -> NDArray[np.bool_]:
     """Rows of stretches in which the position hardly moves, against a `grain` of its reading."""
-    slow = np.abs(states[:, 1]) < grain / _REST_S
+    slow = np.abs(states[:, 1]) < _MOVING * grain
     still = np.zeros(len(time), dtype=bool)
     begins = np.flatnonzero(slow & (first | ~np.concatenate([[False], slow[:-1]])))
     ends = np.flatnonzero(slow & np.concatenate([first[1:] | ~slow[1:], [True]]))
@@ -273,7 +275,7 @@ def _at_rest(time: Array, states: Array, first: NDArray[np.bool_], grain: float)
         if clock[-1] - clock[0] < _REST_S:
             continue
         if clock[-1] - clock[0] < _LONG_REST_S:
-            still[begin : end + 1] = np.ptp(position) < grain
+            still[begin : end + 1] = np.ptp(position) < 0.5 * grain
             continue
         # a second about each row, or the first or last second of the stretch
         middle = np.clip(clock, clock[0] + 0.5 * _LONG_REST_S, clock[-1] - 0.5 * _LONG_REST_S)

@@ -121,7 +121,7 @@ def test_standing_still_is_no_motion_and_creeping_is(grain: float, noise: float)
     q = np.cumsum(w) * 0.005
     velocity = np.round(w / noise + 0.3 * rng.normal(size=len(t))) * noise
     found = smooth(t, np.round(q / grain) * grain, velocity, first_of(len(t)))
-    resting, creeping = (t > 10.2) & (t < 19.8), (t > 21.0) & (t < 29.0)
+    resting, creeping = (t > 11.5) & (t < 19.5), (t > 21.0) & (t < 29.0)
     # what a stiff bristle would forget at rest: the way that the noise alone adds up to
     assert np.sum(np.abs(found.velocity[resting])) * 0.005 < 0.1 * grain
     assert np.mean(found.velocity[creeping]) == pytest.approx(2.0 * grain, rel=0.05)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.correction import Correction
 from idtool.diagnosis.candidates import Selection
 from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import select
+from idtool.diagnosis.smoothing import corrected, fit_correction
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
@@ -68,7 +71,13 @@ class Diagnosis:
         accepted = self.final.model.spec.effects
         return tuple(sorted(accepted, key=lambda effect: effect.name == "inertia"))
 
-    @property
+    @cached_property
+    def correction(self) -> Correction | None:
+        """A smooth correction for what is left, of the model of the training trials; None if nothing is."""
+        unexplained = self.unexplained
+        return None if unexplained is None else fit_correction(self.selection.fit, unexplained["depends_on"])
+
+    @cached_property
     def unexplained(self) -> dict[str, Any] | None:
         """What is left and still structured."""
         depends = [test for test in self.tests_after if test.depends]
@@ -122,7 +131,7 @@ class Diagnosis:
             "verdict": self.verdict,
             "effects": effects,
             "error": self._errors(before, after),
-            "unexplained": self.unexplained,
+            "unexplained": self._unexplained_document(after),
             "candidates": [
                 {
                     "name": c.name,
@@ -141,6 +150,22 @@ class Diagnosis:
             "next_experiment": self.following and self.following.to_document(),
             "friction": self.final.model.spec.friction,
             "notes": self.notes,
+        }
+
+    def _unexplained_document(self, after: JointFit) -> dict[str, Any] | None:
+        if self.unexplained is None or self.correction is None:
+            return self.unexplained
+        motion = self.split.recording.motion
+        rows = self.split.recording.usable & np.isin(motion.trial, self.split.held_out)
+        plain = after.full_residual
+        errors = (plain, corrected(plain, self.correction, motion))
+        before, with_it = (float(np.sqrt(np.mean(residual[rows] ** 2))) for residual in errors)
+        return self.unexplained | {
+            "correction": {
+                "variable": self.correction.variable,
+                "with_direction": self.correction.with_direction,
+                "held_out": {"before": before, "after": with_it},
+            }
         }
 
     def _errors(self, before: JointFit, after: JointFit) -> dict[str, Any]:
