@@ -50,10 +50,10 @@ _WINDOW = 24.0
 _INERTIA = 1.0
 _QUIETEST = 1e-4
 _LOUDEST = 1e6
-#: The axis stands still where its position keeps within half a grain for this long, s, and within one over
-#: any second of a longer rest. A stiff bristle forgets its deflection over a travel that noise adds up to.
-_REST_S = 0.2
-_LONG_REST_S = 1.0
+#: The axis stands still where its position keeps within one grain over any stretch of this long, s. A stiff
+#: bristle forgets its deflection over a travel that noise of the velocity adds up to; a slow reversal, which
+#: is none, takes less.
+_REST_S = 1.0
 #: A velocity above so many grains a second is motion: the slow start of a ramp is none of the rest before it.
 _MOVING = 2.5
 #: How far the edges of a counter may lie from where they should, in counts.
@@ -274,13 +274,10 @@ def _at_rest(time: Array, states: Array, first: NDArray[np.bool_], grain: float)
         clock, position = time[begin : end + 1], states[begin : end + 1, 0]
         if clock[-1] - clock[0] < _REST_S:
             continue
-        if clock[-1] - clock[0] < _LONG_REST_S:
-            still[begin : end + 1] = np.ptp(position) < 0.5 * grain
-            continue
-        # a second about each row, or the first or last second of the stretch
-        middle = np.clip(clock, clock[0] + 0.5 * _LONG_REST_S, clock[-1] - 0.5 * _LONG_REST_S)
-        before = np.searchsorted(clock, middle - 0.5 * _LONG_REST_S)
-        after = np.minimum(np.searchsorted(clock, middle + 0.5 * _LONG_REST_S), len(clock) - 1)
+        # a stretch about each row, or the first or last one
+        middle = np.clip(clock, clock[0] + 0.5 * _REST_S, clock[-1] - 0.5 * _REST_S)
+        before = np.searchsorted(clock, middle - 0.5 * _REST_S)
+        after = np.minimum(np.searchsorted(clock, middle + 0.5 * _REST_S), len(clock) - 1)
         still[begin : end + 1] = np.abs(position[after] - position[before]) < grain
     return still
 

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.correction import Correction
-from idtool.diagnosis.candidates import Selection
+from idtool.diagnosis.candidates import LEAST_GAIN, Selection
 from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import select
-from idtool.diagnosis.smoothing import corrected, fit_correction
+from idtool.diagnosis.smoothing import fit_correction
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
@@ -55,12 +55,12 @@ class Diagnosis:
     following: Following | None = None
     notes: list[str] = field(default_factory=list)
 
-    @property
+    @cached_property
     def before(self) -> JointFit:
         """The base model on every trial; held-out trials get a start deflection only."""
         return _everywhere(self.base, self.split.recording)
 
-    @property
+    @cached_property
     def after(self) -> JointFit:
         """The extended model of the training trials on every trial."""
         return _everywhere(self.selection.fit, self.split.recording)
@@ -73,9 +73,24 @@ class Diagnosis:
 
     @cached_property
     def correction(self) -> Correction | None:
-        """A smooth correction for what is left, of the model of the training trials; None if nothing is."""
+        """A smooth correction for what is left, fitted on the training trials; None if nothing is left or if
+        it does not help on the held-out ones."""
         unexplained = self.unexplained
-        return None if unexplained is None else fit_correction(self.selection.fit, unexplained["depends_on"])
+        found = unexplained and fit_correction(self.selection.fit, unexplained["depends_on"])
+        if not found:
+            return None
+        before, after = self._held_out_with(found)
+        return found if after < (1.0 - LEAST_GAIN) * before else None
+
+    def _held_out_with(self, correction: Correction) -> tuple[float, float]:
+        """Error on the held-out trials without and with a correction."""
+        motion = self.split.recording.motion
+        rows = self.split.recording.usable & np.isin(motion.trial, self.split.held_out)
+        plain = self.after.full_residual
+        without, with_it = (
+            float(np.sqrt(np.mean(r[rows] ** 2))) for r in (plain, plain - correction(motion))
+        )
+        return without, with_it
 
     @cached_property
     def unexplained(self) -> dict[str, Any] | None:
@@ -131,7 +146,7 @@ class Diagnosis:
             "verdict": self.verdict,
             "effects": effects,
             "error": self._errors(before, after),
-            "unexplained": self._unexplained_document(after),
+            "unexplained": self._unexplained_document(),
             "candidates": [
                 {
                     "name": c.name,
@@ -152,19 +167,15 @@ class Diagnosis:
             "notes": self.notes,
         }
 
-    def _unexplained_document(self, after: JointFit) -> dict[str, Any] | None:
+    def _unexplained_document(self) -> dict[str, Any] | None:
         if self.unexplained is None or self.correction is None:
             return self.unexplained
-        motion = self.split.recording.motion
-        rows = self.split.recording.usable & np.isin(motion.trial, self.split.held_out)
-        plain = after.full_residual
-        errors = (plain, corrected(plain, self.correction, motion))
-        before, with_it = (float(np.sqrt(np.mean(residual[rows] ** 2))) for residual in errors)
+        before, after = self._held_out_with(self.correction)
         return self.unexplained | {
             "correction": {
                 "variable": self.correction.variable,
                 "with_direction": self.correction.with_direction,
-                "held_out": {"before": before, "after": with_it},
+                "held_out": {"before": before, "after": after},
             }
         }
 

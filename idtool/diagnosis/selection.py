@@ -68,11 +68,8 @@ def select(
     for trial in best.rivals_at_first:
         tell(f"starting again with {trial.effect.name}")
         other = _greedy(base, library, tell, first=trial)
-        before, after = (root_mean(left_out_errors(one.fit), one.fit) for one in (best, other))
-        if after < (1.0 - LEAST_GAIN) * before:
-            best = other
-            if not _left_over(best.fit):
-                break
+        if not _left_over(other.fit) and other.fit.sse < best.fit.sse:
+            return other
     return best
 
 

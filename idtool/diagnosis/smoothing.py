@@ -6,7 +6,7 @@ import numpy as np
 
 from idtool.correction import VARIABLES, Correction
 from idtool.fit.joint import JointFit, effective_rows
-from idtool.model.motion import Array, Motion
+from idtool.model.motion import Array
 
 #: Knots that are tried; the Bayesian criterion picks.
 _KNOTS = (8, 16, 32, 64)
@@ -41,11 +41,6 @@ def fit_correction(fit: JointFit, depends_on: list[str]) -> Correction | None:
                 best = float(cost), Correction(variable, directed, knots, torque)
     assert best is not None
     return best[1]
-
-
-def corrected(residual: Array, correction: Correction, motion: Motion) -> Array:
-    """A residual of every row with the correction taken off."""
-    return np.asarray(residual - correction(motion))
 
 
 def _hats(values: Array, knots: Array) -> Array:

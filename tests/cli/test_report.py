@@ -42,7 +42,7 @@ def test_draws_again_and_says_where(folder: Path, capsys: pytest.CaptureFixture[
     printed = capsys.readouterr()
     assert (
         printed.out
-        == f"report: {folder / 'report.html'}\nfigures: 19 in {folder / 'figures'}, as PNG and SVG\n"
+        == f"report: {folder / 'report.html'}\nfigures: 20 in {folder / 'figures'}, as PNG and SVG\n"
     )
     assert "drawing" in printed.err
     assert (folder / "report.html").read_text(encoding="utf-8").startswith("<!doctype html>")
@@ -52,7 +52,7 @@ def test_draws_again_and_says_where(folder: Path, capsys: pytest.CaptureFixture[
     document = json.loads(printed.out)
     assert document["report"] == str(folder / "report.html")
     assert all(Path(figure).is_file() for figure in document["figures"])
-    assert len(document["figures"]) == 19
+    assert len(document["figures"]) == 20
 
 
 def test_bad_folders_end_in_one_sentence(
