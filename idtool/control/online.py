@@ -94,6 +94,10 @@ class OnlineModel:
         self._warm = _Row(self.torque_constant, with_temperature=True)
         self._blind = _Row(self.torque_constant, with_temperature=False)
         self.load = Load()
+        # compiled code is loaded at its first call, which takes longer than many periods of a real servo
+        self.gravity(0.0, 0.0, 1.0)
+        self.update(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, None)
+        self.load = Load()
         self.reset()
 
     @property

@@ -186,7 +186,7 @@ def test_guiding_by_hand(tmp_path: Path) -> None:
         until = time.monotonic() + 40
         while not log.exists() or log.read_bytes().count(b"\n") < 80:
             assert time.monotonic() < until
-            assert run.poll() is None
+            assert run.poll() is None, run.communicate()[1]
             time.sleep(0.02)
         servo.do("hand 0.3")
         time.sleep(1.5)
