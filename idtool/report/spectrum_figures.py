@@ -67,7 +67,7 @@ def cumulative_figure(
     before: Sequence[CumulativePeriodogram], after: Sequence[CumulativePeriodogram]
 ) -> Figure:
     """Cumulative periodograms, a panel for time and one for the angle, with the band of noise."""
-    figure, panels = style.panels(height=3.6, columns=len(after))
+    figure, panels = style.panels(height=3.6, columns=len(after), gap=(0.55, 0.3))
     style.title(figure, "Does the power add up as that of noise?")
     for panel, old, new in zip(panels, before, after, strict=True):
         white, low = np.array(new.white), np.array(new.frequency)
@@ -77,7 +77,7 @@ def cumulative_figure(
             panel.plot(curve.frequency, curve.power, color=colour, label=name)
         panel.set_xlim(0.0, 1.0)
         panel.set_ylim(-0.03, 1.03)
-        panel.set_xlabel(f"Frequency over {new.over}, share of the highest")
+        panel.set_xlabel(f"Frequency in {new.over} / highest")
     panels[0].set_ylabel("Share of the power below it")
     style.legend(figure, panels[0])
     return figure
