@@ -33,6 +33,8 @@ NEXT_RECIPE = "next_experiment.toml"
 #: A smooth correction for what is measured and not explained, where there is one.
 CORRECTION = "correction.toml"
 FILES = ("params.toml", "diagnosis.json", "evidence.json", "evidence.csv.gz", "report.html")
+#: What a result folder may hold besides.
+OPTIONAL_FILES = (NEXT_RECIPE, CORRECTION)
 
 
 def refuse_folder(folder: Path, force: bool) -> None:

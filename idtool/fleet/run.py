@@ -27,7 +27,7 @@ from idtool.fleet.session import find_sessions, load
 from idtool.fleet.summary import Fleet, SessionRow, document, summarise, table
 from idtool.fleet.work import Outcome
 from idtool.report.text import counted
-from idtool.results import FILES, make_folder, write_json
+from idtool.results import FILES, OPTIONAL_FILES, make_folder, write_json
 
 __all__ = ["Fleet", "Options", "run_fleet"]
 
@@ -160,7 +160,7 @@ def _keep(out: Path, name: str, fingerprint: str, outcome: Outcome) -> SessionRo
     """Write what became of a session; the record last, so that half a session is none."""
     folder = out / SESSIONS / name
     make_folder(folder)
-    for file in (RECORD, *FILES):  # of an earlier run
+    for file in (RECORD, *FILES, *OPTIONAL_FILES):  # of an earlier run
         (folder / file).unlink(missing_ok=True)
     for file, content in outcome.files.items():
         with atomic_write(folder / file, "wb") as stream:
