@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from idtool.control import ForceFreeController, Hand, TeachFigures, TeachResult
+    from idtool.correction import Correction
     from idtool.parameters import Parameters
     from idtool.rig.base import Rig
 
@@ -24,6 +25,11 @@ if TYPE_CHECKING:
     "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file of the axis."
 )
 @rig_option
+@click.option(
+    "--correction",
+    type=click.Path(path_type=Path),
+    help="Compensate this smooth correction too (correction.toml of `identify`).",
+)
 @click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
 @click.option("--figure", type=click.Path(path_type=Path), help="Draw the run into a PNG file.")
 @click.option(
@@ -73,6 +79,7 @@ def teach(
     output: Output,
     params: Path,
     rig: str,
+    correction: Path | None,
     log: Path | None,
     figure: Path | None,
     payload: float,
@@ -95,16 +102,18 @@ def teach(
     The paper's axis with the paper's gains yields 19.20 mm/s to 5.56 N and stops within 48 ms.
     """
     from idtool.atomic import refuse_existing
+    from idtool.correction import Correction
     from idtool.errors import UsageError
     from idtool.parameters import Parameters
     from idtool.rig import open_rig
 
     parameters = Parameters.read(params)
+    smooth = Correction.read(correction) if correction is not None else None
     for path in (log, figure):
         if path is not None:
             refuse_existing(path, force)
     with stop_signals(), open_rig(rig, seed=seed) as axis:
-        controller = _controller(parameters, params, axis)
+        controller = _controller(parameters, params, axis, smooth)
         hand = _hand(parameters, hand_speed, hand_force) if axis.simulated else None
         if hand is None and figure is None and log is None:
             output.say("nothing will be kept: pass -o LOG.csv to record the run")
@@ -115,16 +124,18 @@ def teach(
         _draw(parameters, result, figure)
     bare = None
     if result.figures is not None and hand is not None and duration is None:
-        bare = _without_effects(parameters, params, rig, hand, payload, tilt, tare, seed)
+        bare = _without_effects(parameters, params, rig, hand, payload, tilt, tare, seed, smooth is not None)
     output.result(
         _document(controller, result, log, figure)
         | {"without_effects": bare.to_document() if bare else None},
-        lambda screen: _show(screen, parameters, controller, result, log, figure, bare),
+        lambda screen: _show(screen, parameters, controller, result, log, figure, bare, smooth is not None),
     )
     return 130 if result.interrupted and hand is not None else 0
 
 
-def _controller(parameters: Parameters, file: Path, axis: Rig) -> ForceFreeController:
+def _controller(
+    parameters: Parameters, file: Path, axis: Rig, correction: Correction | None = None
+) -> ForceFreeController:
     from idtool.control import ForceFreeController
     from idtool.control.force_free import DEFAULT_PERIOD_S, gains
     from idtool.control.teach import limits_of
@@ -139,7 +150,7 @@ def _controller(parameters: Parameters, file: Path, axis: Rig) -> ForceFreeContr
         )
     period = max(axis.period_s, gains(parameters, DEFAULT_PERIOD_S).period)
     try:
-        return ForceFreeController(parameters, period, limits=limits_of(axis))
+        return ForceFreeController(parameters, period, limits=limits_of(axis), correction=correction)
     except InputError as error:
         raise InputError(str(error).removesuffix("."), file=file) from error
 
@@ -216,8 +227,9 @@ def _without_effects(
     tilt: tuple[float, float],
     tare: bool,
     seed: int,
+    corrected: bool,
 ) -> TeachFigures | None:
-    """The same hand on the same simulated axis, the file's effects left out; None if it has none."""
+    """The same hand on the same simulated axis, effects and correction left out; None if there are none."""
     from dataclasses import replace
 
     from idtool.control.teach import teach as run
@@ -226,7 +238,7 @@ def _without_effects(
     from idtool.rig.base import TrialSetup
 
     kept = tuple(entry for entry in parameters.effects if entry.name == "inertia")
-    if kept == parameters.effects:
+    if kept == parameters.effects and not corrected:
         return None
     bare = replace(parameters, effects=kept)
     with open_rig(rig, seed=seed) as axis:
@@ -274,6 +286,7 @@ def _show(
     log: Path | None,
     figure: Path | None,
     bare: TeachFigures | None,
+    corrected: bool,
 ) -> None:
     from rich.table import Table
 
@@ -302,8 +315,9 @@ def _show(
         screen.print(table)
         screen.print(_summary(result.figures, torque, speed))
         if bare is not None and bare.force_n is not None and result.figures.force_n is not None:
+            what = "effects of the file and correction" if corrected else "the file's effects"
             screen.print(
-                f"the file's effects are worth: {bare.force_n:.2f} ± {bare.uneven_n:.2f} N without them,"
+                f"{what} are worth: {bare.force_n:.2f} ± {bare.uneven_n:.2f} N without them,"
                 f" {result.figures.force_n:.2f} ± {result.figures.uneven_n:.2f} N with them (mean of the hand"
                 " and how far it strays from it, rms)."
             )
