@@ -147,6 +147,14 @@ def test_names_from_files_are_escaped(folder: Path) -> None:
     assert page.text.count("alert('x')") >= 15  # shown as text, not run
 
 
+def test_commands_in_notes_are_set_as_code(folder: Path) -> None:
+    evidence = synthetic.read_json(folder, "evidence")
+    evidence["notes"] = ["make them: `ffc-id run-sweep -o <b>sweep</b>.csv`"]
+    synthetic.write_json(folder, "evidence", evidence)
+    source = Page(write_report(folder)).source
+    assert "<code>ffc-id run-sweep -o &lt;b&gt;sweep&lt;/b&gt;.csv</code>" in source
+
+
 def test_linear_axis_has_its_own_words_and_units(tmp_path: Path) -> None:
     folder = synthetic.make(tmp_path / "slide", "linear")
     page = Page(write_report(folder))
