@@ -240,7 +240,7 @@ def diagnose(
     training = parts.recording.subset(parts.training)
     tell("fitting the base model")
     base = refit(start, JointModel.build(training, base_spec))
-    selection = select(base, library, tell, given=given)
+    selection = select(base, library, tell, given=given, start=start)
     tell("fitting the final model on all trials")
     loaded = with_load(recording, selection.fit)
     chosen = selection.fit
