@@ -433,3 +433,9 @@ def test_a_slow_disk_does_not_hold_the_axis_up_and_its_error_is_told(
     with pytest.raises(InputError, match="Input/output error"):
         writer.close()
     assert len(Log.read(tmp_path / "log.csv").frame) == 5
+
+
+def test_a_parameter_file_is_no_log(tmp_path: Path) -> None:
+    (tmp_path / "params.toml").write_text('schema = "ffc-id/params/1"\n[axis]\nkind = "rotary"\n')
+    with pytest.raises(InputError, match=r"params\.toml: is a TOML file and no log"):
+        Log.read(tmp_path / "params.toml")
