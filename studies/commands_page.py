@@ -16,10 +16,12 @@ from idtool.cli.main import ffc_id
 PAGE = Path("docs/commands.md")
 _HEAD = """# Commands
 
-Made by `make docs-commands` from the program itself; `ffc-id COMMAND --help` says the same in the terminal.
+Made by `make docs-commands` from the program itself; `--help` after a command says the same in the terminal.
+
 {index}
 
-Every command also takes `-h`, `--help`. Exit codes: 0 done, 2 usage, 3 bad input, 4 rig or device fault, 130 interrupted.
+Every command also takes `-h` and `--help`; `ffc-id --version` says which version this is. Exit codes: 0 done, 2 usage,
+3 bad input, 4 rig or device fault, 130 interrupted.
 """
 
 
@@ -44,7 +46,7 @@ def page() -> str:
     every = list(commands())
     index = " · ".join(f"[{name}](#{_anchor(name)})" for name, _, _ in every)
     sections = [_section(name, command, context) for name, command, context in every]
-    return "\n".join([_HEAD.format(index="\n" + index), *sections])
+    return "\n".join([_HEAD.format(index=index), *sections])
 
 
 def option_names(parameter: click.Parameter) -> tuple[str, ...]:
@@ -61,7 +63,7 @@ def _anchor(name: str) -> str:
 def _section(name: str, command: click.Command, context: click.Context) -> str:
     prose, example = _help(command)
     pieces = " ".join(command.collect_usage_pieces(context))
-    lines = [f"## ffc-id {name}", "", *prose, f"`ffc-id {name} {pieces}`", ""]
+    lines = [f"## ffc-id {name}", "", *prose, f"Usage: **ffc-id {name}** `{pieces}`", ""]
     if example:
         lines += ["```", *example, "```", ""]
     rows = [_row(p, context) for p in command.params if option_names(p)]
@@ -95,7 +97,7 @@ def _row(option: click.Parameter, context: click.Context) -> str:
     if isinstance(option.type, click.Choice) and not option.metavar:
         choices = " One of " + ", ".join(f"`{choice}`" for choice in option.type.choices) + "."
     elif not option.is_flag and not option.count:
-        names += f" `{option.make_metavar(context)}`"
+        names += f" `{option.make_metavar(context).removesuffix(' RANGE')}`"
     shown = "needed" if option.required else ""
     default = option.get_default(context, call=False)
     if option.show_default and default is not None and not callable(default):
