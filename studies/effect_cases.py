@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from idtool.model.motion import Array, Motion
 
-#: How the rows of a residual are drawn: all alike, forwards and backwards apart, turned so that friction
-#: which is too large is above zero in both directions, or as a line over time.
-Way = Literal["all", "directions", "friction", "line"]
+#: How the rows of a residual are drawn: as they are, turned so that too little friction in the model is
+#: above zero in both directions, or as a line over time.
+Way = Literal["plain", "friction", "line"]
 _SIDE = math.pi / 2
 
 
@@ -30,15 +30,19 @@ class View:
         trial: the one trial of that run to show, counted from 0; all of them if None.
         between: the part of the abscissa to show; all of it if None.
         least_speed: rows slower than this (rad/s) are left out.
+        parts: rows of two kinds, drawn apart: true for the first kind.
+        part_names: what the two kinds are.
     """
 
     label: str
     of: Callable[[Motion], Array]
-    way: Way = "all"
+    way: Way = "plain"
     experiment: str = ""
     trial: int | None = None
     between: tuple[float, float] | None = None
     least_speed: float = 0.0
+    parts: Callable[[Motion], NDArray[np.bool_]] | None = None
+    part_names: tuple[str, str] = ("forwards", "backwards")
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,24 @@ def _since(amounts: Array, anew: NDArray[np.bool_]) -> Array:
     return np.asarray(total - total[marks])
 
 
+def forwards(motion: Motion) -> NDArray[np.bool_]:
+    """Rows on which the axis moves towards +q."""
+    return np.asarray(motion.velocity > 0.0)
+
+
+def _after_long_rest(motion: Motion) -> NDArray[np.bool_]:
+    """Rows of a motion that began after a rest of 2 s or more."""
+    still = np.abs(motion.velocity) < 0.004
+    rested = _since(np.where(still, motion.step, 0.0), ~still | motion.first)
+    last = np.maximum.accumulate(np.where(rested > 0.1, np.arange(len(motion)), 0))
+    return np.asarray(rested[last] >= 2.0)
+
+
+def _time_since_turn(motion: Motion) -> Array:
+    way = np.sign(motion.velocity)
+    return _since(motion.step, motion.first | (np.diff(way, prepend=way[0]) != 0))
+
+
 def _load(motion: Motion) -> Array:
     assert motion.load is not None
     return np.abs(motion.load)
@@ -110,6 +132,10 @@ def _velocity(motion: Motion) -> Array:
     return motion.velocity
 
 
+def _speed(motion: Motion) -> Array:
+    return np.abs(motion.velocity)
+
+
 def _acceleration(motion: Motion) -> Array:
     return motion.acceleration
 
@@ -129,7 +155,7 @@ duration_s = 5.0
 
 CASES: dict[str, Case] = {
     "inertia": Case(
-        {"inertia_kg_m2": 0.02}, View(ACCELERATION, _acceleration, experiment="sine", least_speed=0.15)
+        {"inertia_kg_m2": 0.02}, View(ACCELERATION, _acceleration, experiment="sine", between=(-2.5, 2.5), least_speed=0.15)
     ),
     "torque_offset": Case({"offset_nm": 0.02}, View(VELOCITY, _velocity, experiment="sweep")),
     "direction_asymmetry": Case(
@@ -149,11 +175,12 @@ repeats = 2
 """,
     ),
     "transport_delay": Case(
-        {"delay_s": 0.01}, View(ACCELERATION, _acceleration, experiment="sine", least_speed=0.15)
+        {"delay_s": 0.01},
+        View("time since the last reversal, s", _time_since_turn, "friction", "sine", between=(0.0, 0.4)),
     ),
     "torque_constant_saturation": Case(
         {"kappa_per_a": 0.2},
-        View(LOAD, _load, "all", experiment="heavy"),
+        View(LOAD, _load, experiment="heavy"),
         recipe="""
 [[trials]]
 kind = "back_and_forth"
@@ -164,8 +191,8 @@ repeats = 2
 """,
     ),
     "stribeck_shape": Case(
-        {"exponent": 0.7},
-        View(VELOCITY, _velocity, experiment="slow", between=(-0.3, 0.3)),
+        {"exponent": 0.5},
+        View("speed, rad/s", _speed, "friction", experiment="slow", between=(0.004, 0.3)),
         recipe=f"""
 [[trials]]
 kind = "back_and_forth"
@@ -181,7 +208,7 @@ repeats = [1, 1, 1, 2, 2, 2, 3, 3]
     ),
     "drive_backdrive": Case(
         {"mu_drive": 0.15, "mu_backdrive": 0.03},
-        View(LOAD, _load, "directions", experiment="gravity", least_speed=0.1),
+        View(LOAD, _load, experiment="gravity", least_speed=0.1, parts=forwards, part_names=("up", "down")),
     ),
     "tilt_misalignment": Case(
         {"alpha_rad": 0.05},
@@ -201,7 +228,7 @@ repeats = 2
     ),
     "position_dependent_friction": Case(
         {"slope_1": 0.4, "slope_2": 0.0, "half_stroke_rad": 2.1},
-        View(POSITION, _position, "directions", experiment="sweep", least_speed=0.05),
+        View(POSITION, _position, experiment="sweep", least_speed=0.05, parts=forwards),
     ),
     "hysteresis": Case(
         {"stiffness_nm_per_rad": 0.3, "yield_nm": 0.02},
@@ -238,6 +265,8 @@ repeats = [8, 6, 4, 3, 2]
             "friction",
             experiment="pauses",
             between=(0.0, 0.06),
+            parts=_after_long_rest,
+            part_names=("after 2 s or more", "after less"),
         ),
         pauses=True,
     ),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.fit.joint import JointFit
-from idtool.model.motion import Array, Motion
+from idtool.model.motion import Array
 from idtool.report import style
 from studies.effect_cases import View
 
@@ -43,25 +44,29 @@ def draw(path: Path, title: str, view: View, without: JointFit, with_it: JointFi
     if view.between is not None:
         inside = (x >= view.between[0]) & (x <= view.between[1])
         rows, x = rows[inside], x[inside]
-    residuals = [1e3 * fit.full_residual[rows] for fit in (without, with_it)]
+    turn = np.sign(motion.velocity[rows]) if view.way == "friction" else np.ones(len(rows))
+    residuals = [1e3 * turn * fit.full_residual[rows] for fit in (without, with_it)]
+    parts = [np.ones(len(rows), dtype=bool)]
+    if view.parts is not None:
+        first = view.parts(motion)[rows]
+        parts = [first, ~first]
     with style.look():
         figure, axes = style.panels(
             1, 2, width=7.6, height=2.7, left=0.62, top=0.62, bottom=0.5, gap=(0.2, 0.2), share="xy"
         )
         style.title(figure, title)
-        words = ("without it", "with it")
         for panel, residual, word, colour in zip(
-            axes, residuals, words, (style.BEFORE, style.AFTER), strict=True
+            axes, residuals, ("without it", "with it"), (style.BEFORE, style.AFTER), strict=True
         ):
-            _panel(panel, view, x, residual, _forwards(motion, rows), colour)
+            _panel(panel, view, x, residual, parts, colour)
             error = float(np.sqrt(np.mean(residual**2)))
             panel.set_title(f"{word}: {error:.1f} mN m", color=colour)
             panel.set_xlabel(view.label)
             panel.axhline(0.0, color=style.MEASURED, linewidth=0.8)
-        turned = view.way == "friction"
-        axes[0].set_ylabel("residual × direction, mN m" if turned else "residual, mN m")
-        axes[0].set_ylim(*_limits(residuals, view, x, _forwards(motion, rows)))
-        if view.way == "directions":
+        axes[0].set_ylabel("residual × direction, mN m" if view.way == "friction" else "residual, mN m")
+        high = max(_reach(view, x, residual, parts) for residual in residuals)
+        axes[0].set_ylim(-high, high)
+        if view.parts is not None:
             axes[1].legend(loc="best", fontsize=8.5)
         _save(figure, path)
 
@@ -86,38 +91,27 @@ def _rows(view: View, fit: JointFit) -> NDArray[np.intp]:
     return np.flatnonzero(wanted & recording.usable)
 
 
-def _forwards(motion: Motion, rows: NDArray[np.intp]) -> NDArray[np.bool_]:
-    return np.asarray(motion.velocity[rows] > 0.0)
-
-
-def _panel(axes: Axes, view: View, x: Array, y: Array, forwards: NDArray[np.bool_], colour: str) -> None:
+def _panel(
+    axes: Axes, view: View, x: Array, y: Array, parts: Sequence[NDArray[np.bool_]], colour: str
+) -> None:
     if view.way == "line":
         kernel = np.full(_AVERAGED, 1.0 / _AVERAGED)
         axes.plot(x, np.convolve(y, kernel, "same"), color=colour, linewidth=0.9)
         return
-    if view.way == "friction":
-        y = np.where(forwards, y, -y)
     some = style.thin(len(x), _DOTS)
     axes.plot(x[some], y[some], ".", color=style.UNDER, markersize=1.8, zorder=1)
-    if view.way == "directions":
-        for way, mark, label in ((forwards, "o", "forwards"), (~forwards, "s", "backwards")):
-            face = colour if label == "forwards" else "white"
-            axes.plot(
-                *means(x[way], y[way]), mark, color=colour, markerfacecolor=face, markersize=4, label=label
-            )
-    else:
-        axes.plot(*means(x, y), "o", color=colour, markersize=3.5)
+    for part, mark, face, label in zip(parts, "os", (colour, "white"), view.part_names, strict=False):
+        axes.plot(
+            *means(x[part], y[part]), mark, color=colour, markerfacecolor=face, markersize=3.8, label=label
+        )
 
 
-def _limits(residuals: list[Array], view: View, x: Array, forwards: NDArray[np.bool_]) -> tuple[float, float]:
-    """The means and nearly all of the dots."""
-    high = max(float(np.quantile(np.abs(y), 0.985)) for y in residuals)
-    for y in residuals:
-        turned = np.where(forwards, y, -y) if view.way == "friction" else y
-        parts = (forwards, ~forwards) if view.way == "directions" else (np.ones(len(x), dtype=bool),)
-        if view.way != "line":
-            high = max(high, *(1.1 * float(np.max(np.abs(means(x[p], turned[p])[1]))) for p in parts))
-    return -high, high
+def _reach(view: View, x: Array, y: Array, parts: Sequence[NDArray[np.bool_]]) -> float:
+    """Half the height of the panels: the means fill it; of the dots, nearly all if these are not weak."""
+    dots = float(np.quantile(np.abs(y), 0.985))
+    if view.way == "line":
+        return dots
+    return max(0.45 * dots, *(1.2 * float(np.max(np.abs(means(x[p], y[p])[1]))) for p in parts))
 
 
 def means(x: Array, y: Array) -> tuple[Array, Array]:

@@ -39,7 +39,21 @@ from studies.effect_figures import draw
 FOLDER = Path("docs/effects")
 PLANT = FOLDER / "bench.toml"
 SESSIONS = FOLDER / "sessions.json"
-BEGIN, END = "<!-- made by `make docs-effects` -->", "<!-- end of what is made -->"
+_BEGIN, _END = "<!-- {}: made by `make docs-effects` -->\n", "<!-- end of {} -->\n"
+#: What a parameter that the fit gets wrong without the effect is called, and its key in the plant file.
+_TRUTH = {
+    "coulomb": ("friction", "coulomb_nm"),
+    "static": ("friction", "static_nm"),
+    "stribeck_velocity": ("friction", "stribeck_velocity_rad_s"),
+    "viscous": ("friction", "viscous_nm_s_per_rad"),
+    "bristle_stiffness": ("friction", "bristle_stiffness_nm_per_rad"),
+    "bristle_damping": ("friction", "bristle_damping_nm_s_per_rad"),
+    "gravity.base": ("gravity", "base_nm"),
+    "gravity.per_payload": ("gravity", "per_payload_nm_per_kg"),
+    "inertia.inertia": ("plant", "inertia_kg_m2"),
+}
+#: A parameter that is off by less than this share is as good as right.
+_RIGHT = 0.03
 #: The controller leaves it out, see `ForceFreeController`.
 _NOT_GUIDED = {"external_periodic": "left out: the phase is not known once the clock starts anew"}
 _MUJOCO = {
@@ -95,8 +109,21 @@ def look_into(name: str) -> dict[str, Any]:
     if effect not in with_it.model.spec.effects:  # something like it was named: show what there is
         declared = dict.fromkeys((registry.get("inertia"), effect))
         with_it = diagnose(recording, start, spec, tuple(declared), given=True).final
-    draw(FOLDER / f"{name}.png", effect.title, CASES[name].view, _without(with_it, effect), with_it)
-    return _outcome(found, CASES[name])
+    without = _without(with_it, effect)
+    draw(FOLDER / f"{name}.png", effect.title, CASES[name].view, without, with_it)
+    return _outcome(found, CASES[name]) | {"hides_in": _hides_in(without)}
+
+
+def _hides_in(without: JointFit) -> dict[str, int]:
+    """The three parameters that the fit without the effect gets most wrong, in per cent."""
+    plant = parse_toml(PLANT.read_text())
+    off = {
+        name: without.values[name] / plant[table][key] - 1.0
+        for name, (table, key) in _TRUTH.items()
+        if name in without.values
+    }
+    worst = sorted(off, key=lambda name: -abs(off[name]))[:3]
+    return {name: round(100.0 * off[name]) for name in worst if abs(off[name]) > _RIGHT}
 
 
 def _without(fit: JointFit, effect: Effect) -> JointFit:
@@ -125,16 +152,19 @@ def _outcome(found: Diagnosis, case: Case) -> dict[str, Any]:
     }
 
 
-def made(name: str, session: dict[str, Any]) -> str:
-    """What stands between the markers of an effect's page."""
-    effect = registry.get(name)
-    rows = "\n".join(_parameter(p) for p in effect.parameters)
-    return f"""{BEGIN}
-`{name}`: {effect.formula}
+def picture(name: str) -> str:
+    """The formula and the picture of an effect's page."""
+    return f"""`{name}`: {registry.get(name).formula}
 
 ![Residual without the effect in the model, and with it]({name}.png)
+"""
 
-| parameter | unit | what it is |
+
+def facts(name: str, session: dict[str, Any]) -> str:
+    """What the library knows of an effect, and what became of its session."""
+    effect = registry.get(name)
+    rows = "\n".join(_parameter(p) for p in effect.parameters)
+    return f"""| parameter | unit | what it is |
 |---|---|---|
 {rows}
 
@@ -144,13 +174,13 @@ def made(name: str, session: dict[str, Any]) -> str:
 | columns it needs | {_columns(effect)} |
 | look-alikes | {_links(effect.look_alikes) or "none"} |
 | takes the place of | {_links(effect.absorbs) or "none"} |
-| in the controller | {_NOT_GUIDED.get(name, "yes")} |
-| in C (`export c`) | {_in_c(effect)} |
-| in MuJoCo | {_MUJOCO.get(name, "no")} |
+| fit, prediction | yes |
+| controller | {_NOT_GUIDED.get(name, "yes")} |
+| C (`ffc-id export c`) | {_in_c(effect)} |
+| MuJoCo (`ffc-id export mujoco`) | {_MUJOCO.get(name, "no")} |
 | described in | {effect.citation} |
 
 {_session(name, session)}
-{END}
 """
 
 
@@ -159,7 +189,7 @@ def _parameter(parameter: EffectParameter) -> str:
     linear = unit_text(parameter.dimension, "linear")
     unit = unit_text(parameter.dimension, "rotary") or "1"
     both = unit if not linear or linear == unit else f"{unit} ({linear})"
-    return f"| `{key}` | {both} | {parameter.meaning}{' (one form of it)' if parameter.optional else ''} |"
+    return f"| `{key}` | {both} | {parameter.meaning}{' (in one of its forms)' if parameter.optional else ''} |"
 
 
 _WORDS = {
@@ -200,11 +230,6 @@ def _session(name: str, session: dict[str, Any]) -> str:
         lines.append(f"ffc-id run --recipe {own}.toml --rig sim:plant.toml -o {own}.csv")
         recipe = f"\nand the run `{own}.toml`\n\n```toml\n{recipe_of(name)}```\n"
     lines.append(f"ffc-id identify {' '.join(f'{run}.csv' for run in runs)} -o result")
-    named = ", ".join(f"`{effect}`" for effect in session["effects"]) or "no effect"
-    tie = f" (tied with {', '.join(f'`{o}`' for o in session['alternatives'])})" if session["alternatives"] else ""
-    values = ", ".join(
-        f"`{key}` {value:g} ({case.numbers[key]:g} put in)" for key, value in session["identified"].items()
-    )
     return f"""<details><summary>Try it: the session of the picture</summary>
 
 `plant.toml` is [bench.toml](bench.toml) and
@@ -218,49 +243,75 @@ def _session(name: str, session: dict[str, Any]) -> str:
 
 </details>
 
-The diagnosis of that session says `{session["verdict"]}` and names {named}{tie}; error on held-out trials
-{session["before_mnm"]:g} mN m before, {session["after_mnm"]:g} mN m after, sensor noise {session["noise_mnm"]:g} mN m{"; " + values if values else ""}."""
+{_outcome_text(name, session)}"""
 
 
-def with_made(page: str, block: str) -> str:
-    """A page with what is made put between its markers."""
-    head, _, rest = page.partition(BEGIN)
-    _, _, tail = rest.partition(END + "\n")
-    return head + block + tail
+def _outcome_text(name: str, session: dict[str, Any]) -> str:
+    named = ", ".join(f"`{effect}`" for effect in session["effects"]) or "no effect"
+    rivals = ", ".join(f"`{other}`" for other in session["alternatives"])
+    values = ", ".join(
+        f"`{key}` {value:g} ({CASES[name].numbers[key]:g} put in)"
+        for key, value in session["identified"].items()
+    )
+    hides = ", ".join(f"{_plain(key)} {percent:+d} %" for key, percent in session["hides_in"].items())
+    sentences = [
+        f"In this session `ffc-id identify` says `{session['verdict']}` and names {named}"
+        + (f", tied with {rivals}." if rivals else "."),
+        f"Error on held-out trials: {session['before_mnm']:g} mN m before, {session['after_mnm']:g} mN m after; "
+        f"sensor noise {session['noise_mnm']:g} mN m.",
+    ]
+    if values:
+        sentences.append(f"Recovered: {values}.")
+    sentences.append(
+        f"Left out of the model, it hides in other parameters: {hides}."
+        if hides
+        else "Left out of the model, it puts no other parameter off by more than 3 %."
+    )
+    return "\n".join(sentences)
+
+
+def _plain(parameter: str) -> str:
+    return parameter.removeprefix("inertia.").replace("gravity.", "gravity ").replace("_", " ")
+
+
+def with_made(page: str, part: str, text: str) -> str:
+    """A page with what is made put between the markers of that part."""
+    begin, end = _BEGIN.format(part), _END.format(part)
+    head, found, rest = page.partition(begin)
+    _, closed, tail = rest.partition(end)
+    if not found or not closed:
+        raise ValueError(f"no markers of the part {part!r}")
+    return head + begin + text + end + tail
 
 
 def index(sessions: dict[str, dict[str, Any]]) -> str:
-    """The table of docs/effects/README.md, between its markers."""
+    """The table of docs/effects/README.md."""
     rows = []
     for effect in registry.library():
         session = sessions[effect.name]
         rows.append(
-            f"| [{effect.name}]({effect.name}.md) | {effect.formula} | {', '.join(effect.follows)} "
-            f"| {effect.reveals} | {session['before_mnm']:g} → {session['after_mnm']:g} |"
+            f"| [{effect.name}]({effect.name}.md) | {_escaped(effect.formula)} | {', '.join(effect.follows)} "
+            f"| {effect.reveals} | {session['before_mnm']:.1f} to {session['after_mnm']:.1f} |"
         )
-    return "\n".join(
-        [
-            BEGIN,
-            "| effect | what it adds | what the residual follows | what shows it | error, mN m |",
-            "|---|---|---|---|---|",
-            *rows,
-            END,
-            "",
-        ]
-    )
+    head = "| effect | what it adds | what the residual follows | what shows it | error, mN m |"
+    return "\n".join([head, "|---|---|---|---|---|", *rows, ""])
 
 
-def write_text() -> None:
-    """Put what is made into every page."""
+def _escaped(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def pages() -> dict[Path, str]:
+    """Every page as it should be: what is made, around the prose that is there."""
     sessions = json.loads(SESSIONS.read_text())
+    result = {}
     for name in registry.names():
-        _update(FOLDER / f"{name}.md", made(name, sessions[name]), f"# {registry.get(name).title}\n\n")
-    _update(FOLDER / "README.md", index(sessions), "# Effects\n\n")
-
-
-def _update(page: Path, block: str, head: str) -> None:
-    text = page.read_text() if page.exists() else head + BEGIN + END + "\n"
-    page.write_text(with_made(text, block))
+        page = FOLDER / f"{name}.md"
+        text = with_made(page.read_text(), "picture", picture(name))
+        result[page] = with_made(text, "facts", facts(name, sessions[name]))
+    page = FOLDER / "README.md"
+    result[page] = with_made(page.read_text(), "table", index(sessions))
+    return result
 
 
 @click.command()
@@ -273,8 +324,8 @@ def main(effects: tuple[str, ...], text: bool) -> None:
         sessions[name] = look_into(name)
         click.echo(f"{name}: {sessions[name]['verdict']}, {', '.join(sessions[name]['effects'])}")
         SESSIONS.write_text(json.dumps({n: sessions[n] for n in registry.names() if n in sessions}, indent=1) + "\n")
-    if sessions.keys() == set(registry.names()):
-        write_text()
+    for page, content in pages().items():
+        page.write_text(content)
 
 
 if __name__ == "__main__":
