@@ -264,7 +264,7 @@ repeats = [8, 6, 4, 3, 2]
             since_rest,
             "friction",
             experiment="pauses",
-            between=(0.0, 0.06),
+            between=(0.0005, 0.06),
             parts=_after_long_rest,
             part_names=("after 2 s or more", "after less"),
         ),

@@ -111,7 +111,7 @@ def _reach(view: View, x: Array, y: Array, parts: Sequence[NDArray[np.bool_]]) -
     dots = float(np.quantile(np.abs(y), 0.985))
     if view.way == "line":
         return dots
-    return max(0.45 * dots, *(1.2 * float(np.max(np.abs(means(x[p], y[p])[1]))) for p in parts))
+    return max(0.45 * dots, *(1.35 * float(np.max(np.abs(means(x[p], y[p])[1]))) for p in parts))
 
 
 def means(x: Array, y: Array) -> tuple[Array, Array]:

@@ -52,6 +52,8 @@ _TRUTH = {
     "gravity.per_payload": ("gravity", "per_payload_nm_per_kg"),
     "inertia.inertia": ("plant", "inertia_kg_m2"),
 }
+#: Keys that no fit varies: the data set them.
+_SET_BY_DATA = {"reference_degc", "half_stroke_rad"}
 #: A parameter that is off by less than this share is as good as right.
 _RIGHT = 0.03
 #: The controller leaves it out, see `ForceFreeController`.
@@ -147,7 +149,7 @@ def _outcome(found: Diagnosis, case: Case) -> dict[str, Any]:
             key: float(f"{one['value']:.3g}")
             for effect in document["effects"]
             for key, one in effect["parameters"].items()
-            if key in case.numbers and effect["name"] != "inertia"
+            if key in case.numbers.keys() - _SET_BY_DATA and effect["name"] != "inertia"
         },
     }
 
