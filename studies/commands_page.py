@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import click
-
 from idtool.cli.main import ffc_id
 
 PAGE = Path("docs/commands.md")

@@ -155,7 +155,8 @@ duration_s = 5.0
 
 CASES: dict[str, Case] = {
     "inertia": Case(
-        {"inertia_kg_m2": 0.02}, View(ACCELERATION, _acceleration, experiment="sine", between=(-2.5, 2.5), least_speed=0.15)
+        {"inertia_kg_m2": 0.02},
+        View(ACCELERATION, _acceleration, experiment="sine", between=(-2.5, 2.5), least_speed=0.15),
     ),
     "torque_offset": Case({"offset_nm": 0.02}, View(VELOCITY, _velocity, experiment="sweep")),
     "direction_asymmetry": Case(

@@ -191,7 +191,9 @@ def _parameter(parameter: EffectParameter) -> str:
     linear = unit_text(parameter.dimension, "linear")
     unit = unit_text(parameter.dimension, "rotary") or "1"
     both = unit if not linear or linear == unit else f"{unit} ({linear})"
-    return f"| `{key}` | {both} | {parameter.meaning}{' (in one of its forms)' if parameter.optional else ''} |"
+    return (
+        f"| `{key}` | {both} | {parameter.meaning}{' (in one of its forms)' if parameter.optional else ''} |"
+    )
 
 
 _WORDS = {
@@ -325,7 +327,9 @@ def main(effects: tuple[str, ...], text: bool) -> None:
     for name in () if text else effects or registry.names():
         sessions[name] = look_into(name)
         click.echo(f"{name}: {sessions[name]['verdict']}, {', '.join(sessions[name]['effects'])}")
-        SESSIONS.write_text(json.dumps({n: sessions[n] for n in registry.names() if n in sessions}, indent=1) + "\n")
+        SESSIONS.write_text(
+            json.dumps({n: sessions[n] for n in registry.names() if n in sessions}, indent=1) + "\n"
+        )
     for page, content in pages().items():
         page.write_text(content)
 

@@ -18,7 +18,7 @@ def finished(words: list[str], folder: Path) -> str:
         env={**os.environ, "COLUMNS": "118"},
         capture_output=True,
         text=True,
-        timeout=180,
+        timeout=900,
         check=False,
     )
     assert done.returncode == 0, f"ffc-id {' '.join(words)}: {done.stderr}"

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import click
-
 from idtool.cli.main import ffc_id
 
 PROJECT = Path(__file__).resolve().parents[2]

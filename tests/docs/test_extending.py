@@ -76,7 +76,11 @@ CONTRACT = importlib.import_module("rig.test_contract")
 
 @pytest.mark.parametrize(
     "name",
-    [n for n, test in vars(CONTRACT).items() if n.startswith("test_") and "rig" in inspect.signature(test).parameters],
+    [
+        n
+        for n, test in vars(CONTRACT).items()
+        if n.startswith("test_") and "rig" in inspect.signature(test).parameters
+    ],
 )
 def test_the_rig_keeps_the_contract(name: str, tmp_path: Path) -> None:
     test = getattr(CONTRACT, name)

@@ -1,4 +1,4 @@
-"""The tutorial, and the session of the README, run as they are printed."""
+"""The tutorial runs as it is printed, and prints what it says."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from .running import finished
 from .support import PROJECT, commands_in, fences
 
 TUTORIAL = PROJECT / "docs" / "tutorial.md"
-README = PROJECT / "README.md"
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 #: How far a number of another machine may be from the printed one.
 _CLOSE = 0.03
@@ -58,17 +57,8 @@ def test_the_tutorial_runs_and_prints_what_it_says(tmp_path: Path) -> None:
         printed = "".join(finished(command, tmp_path) for command in found)
         done += len(found)
         assert missing(said, printed) == [], printed
-    assert done == 9
+    assert done == 10
     assert (tmp_path / "guided.png").exists()
-
-
-def test_the_session_of_the_readme_runs(tmp_path: Path) -> None:
-    """With everything that "Your axis" shows."""
-    section = README.read_text(encoding="utf-8").partition("## Your axis")[2].partition("\n## ")[0]
-    for command in commands_in(section):
-        finished(command, tmp_path)
-    for name in ("result/report.html", "predicted.csv", "params.toml", "diagnosis/report.html"):
-        assert (tmp_path / name).exists(), name
 
 
 @pytest.mark.parametrize(
