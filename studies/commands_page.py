@@ -19,8 +19,8 @@ Made by `make docs-commands` from the program itself; `--help` after a command s
 
 {index}
 
-Every command also takes `-h` and `--help`; `ffc-id --version` says which version this is. Exit codes: 0 done, 2 usage,
-3 bad input, 4 rig or device fault, 130 interrupted.
+Every command also takes `-h` and `--help`; `ffc-id --version` says which version this is.
+Exit codes: 0 done, 2 usage, 3 bad input, 4 rig or device fault, 130 interrupted.
 """
 
 

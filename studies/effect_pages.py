@@ -77,10 +77,9 @@ def recipe_of(name: str) -> str:
     case = CASES[name]
     if not case.recipe:
         return ""
-    return (
-        f'schema = "ffc-id/recipe/1"\nname = "{case.view.experiment}"\nexperiment = "{case.view.experiment}"\n'
-        f"{case.recipe.rstrip()}\n"
-    )
+    name = case.view.experiment
+    head = f'schema = "ffc-id/recipe/1"\nname = "{name}"\nexperiment = "{name}"\n'
+    return f"{head}{case.recipe.rstrip()}\n"
 
 
 def logs_of(name: str) -> list[Log]:
@@ -261,8 +260,8 @@ def _outcome_text(name: str, session: dict[str, Any]) -> str:
     sentences = [
         f"In this session `ffc-id identify` says `{session['verdict']}` and names {named}"
         + (f", tied with {rivals}." if rivals else "."),
-        f"Error on held-out trials: {session['before_mnm']:g} mN m before, {session['after_mnm']:g} mN m after; "
-        f"sensor noise {session['noise_mnm']:g} mN m.",
+        f"Error on held-out trials: {session['before_mnm']:g} mN m before, {session['after_mnm']:g} mN m "
+        f"after; sensor noise {session['noise_mnm']:g} mN m.",
     ]
     if values:
         sentences.append(f"Recovered: {values}.")
