@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import re
-import shlex
-from dataclasses import dataclass
 from pathlib import Path
 
 import click
 from idtool.cli.main import ffc_id
 
+from studies.pages import FENCE, commands_in, fences, shell_words
+
 PROJECT = Path(__file__).resolve().parents[2]
 PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]
 
-_FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _INLINE = re.compile(r"`(ffc-id [^`]+)`")
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
-_ASIDE = re.compile(r" {4,}(?=[a-z])")
-#: Where a command of the shell ends.
-_ENDS = {"|", ">", ">>", "2>", "&&", "||", ";", "&"}
 
 
 def page_id(page: Path) -> str:
@@ -26,47 +22,9 @@ def page_id(page: Path) -> str:
     return page.relative_to(PROJECT).as_posix()
 
 
-@dataclass(frozen=True)
-class Fence:
-    """A fenced block: its language, its text, and the line of the page at which it starts."""
-
-    language: str
-    text: str
-    line: int
-
-
-def fences(page: Path) -> list[Fence]:
-    """Every fenced block of a page."""
-    text = page.read_text(encoding="utf-8")
-    return [Fence(m[1], m[2], text.count("\n", 0, m.start()) + 1) for m in _FENCE.finditer(text)]
-
-
 def indented(page: Path) -> list[str]:
     """Lines of blocks that are indented instead of fenced."""
     return [line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("    ")]
-
-
-def commands_in(block: str) -> list[list[str]]:
-    """The words after `ffc-id` of every such command in a block, without prompt, comment and redirection."""
-    found = []
-    for line in block.replace("\\\n", " ").splitlines():
-        words = shell_words(line.strip().removeprefix("$ "))
-        if words[:1] == ["ffc-id"]:
-            found.append(words[1:])
-    return found
-
-
-def shell_words(line: str) -> list[str]:
-    """The words of the first command of a line; none where it is not one.
-
-    What stands four spaces or more behind a command, as in a help text, says what it does.
-    """
-    try:
-        words = shlex.split(_ASIDE.split(line)[0], comments=True)
-    except ValueError:  # an apostrophe in prose
-        return []
-    end = next((k for k, word in enumerate(words) if word in _ENDS), len(words))
-    return words[:end]
 
 
 def every_command(page: Path) -> list[list[str]]:
@@ -86,7 +44,7 @@ def links(page: Path) -> list[str]:
 
 
 def _prose(page: Path) -> str:
-    return _FENCE.sub("", page.read_text(encoding="utf-8"))
+    return FENCE.sub("", page.read_text(encoding="utf-8"))
 
 
 def parse(words: list[str], *, whole: bool) -> None:

@@ -8,8 +8,9 @@ import click
 import pytest
 
 from studies.commands_page import PAGE, commands, option_names, page
+from studies.pages import commands_in
 
-from .support import PAGES, PROJECT, commands_in, every_command, mentioned, page_id, parse
+from .support import PAGES, PROJECT, every_command, mentioned, page_id, parse
 
 EVERY = {name: command for name, command, _ in commands()}
 

@@ -14,8 +14,9 @@ from idtool.toml_text import parse_toml
 from idtool.units import file_key
 from studies.effect_cases import CASES
 from studies.effect_pages import PLANT, pages, plant_of, recipe_of, with_made
+from studies.pages import fences
 
-from .support import PROJECT, fences
+from .support import PROJECT
 
 FOLDER = PROJECT / "docs" / "effects"
 EFFECT = pytest.mark.parametrize("name", registry.names())

@@ -23,8 +23,9 @@ from idtool.identification import begin
 from idtool.importing import import_recording, recording
 from idtool.rig import open_rig
 from idtool.signals import record
+from studies.pages import fences
 
-from .support import PROJECT, fences
+from .support import PROJECT
 
 PAGE = PROJECT / "docs" / "extending.md"
 

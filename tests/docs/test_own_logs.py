@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from idtool import Log
+from studies.pages import commands_in, fences, finished, missing
 
-from .running import finished, missing
-from .support import PROJECT, commands_in, fences
+from .support import PROJECT
 
 PAGE = PROJECT / "docs" / "own-logs.md"
 
@@ -36,7 +36,7 @@ def test_the_example_reads_as_it_is_printed(tmp_path: Path) -> None:
     assert [line.split(";")[0] for line in head.splitlines()] == [line.split(";")[0] for line in written[:3]]
     assert head.splitlines()[0] == written[0]
     (command,) = commands_in(refused)
-    assert missing(refusal.splitlines(), finished(command, tmp_path, code=3)) == []
+    assert missing(refusal, finished(command, tmp_path, code=3)) == []
     (command,) = commands_in(taken)
-    assert missing(list_of_columns.splitlines(), finished(command, tmp_path)) == []
+    assert missing(list_of_columns, finished(command, tmp_path)) == []
     finished(["check", "mine.csv"], tmp_path)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .running import finished
-from .support import PROJECT, commands_in
+from studies.pages import commands_in, finished
+
+from .support import PROJECT
 
 
 def test_the_session_of_the_readme_runs(tmp_path: Path) -> None:

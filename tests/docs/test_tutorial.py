@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from .running import alike, finished, missing, steps
+from studies.pages import alike, finished, missing, steps
+from studies.tutorial_page import TAKEN, refreshed
+
 from .support import PROJECT
 
 TUTORIAL = PROJECT / "docs" / "tutorial.md"
@@ -21,7 +23,8 @@ def test_the_tutorial_runs_and_prints_what_it_says(tmp_path: Path) -> None:
         done += len(found)
         assert missing(said, printed) == [], printed
     assert done == 10
-    assert (tmp_path / "guided.png").exists()
+    for picture in TAKEN.values():
+        assert (tmp_path / picture).exists()
 
 
 @pytest.mark.parametrize(
@@ -38,5 +41,10 @@ def test_lines_are_compared_by_words_and_numbers(said: str, printed: str, same: 
 
 
 def test_a_line_that_is_not_printed_shows() -> None:
-    assert missing(["a 1", "...", "c 3"], "a 1\nb 2\nc 3\n") == []
-    assert missing(["a 1", "d 4"], "a 1\nb 2\n") == ["d 4"]
+    assert missing("a 1\n...\nc 3\n", "a 1\nb 2\nc 3\n") == []
+    assert missing("a 1\nd 4\n", "a 1\nb 2\n") == ["d 4"]
+
+
+def test_an_output_is_refreshed_line_by_line() -> None:
+    assert refreshed("a 1\n...\nc 3\n", "a  2\nb 2\nc 4\n") == ("a  2\n...\nc 4\n", [])
+    assert refreshed("a 1\nd 4\n", "a 2\nb 2\n") == ("a 2\nd 4\n", ["d 4"])
