@@ -57,8 +57,8 @@ _SET_BY_DATA = {"reference_degc", "half_stroke_rad"}
 #: A parameter that is off by less than this share is as good as right.
 _RIGHT = 0.03
 #: The controller leaves it out, see `ForceFreeController`.
-_NOT_GUIDED = {"external_periodic": "left out: the phase is not known once the clock starts anew"}
-_MUJOCO = {
+NOT_GUIDED = {"external_periodic": "left out: the phase is not known once the clock starts anew"}
+MUJOCO = {
     "inertia": "`armature`",
     "nonlinear_viscous": "`damping`",
     "position_stiffness": "`stiffness`",
@@ -90,7 +90,7 @@ def logs_of(name: str) -> list[Log]:
         recipes.append(read_recipe("pauses"))
     if case.recipe:
         recipes.append(parse_recipe(recipe_of(name), f"{case.view.experiment}.toml"))
-    plant = parse_plant(parse_toml(PLANT.read_text() + plant_of(name)), PLANT)
+    plant = parse_plant(parse_toml(PLANT.read_text(encoding="utf-8") + plant_of(name)), PLANT)
     logs = []
     with tempfile.TemporaryDirectory() as folder, SimulatedRig(plant, seed=0) as rig:
         for recipe in recipes:
@@ -117,7 +117,7 @@ def look_into(name: str) -> dict[str, Any]:
 
 def _hides_in(without: JointFit) -> dict[str, int]:
     """The three parameters that the fit without the effect gets most wrong, in per cent."""
-    plant = parse_toml(PLANT.read_text())
+    plant = parse_toml(PLANT.read_text(encoding="utf-8"))
     off = {
         name: without.values[name] / plant[table][key] - 1.0
         for name, (table, key) in _TRUTH.items()
@@ -176,9 +176,9 @@ def facts(name: str, session: dict[str, Any]) -> str:
 | look-alikes | {_links(effect.look_alikes) or "none"} |
 | takes the place of | {_links(effect.absorbs) or "none"} |
 | fit, prediction | yes |
-| controller | {_NOT_GUIDED.get(name, "yes")} |
+| controller | {NOT_GUIDED.get(name, "yes")} |
 | C (`ffc-id export c`) | {_in_c(effect)} |
-| MuJoCo (`ffc-id export mujoco`) | {_MUJOCO.get(name, "no")} |
+| MuJoCo (`ffc-id export mujoco`) | {MUJOCO.get(name, "no")} |
 | described in | {effect.citation} |
 
 {_session(name, session)}
@@ -212,7 +212,7 @@ def _links(names: Sequence[str]) -> str:
 
 
 def _in_c(effect: Effect) -> str:
-    if effect.name in _NOT_GUIDED:
+    if effect.name in NOT_GUIDED:
         return "no"
     memory = f"yes, {effect.memory} numbers of memory" if effect.memory > 1 else "yes"
     return "yes, 1 number of memory" if effect.memory == 1 else memory
@@ -306,14 +306,14 @@ def _escaped(text: str) -> str:
 
 def pages() -> dict[Path, str]:
     """Every page as it should be: what is made, around the prose that is there."""
-    sessions = json.loads(SESSIONS.read_text())
+    sessions = json.loads(SESSIONS.read_text(encoding="utf-8"))
     result = {}
     for name in registry.names():
         page = FOLDER / f"{name}.md"
-        text = with_made(page.read_text(), "picture", picture(name))
+        text = with_made(page.read_text(encoding="utf-8"), "picture", picture(name))
         result[page] = with_made(text, "facts", facts(name, sessions[name]))
     page = FOLDER / "README.md"
-    result[page] = with_made(page.read_text(), "table", index(sessions))
+    result[page] = with_made(page.read_text(encoding="utf-8"), "table", index(sessions))
     return result
 
 
@@ -322,7 +322,7 @@ def pages() -> dict[Path, str]:
 @click.option("--text", is_flag=True, help="Only the text, from what the sessions were.")
 def main(effects: tuple[str, ...], text: bool) -> None:
     """Record the sessions, draw the pictures, and write what is made into the pages."""
-    sessions = json.loads(SESSIONS.read_text()) if SESSIONS.exists() else {}
+    sessions = json.loads(SESSIONS.read_text(encoding="utf-8")) if SESSIONS.exists() else {}
     for name in () if text else effects or registry.names():
         sessions[name] = look_into(name)
         click.echo(f"{name}: {sessions[name]['verdict']}, {', '.join(sessions[name]['effects'])}")
@@ -330,7 +330,7 @@ def main(effects: tuple[str, ...], text: bool) -> None:
             json.dumps({n: sessions[n] for n in registry.names() if n in sessions}, indent=1) + "\n"
         )
     for page, content in pages().items():
-        page.write_text(content)
+        page.write_text(content, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -9,11 +9,14 @@ from pathlib import Path
 import pytest
 
 from idtool.effects import registry
+from idtool.effects.base import Effect
+from idtool.export.mujoco import _carries
+from idtool.parameters import EffectEntry, Parameter
 from idtool.rig.plant_file import EFFECT_KEYS, parse_plant
 from idtool.toml_text import parse_toml
 from idtool.units import file_key
 from studies.effect_cases import CASES
-from studies.effect_pages import PLANT, pages, plant_of, recipe_of, with_made
+from studies.effect_pages import MUJOCO, NOT_GUIDED, PLANT, pages, plant_of, recipe_of, with_made
 from studies.pages import fences
 
 from .support import PROJECT
@@ -69,6 +72,14 @@ def test_the_session_of_a_page_can_be_run(name: str) -> None:
     assert list(plant.effects) == [name]
     blocks = [fence.text for fence in fences(FOLDER / f"{name}.md") if fence.language == "toml"]
     assert blocks == [block for block in (plant_of(name), recipe_of(name)) if block]
+
+
+@EFFECT
+def test_what_the_page_says_of_c_and_of_mujoco_is_so(name: str) -> None:
+    effect = registry.get(name)
+    assert (type(effect).in_c is Effect.in_c) == (name in NOT_GUIDED)
+    entry = EffectEntry(name, {parameter.name: Parameter(1.0) for parameter in effect.parameters})
+    assert (_carries(entry)[0] is not None) == (name in MUJOCO)
 
 
 def test_every_effect_has_a_case_with_keys_of_the_plant_file() -> None:
