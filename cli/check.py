@@ -49,7 +49,7 @@ def check(logs: Sequence[Path], torque_constant: float | None, output: Output) -
         if result.cannot:
             click.echo("they cannot determine")
         for verdict in result.cannot:
-            click.echo(f"  {verdict.what}: {verdict.why}; try {verdict.run}")
+            click.echo(f"  {verdict.what}: {verdict.why}" + (f"; try {verdict.run}" if verdict.run else ""))
         if result.findings:
             click.echo("what they lack")
         for lacking in result.findings:
