@@ -19,7 +19,7 @@ def test_the_base_model_steps_in_a_millisecond_and_under_a_kilobyte(tmp_path: Pa
     half = len(figures.cycles) // 2
     assert max(figures.cycles[:half]) < 1e-3 * CLOCK_HZ
     assert figures.ram < 1024
-    assert set(figures.states) == {0, 1, 2, 3}
+    assert set(figures.states) == {0, 1, 3, 4}  # it never tares
 
 
 def test_every_effect_at_once_fits_and_commands_what_it_commands_here(tmp_path: Path) -> None:

@@ -26,11 +26,19 @@ FLAGS = (
     "-Werror",
 )
 DRIVER = Path(__file__).parent / "driver.c"
-STEP, RECOVER, RESET = range(3)
-NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects")
+STEP, RECOVER, RESET, TARE = range(4)
+NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects") + (
+    "doubt",
+    "load",
+    "level",
+    "damping",
+)
 _REQUEST = np.dtype([("request", "u4"), ("clocked", "u4"), ("warm", "u4"), ("time_us", "u4"), ("x", "f4", 7)])
-_ANSWER = np.dtype([("state", "u4"), ("fault", "u4"), ("limited", "u4"), ("valid", "u4"), ("x", "f4", 7)])
-_STATES = [State.STARTING, State.RESTING, State.GUIDING, State.STOPPING, State.FAULT]
+_ANSWER = np.dtype(
+    [("state", "u4"), ("fault", "u4"), ("limited", "u4"), ("valid", "u4")]
+    + [("ready", "u4"), ("taring", "u4"), ("disturbed", "u4"), ("x", "f4", len(NUMBERS))]
+)
+_STATES = [State.STARTING, State.RESTING, State.TARING, State.GUIDING, State.STOPPING, State.FAULT]
 _LIMITED = {1: "speed", 2: "step", 4: "range"}
 
 
@@ -41,7 +49,7 @@ class Samples:
     Attributes:
         x: position, velocity, current, payload, two tilts, temperature; shape (rows, 7).
         time_us: of the clock, shape (rows,).
-        request: STEP, RECOVER or RESET before the step, shape (rows,).
+        request: STEP, RECOVER, RESET or TARE before the step, shape (rows,).
         clocked, warm: whether the clock and the temperature are given.
     """
 
@@ -54,13 +62,16 @@ class Samples:
 
 @dataclass
 class Answers:
-    """What came out, one row a step: `x` holds NUMBERS, shape (rows, 7)."""
+    """What came out, one row a step: `x` holds NUMBERS, shape (rows, 11)."""
 
     state: list[str] = field(default_factory=list)
     fault: list[str | None] = field(default_factory=list)
     limited: list[frozenset[str]] = field(default_factory=list)
     valid: list[bool] = field(default_factory=list)
-    x: np.ndarray = field(default_factory=lambda: np.empty((0, 7)))
+    ready: list[bool] = field(default_factory=list)
+    taring: list[bool] = field(default_factory=list)
+    disturbed: list[bool] = field(default_factory=list)
+    x: np.ndarray = field(default_factory=lambda: np.empty((0, len(NUMBERS))))
 
 
 def compile_c(
@@ -93,6 +104,9 @@ def run_c(program: Path, samples: Samples) -> Answers:
         [reasons[k] for k in out["fault"]],
         [frozenset(word for bit, word in _LIMITED.items() if k & bit) for k in out["limited"]],
         [bool(k) for k in out["valid"]],
+        [bool(k) for k in out["ready"]],
+        [bool(k) for k in out["taring"]],
+        [bool(k) for k in out["disturbed"]],
         out["x"].astype(float),
     )
 
@@ -108,6 +122,7 @@ def run_python(
             controller.recover()
         elif request == RESET:
             controller.reset()
+        answers.taring.append(request == TARE and controller.tare())
         *numbers, temperature = map(float, x)
         returned = controller.step(
             *numbers,
@@ -119,6 +134,9 @@ def run_python(
         answers.fault.append(s.fault.reason.value if s.fault else None)
         answers.limited.append(frozenset(s.limited))
         answers.valid.append(s.command_valid)
+        answers.ready.append(controller.ready)
+        answers.disturbed.append(any("tare was disturbed" in note for note in s.notes))
+        load, level, damping = controller.learned or (0.0, 1.0, 1.0)
         rows.append(
             (
                 returned,
@@ -128,6 +146,10 @@ def run_python(
                 s.gravity,
                 s.friction,
                 s.effects,
+                s.doubt,
+                load,
+                level,
+                damping,
             )
         )
     answers.x = np.array(rows)
