@@ -16,8 +16,10 @@ from idtool.model.motion import Array, Motion
 #: A lightly damped resonance is narrow: a search that starts beside it does not find it.
 _FREQUENCIES_HZ = (1.2, 1.7, 2.3, 3.1, 4.0, 5.0, 6.2, 7.7, 9.5, 12.0, 15.0, 20.0)
 _START_RATIOS = (0.03, 0.15)
-#: A step longer than this part of a period is done in several.
+#: A step longer than this part of a period is done in several; one that is as long but for rounding is not,
+#: or the last digit of the clock would decide.
 _SUBSTEP_RAD = 0.2
+_ROUNDING = 1e-3
 
 
 @numba.njit(cache=True)
@@ -28,7 +30,7 @@ def swing(
 
     e'' + 2 ratio omega e' + omega^2 e = -mean, by the mid-point rule, which neither damps nor excites.
     """
-    parts = math.ceil(omega * step / _SUBSTEP_RAD)
+    parts = math.ceil(omega * step / _SUBSTEP_RAD - _ROUNDING)
     h = step / max(parts, 1)
     for _ in range(parts):
         pull = 2.0 * ratio * omega + 0.5 * h * omega * omega
@@ -108,7 +110,7 @@ class Compliance(Effect):
                 memory[1] = 0.0f;
             } else {
                 const float mean = 0.5f * (a + memory[2]);
-                const float parts = ceilf(omega * row->step / substep);
+                const float parts = ceilf(omega * row->step * (1.0f / substep) - rounding);
                 const float h = row->step / (parts < 1.0f ? 1.0f : parts);
                 const float share = 1.0f / (1.0f + 0.5f * h * (drag + 0.5f * h * omega_2));
                 for (float part = 0.0f; part < parts; part += 1.0f) {
@@ -128,6 +130,7 @@ class Compliance(Effect):
             "drag": 2.0 * values["damping_ratio"] * omega,
             "load_inertia": values["load_inertia"],
             "substep": _SUBSTEP_RAD,
+            "rounding": _ROUNDING,
         }
         return CForm(code, constants)
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from idtool.control import ForceFreeController, Limits, Reason
+from idtool.control import ForceFreeController, Limits
 from idtool.parameters import Controller, Parameters
 from idtool.rig.base import TrialSetup
-from tests.control.double import BENCH, PAPER, Double, parameters
+from tests.control.double import BENCH, Double, parameters
 
 from .test_c import CASES, STEPS, assert_alike
-from .twin import RECOVER, RESET, TARE, Samples, compile_c, motion, run_c, run_python
+from .twin import RECOVER, TARE, Samples, compile_c, run_c, run_python
 
 GAINS = Controller(command_gain=2.05, loop_gain=8.0, period=0.01, mode="light")
 RANGE = Limits(-2.3, 2.3, speed=1.2)
@@ -41,7 +41,7 @@ def guided(file: Parameters, truth: dict[str, float], rows: int, seed: int, *, l
     push, begins, ends, slow, pause, command, fault = 0.0, 80, 80, 1, 10, axis.q, 0
     for k in range(rows):
         if k >= ends + pause:
-            if rng.random() < 0.3:
+            if rng.random() < 0.4:
                 request[k] = TARE
             begins = k + int(rng.integers(1, 160))
             ends = begins + int(rng.integers(20, 200))
@@ -78,7 +78,7 @@ def test_guided_and_tared_as_python(seed: int, tmp_path: Path) -> None:
     assert_alike(c, python)
     seen = Counter(python.state)
     assert min(seen[state] for state in ("starting", "resting", "taring", "guiding", "stopping")) > 10
-    assert sum(python.taring) >= 3
+    assert sum(python.taring) >= 2
 
 
 @pytest.fixture(scope="module")

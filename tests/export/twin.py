@@ -27,17 +27,11 @@ FLAGS = (
 )
 DRIVER = Path(__file__).parent / "driver.c"
 STEP, RECOVER, RESET, TARE = range(4)
-NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects") + (
-    "doubt",
-    "load",
-    "level",
-    "damping",
-)
+LEARNED = ("load", "level", "damping")
+NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects", "doubt", *LEARNED)
 _REQUEST = np.dtype([("request", "u4"), ("clocked", "u4"), ("warm", "u4"), ("time_us", "u4"), ("x", "f4", 7)])
-_ANSWER = np.dtype(
-    [("state", "u4"), ("fault", "u4"), ("limited", "u4"), ("valid", "u4")]
-    + [("ready", "u4"), ("taring", "u4"), ("disturbed", "u4"), ("x", "f4", len(NUMBERS))]
-)
+_WORDS = ("state", "fault", "limited", "valid", "ready", "taring", "disturbed")
+_ANSWER = np.dtype([*((word, "u4") for word in _WORDS), ("x", "f4", len(NUMBERS))])
 _STATES = [State.STARTING, State.RESTING, State.TARING, State.GUIDING, State.STOPPING, State.FAULT]
 _LIMITED = {1: "speed", 2: "step", 4: "range"}
 
