@@ -109,15 +109,16 @@ class Compliance(Effect):
                 memory[0] = -a / omega_2;
                 memory[1] = 0.0f;
             } else {
-                const float mean = 0.5f * (a + memory[2]);
-                const float parts = ceilf(omega * row->step * (1.0f / substep) - rounding);
-                const float h = row->step / (parts < 1.0f ? 1.0f : parts);
-                const float share = 1.0f / (1.0f + 0.5f * h * (drag + 0.5f * h * omega_2));
-                for (float part = 0.0f; part < parts; part += 1.0f) {
-                    const float drive = -mean - omega_2 * memory[0];
-                    const float middle = (memory[1] + 0.5f * h * drive) * share;
+                const float mean = half(a + memory[2]);
+                float parts = omega * (1.0f / substep) * row->step - rounding;
+                uint16_t count = is_negative(parts) ? 0 : (uint16_t)(1u + (uint16_t)parts);
+                const float h = count > 1 ? row->step * inverse((float)count) : row->step;
+                const float half_h = half(h);
+                const float share = inverse(1.0f + half_h * (drag + half_h * omega_2));
+                for (; count > 0; count--) {
+                    const float middle = (memory[1] - half_h * (mean + omega_2 * memory[0])) * share;
                     memory[0] += h * middle;
-                    memory[1] = 2.0f * middle - memory[1];
+                    memory[1] = middle + middle - memory[1];
                 }
             }
             memory[2] = a;

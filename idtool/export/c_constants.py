@@ -25,12 +25,17 @@ _MOST_PERIODS = 0xFFFF
 
 
 def tables() -> dict[str, Any]:
-    """What `decay` and `sine_and_cosine` need: their tables, arguments in 1/2^24 of an octave and
-    of a turn, and how far a chord of the exponential falls."""
+    """What the C's own functions need: their tables, arguments in 1/2^24 of an octave and of a turn, and how
+    far a chord of the exponential falls."""
+    seeds = [round(2.0**16 / (1.0 + (k + 0.5) / _PARTS)) for k in range(_PARTS)]
     return {
-        "powers": [f"{round(2.0 ** (31 - k / _PARTS))}UL" for k in range(_PARTS)],
+        "powers": [f"{min(round(2.0 ** (32 - k / _PARTS)), 0xFFFFFFFF)}UL" for k in range(_PARTS)],
         "octaves": c_float(2.0**24 / math.log(2.0), "octaves"),
         "chord": round((1.0 - 2.0 ** (-1 / _PARTS)) * 2.0**24),
+        "inverses": [f"{seed}u" for seed in seeds],
+        "logarithms": [f"{round(2.0**24 * (16.0 - math.log2(seed)))}UL" for seed in seeds],
+        # 2 / ln 2 less the 2 that a shift gives
+        "beyond_two": round(2.0**16 * (2.0 / math.log(2.0) - 2.0)),
         "sines": [f"{round(2.0**30 * math.sin(2.0 * math.pi * k / _PARTS))}L" for k in range(_PARTS)],
         "turns_per_rad": c_float(2.0**24 / (2.0 * math.pi), "turns"),
     }

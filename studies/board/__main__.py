@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import click
 
 from idtool.effects import registry
 from idtool.parameters import EffectEntry, Parameter, Parameters
-from studies.board.files import BASE, EFFECTS
+from studies.board.files import BASE, EFFECTS, LIGHT
 from studies.board.measure import CLOCK_HZ, Figures, measure, missing
 
 BEGIN, END = "<!-- make study-board: begin -->", "<!-- make study-board: end -->"
 
 
-def with_effects(*names: str) -> Parameters:
-    """The base file and these effects."""
-    file = BASE
+def with_effects(*names: str, light: bool = False) -> Parameters:
+    """The base file and these effects, in the published or the light mode."""
+    file = replace(BASE, controller=LIGHT) if light else BASE
     for name in names:
         numbers = {key: Parameter(value) for key, value in EFFECTS[name].items()}
         file = file.with_effect(EffectEntry(name, numbers))
