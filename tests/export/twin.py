@@ -75,11 +75,13 @@ def compile_c(
     period_s: float | None = None,
     limits: Limits | None = None,
     without: Sequence[str] = (),
+    sanitized: bool = False,
 ) -> Path:
     """Export, compile with every warning an error, and return the program."""
-    export_c(parameters, folder, period_s=period_s, limits=limits, without=without)
+    export_c(parameters, folder, period_s=period_s, limits=limits, without=without, force=True)
     program = folder / "driver"
-    command = ["gcc", *FLAGS, "-O2", "-I", folder, DRIVER, folder / "ffc.c", "-lm", "-o", program]
+    checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"] if sanitized else []
+    command = ["gcc", *FLAGS, *checks, "-O2", "-I", folder, DRIVER, folder / "ffc.c", "-lm", "-o", program]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return program
