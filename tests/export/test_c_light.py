@@ -143,10 +143,8 @@ def test_faults_are_those_of_python_and_hold_until_recover(recorded: Samples, tm
     file = light(**EFFECTS)
     samples = _break(replace(recorded, request=np.full(STEPS, STEP)), seed=8)
     rng = np.random.default_rng(8)
-    for at in rng.integers(100, STEPS - 40, 40):
-        samples.x[at : at + 30, 2] -= (
-            rng.choice([0.18, 0.53]) / 2.67
-        )  # the payload's weight, or three times it
+    for at in rng.integers(100, STEPS - 40, 40):  # the payload's weight, or three times it
+        samples.x[at : at + 30, 2] -= rng.choice([0.18, 0.53]) / 2.67
         samples.request[at + 30] = RECOVER
     c, python = (
         run_c(compile_c(file, tmp_path, limits=limits), samples),
