@@ -103,26 +103,29 @@ class Compliance(Effect):
 
     def in_c(self, values: Values) -> CForm:
         code = """
-            /* memory: twist of the spring, its rate, the last acceleration; mid-point rule */
+            /* memory: twist of the spring times omega^2, its rate, the last acceleration; mid-point rule */
             const float a = row->acceleration;
             if (row->first) {
-                memory[0] = -a / omega_2;
+                memory[0] = -a;
                 memory[1] = 0.0f;
             } else {
                 const float mean = half(a + memory[2]);
-                float parts = omega * (1.0f / substep) * row->step - rounding;
+                const float parts = omega * (1.0f / substep) * row->step - rounding;
                 uint16_t count = is_negative(parts) ? 0 : (uint16_t)(1u + (uint16_t)parts);
-                const float h = count > 1 ? row->step * inverse((float)count) : row->step;
+                float h = row->step;
+                if (count == 2) h = half(h);
+                else if (count > 2) h *= inverse((float)count);
                 const float half_h = half(h);
-                const float share = inverse(1.0f + half_h * (drag + half_h * omega_2));
+                const float stiff = omega_2 * h;
+                const float share = inverse(1.0f + half_h * (drag + half(stiff)));
                 for (; count > 0; count--) {
-                    const float middle = (memory[1] - half_h * (mean + omega_2 * memory[0])) * share;
-                    memory[0] += h * middle;
+                    const float middle = (memory[1] - half_h * (mean + memory[0])) * share;
+                    memory[0] += stiff * middle;
                     memory[1] = middle + middle - memory[1];
                 }
             }
             memory[2] = a;
-            sum->torque += load_inertia * (-omega_2 * memory[0] - drag * memory[1] - a);
+            sum->torque -= load_inertia * (memory[0] + drag * memory[1] + a);
         """
         omega = math.exp(values["log_omega"])
         constants = {
