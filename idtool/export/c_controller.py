@@ -6,19 +6,23 @@ The templates in `c/` are the modules of `idtool.control`, function by function.
 the Python controller itself (`c_constants`), so that the two do not part, and each effect brings its own C
 (`Effect.in_c`). Which function is which:
 
-    guard.c        impossible, check, frozen    Guard._impossible, ._against_last, ._frozen
-                   watch                        LoadWatch.check
-    load.c         friction_level, carry        load._level, load.carry
-                   advance_bristle              the last lines of `carry` that move the bristle
-    sensing.c      delayed                      DelayLine.delayed
-                   remainder_torque             HandSense._remainder, LightLaw._observe
-    paper.c        listen, settle, feel, rest_friction, rests       HandSense
-                   begin, lead, brake, wish                         PaperLaw
-    certainty.c    reset_, unsettle_, fade_, correction, deviation, drift_, learn     Certainty
-    light.c        observe, stand, hold, zero, guide, follow, brake, sweep, wish
-                                                LightLaw._observe, ._stand, ._rest, ._zero, ._guide,
-                                                ._follow, ._brake, ._tare, .wish
-    force_free.c   bounded, fail, NAME_reset, _recover, _step, _ready, _tare     ForceFreeController
+    guard.c      impossible, check, frozen        Guard._impossible, ._against_last, ._frozen
+                 watch                            LoadWatch.check
+    load.c       friction_level, carry            load._level, load.carry
+                 advance_bristle                  the lines of `carry` that move the bristle
+    sensing.c    delayed                          DelayLine.delayed
+                 remainder_torque                 HandSense._remainder, the middle of LightLaw._observe
+    paper.c      listen, settle, feel, rest_friction, rests                       HandSense
+                 begin, lead, brake, wish         PaperLaw.begin, ._lead, ._brake, .wish
+    certainty.c  reset_certainty, unsettle_bristle, fade_bristle, drift, correction, learn
+                                                  Certainty.reset, .unsettle_bristle, .fade, ...
+                 variance, spread_out             the square of Certainty.deviation, two ways
+    light.c      begin, observe, stand, zero      LightLaw.begin, ._observe, ._stand, ._zero
+                 hold, await_zero                 ._rest, the part of it before the zero is taken
+                 guide, follow, brake             ._guide, ._follow, ._brake
+                 tare, sweep, wish                .tare, ._tare, .wish
+    force_free.c bounded, fail, NAME_reset, NAME_recover, NAME_step, NAME_ready, NAME_tare
+                                                  ForceFreeController
 
 Where the C differs in form: times are whole periods (`c_constants.periods` counts them as Python adds
 them up); of the law's own place it keeps how far that is ahead of the measured one, which single

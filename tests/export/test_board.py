@@ -14,8 +14,13 @@ from studies.board.measure import CLOCK_HZ, host_commands, measure, missing
 pytestmark = pytest.mark.skipif(missing() is not None, reason=f"no {missing()} here")
 
 
-def test_the_base_model_steps_in_a_millisecond_and_under_a_kilobyte(tmp_path: Path) -> None:
-    figures = measure(with_effects(), tmp_path)
+@pytest.mark.parametrize(
+    "effects", [(), ("stribeck_shape",), ("backlash",), ("inertia", "position_ripple")], ids=str
+)
+def test_the_published_mode_steps_in_a_millisecond_and_under_a_kilobyte(
+    effects: tuple[str, ...], tmp_path: Path
+) -> None:
+    figures = measure(with_effects(*effects), tmp_path)
     half = len(figures.cycles) // 2
     assert max(figures.cycles[:half]) < 1e-3 * CLOCK_HZ
     assert figures.ram < 1024
