@@ -79,7 +79,10 @@ def test_guided_and_tared_as_python(seed: int, tmp_path: Path) -> None:
     assert_alike(c, python)
     seen = Counter(python.state)
     assert min(seen[state] for state in ("starting", "resting", "taring", "guiding", "stopping")) > 10
-    assert sum(python.taring) >= 2
+    ends = [k for k in range(1, STEPS) if python.state[k - 1 : k + 1] == ["taring", "resting"]]
+    touched = {python.disturbed[k] for k in ends}
+    assert ends
+    assert seed > 0 or touched == {True, False}
 
 
 @pytest.fixture(scope="module")
