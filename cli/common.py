@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from .words import complete_rig
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -125,5 +127,6 @@ rig_option = click.option(
     default="sim:paper",
     show_default=True,
     metavar="SPEC",
+    shell_complete=complete_rig,
     help="sim:NAME, sim:FILE.toml, dynamixel:DEVICE or replay:LOG.",
 )

@@ -11,6 +11,7 @@ import click
 
 from .common import Output, force_option, output_options, seed_option
 from .fit import constant_option, friction_option, optimizer_option
+from .words import Choice
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 gravity_option = click.option(
     "--gravity",
-    type=click.Choice(("auto", "slide", "arm", "none")),
+    type=Choice(("auto", "slide", "arm", "none")),
     default="auto",
     show_default=True,
     help="Gravity model.",

@@ -11,6 +11,7 @@ import click
 from .common import Output, force_option, output_options
 from .diagnose import read_logs
 from .fit import constant_option
+from .words import Choice
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +20,7 @@ Command = Callable[..., None]
 
 _friction_option = click.option(
     "--friction",
-    type=click.Choice(("auto", "coulomb")),
+    type=Choice(("auto", "coulomb")),
     default="auto",
     show_default=True,
     help="auto: the richest law that the target has; coulomb: Coulomb and viscous.",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from .common import Output, output_options, seed_option
+from .words import Choice
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +30,7 @@ def friction_option(command: F) -> F:
     """`--friction`."""
     return click.option(
         "--friction",
-        type=click.Choice(FRICTION_NAMES),
+        type=Choice(FRICTION_NAMES),
         default="lugre",
         show_default=True,
         help="Friction law; it steps down by itself where the data cannot determine it.",
@@ -40,7 +41,7 @@ def optimizer_option(command: F) -> F:
     """`--optimizer`."""
     return click.option(
         "--optimizer",
-        type=click.Choice(OPTIMIZER_NAMES),
+        type=Choice(OPTIMIZER_NAMES),
         default="direct",
         show_default=True,
         help="NLopt global search: DIRECT-L (deterministic), CRS2, ISRES or the evolutionary ESCH.",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from .common import Output, force_option, output_options
+from .words import Choice
 
 if TYPE_CHECKING:
     from idtool.importing import Imported
@@ -71,7 +72,7 @@ def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
 @click.option(
     "--experiment", default="", metavar="NAME", help="What it was: gravity, sweep, sine or another word."
 )
-@click.option("--kind", type=click.Choice(["rotary", "linear"]), help="Kind of axis; else as the units tell.")
+@click.option("--kind", type=Choice(["rotary", "linear"]), help="Kind of axis; else as the units tell.")
 @click.option(
     "--unwrap",
     type=float,

@@ -36,6 +36,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "tune": ("tune", "tune", "Gains of the light mode for a wanted feel."),
     "virtual-servo": ("virtual_servo", "virtual_servo", "A virtual servo, to rehearse a session with."),
     "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
+    "completion": ("completion", "completion", "Print the completion script of bash, zsh or fish."),
     "export": ("export", "export", "Turn a parameter file into what other programs and boards use."),
 }
 
@@ -72,6 +73,10 @@ def main(argv: list[str] | None = None) -> Any:
     """Run the command line; every error of the user's ends as one sentence and an exit code."""
     # The matrices here are tall and thin: more threads of linear algebra only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if "_FFC_ID_COMPLETE" in os.environ:
+        from .completion import register
+
+        register()
     try:
         code = ffc_id.main(args=argv, prog_name="ffc-id", standalone_mode=False)
     except click.exceptions.Abort:

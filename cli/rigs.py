@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import Output, output_options
+from .lazy import LazyGroup
+from .words import complete_bundled
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -74,7 +76,14 @@ def _scan(device: str, output: Output) -> int:
     return 0
 
 
-@click.group(invoke_without_command=True)
+#: sub-command -> (module beside this one, function, help line)
+COMMANDS: dict[str, tuple[str, str, str]] = {
+    "list": ("rigs", "list_recipes", "List the bundled recipes."),
+    "show": ("rigs", "show_recipe", "Print a bundled recipe."),
+}
+
+
+@click.command(cls=LazyGroup, commands_of=COMMANDS, invoke_without_command=True)
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 @click.pass_context
 def recipes(ctx: click.Context, as_json: bool) -> None:
@@ -97,10 +106,14 @@ def recipes(ctx: click.Context, as_json: bool) -> None:
         _list_recipes(Output(json=as_json, quiet=False))
 
 
-@recipes.command("list")
+@click.command("list")
 @output_options
 def list_recipes(output: Output) -> None:
-    """List the bundled recipes."""
+    """List the bundled recipes.
+
+    \b
+    ffc-id recipes list --json
+    """
     _list_recipes(output)
 
 
@@ -111,10 +124,14 @@ def _list_recipes(output: Output) -> None:
     output.result({"recipes": found}, lambda console: _list(console, found))
 
 
-@recipes.command("show")
-@click.argument("name")
+@click.command("show")
+@click.argument("name", shell_complete=complete_bundled)
 def show_recipe(name: str) -> None:
-    """Print a bundled recipe."""
+    """Print a bundled recipe.
+
+    \b
+    ffc-id recipes show sweep > my-sweep.toml
+    """
     from idtool.experiment.recipe import recipe_text
 
     click.echo(recipe_text(name), nl=False)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from .common import Output, console, force_option, output_options, rig_option, seed_option, stop_signals
+from .words import complete_recipe
 
 if TYPE_CHECKING:
     from idtool.experiment.recipe import Recipe
@@ -78,6 +79,7 @@ def _recipe_option(default: str | None) -> Callable[[F], F]:
     return click.option(
         "--recipe",
         metavar="NAME|FILE",
+        shell_complete=complete_recipe,
         help="A bundled recipe or a TOML file of yours; `ffc-id recipes show NAME` prints one to edit.",
         **given,
     )
