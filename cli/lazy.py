@@ -36,9 +36,9 @@ class LazyGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in self._known and not args[0].startswith("-") and not ctx.resilient_parsing:
-            from idtool.errors import nearest
+            from idtool.errors import nearest, sentence
 
-            ctx.fail(f'no command "{args[0]}"; {nearest(args[0], self._known)}')
+            ctx.fail(sentence(f'no command "{args[0]}"', nearest(args[0], self._known)))
         return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem[str]]:

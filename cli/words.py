@@ -21,14 +21,11 @@ class Choice(click.Choice[str]):
     """One of a few words; a misspelt one is answered with the nearest."""
 
     def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
-        from idtool.errors import nearest
+        from idtool.errors import nearest, sentence
 
         remedy = nearest(str(value), self.choices)
-        return f'"{value}" is none of {", ".join(self.choices)}{_question(remedy)}'
-
-
-def _question(remedy: str) -> str:
-    return f"; {remedy}?" if remedy.startswith("did you mean") else "."
+        guess = remedy if remedy.startswith("did you mean") else None
+        return sentence(f'"{value}" is none of {", ".join(self.choices)}', guess)
 
 
 def rig_names() -> list[str]:

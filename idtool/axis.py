@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError, misspelt, nearest
 from idtool.units import Kind, file_key
 
 
@@ -65,6 +65,10 @@ class Axis:
                 file=file,
                 place=f"axis.{other}",
                 remedy=f"use {wanted}",
+            )
+        if wrong := misspelt(("kind", wanted), table):
+            raise InputError(
+                "unknown key", file=file, place=f"axis.{wrong[0]}", remedy=f'did you mean "{wrong[1]}"'
             )
         constant = table.get(wanted)
         if constant is not None:
