@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .axis import Given, axis_options
 from .common import Output, output_options
-from .diagnose import read_logs
-from .fit import constant_option
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,9 +23,9 @@ if TYPE_CHECKING:
 @click.argument("a", metavar="A", type=click.Path(path_type=Path))
 @click.argument("b", metavar="B", type=click.Path(path_type=Path))
 @click.argument("logs", nargs=-1, type=click.Path(path_type=Path), metavar="[LOG]...")
-@constant_option
+@axis_options
 @output_options
-def compare(a: Path, b: Path, logs: Sequence[Path], torque_constant: float | None, output: Output) -> None:
+def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output) -> None:
     """Compare two parameter files: unit to unit, or before and after maintenance.
 
     Says which parameters differ beyond the standard errors of both fits, corrected for how many are
@@ -41,8 +40,8 @@ def compare(a: Path, b: Path, logs: Sequence[Path], torque_constant: float | Non
     from idtool.parameters import Parameters
 
     one, other = Parameters.read(a), Parameters.read(b)
-    constant = torque_constant or one.axis.torque_constant or other.axis.torque_constant
-    comparison = run(one, other, read_logs(logs, constant, output))
+    known = one.axis if one.axis.torque_constant is not None else other.axis
+    comparison = run(one, other, given.read(logs, output, known))
     document = comparison.to_document() | {"a": str(a), "b": str(b)}
     output.result(document, lambda console: _show(console, comparison, a, b))
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .axis import constant_option
 from .common import Output, output_options, seed_option
 from .diagnose import gravity_option
-from .fit import constant_option, friction_option, optimizer_option
+from .fit import friction_option, optimizer_option
 
 if TYPE_CHECKING:
     from rich.console import Console

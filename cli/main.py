@@ -22,6 +22,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "run-sweep": ("run", "run_sweep", "Velocity sweep: constant speeds both ways."),
     "run-sine": ("run", "run_sine", "Velocity sines of several frequencies."),
     "run": ("run", "run_any", "Run any recipe."),
+    "init": ("init", "init", "Write an axis file: kind, torque constant, limits."),
     "import": ("importing", "import_recording", "Turn a recording from elsewhere into a log."),
     "check": ("check", "check", "Quality of logs before any fit."),
     "fit-gravity": ("fit", "fit_gravity", "Recover the gravity coefficients."),
