@@ -12,6 +12,7 @@ import click
 from .axis import Given, axis_options
 from .common import Output, force_option, output_options, seed_option
 from .fit import friction_option, optimizer_option
+from .progress import Progress
 from .words import Choice
 
 if TYPE_CHECKING:
@@ -64,14 +65,15 @@ def identify(
 
     read = given.read(logs, output)
     refuse_folder(folder, force)
-    result = run(
-        read,
-        seed=seed,
-        friction=friction,
-        gravity=gravity,
-        optimizer=optimizer,
-        tell=lambda what: output.say(f"  {what} ..."),
-    )
+    with Progress(output) as progress:
+        result = run(
+            read,
+            seed=seed,
+            friction=friction,
+            gravity=gravity,
+            optimizer=optimizer,
+            tell=progress.say,
+        )
     finish(result, folder, seed, output)
 
 
@@ -113,13 +115,8 @@ def diagnose(
     known = Parameters.read(params)
     read = given.read(logs, output, known.axis)
     refuse_folder(folder, force)
-    result = diagnose_from(
-        read,
-        known,
-        friction=friction,
-        seed=seed,
-        tell=lambda what: output.say(f"  {what} ..."),
-    )
+    with Progress(output) as progress:
+        result = diagnose_from(read, known, friction=friction, seed=seed, tell=progress.say)
     finish(result, folder, seed, output)
 
 
@@ -129,8 +126,8 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
     from idtool.results import NEXT_RECIPE, write_results
 
     write_results(result, folder, command=command_line(), seed=seed)
-    output.say("  drawing the report ...")
-    page = write_report(folder)
+    with Progress(output, "drawing the report"):
+        page = write_report(folder)
 
     def show(console: Console) -> None:
         from .tables import print_parameters

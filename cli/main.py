@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from typing import Any
@@ -74,6 +75,9 @@ def main(argv: list[str] | None = None) -> Any:
     """Run the command line; every error of the user's ends as one sentence and an exit code."""
     # The matrices here are tall and thin: more threads of linear algebra only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that cannot show ± shows ? and no traceback
     if "_FFC_ID_COMPLETE" in os.environ:
         from .completion import register
 

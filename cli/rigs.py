@@ -8,6 +8,7 @@ import click
 
 from .common import Output, output_options
 from .lazy import LazyGroup
+from .progress import Progress
 from .words import complete_bundled
 
 if TYPE_CHECKING:
@@ -56,11 +57,12 @@ def _scan(device: str, output: Output) -> int:
     if not devices:
         raise RigFault("there is no USB serial port; plug the adapter in, or name the device after --scan")
     servos: list[Found] = []
-    for found in scan(devices, progress=lambda what: output.say(f"asking {what}")):
-        if isinstance(found, RigFault):
-            output.warn(str(found))
-        else:
-            servos.append(found)
+    with Progress(output) as progress:
+        for found in scan(devices, progress=lambda what: progress.say(f"asking {what}")):
+            if isinstance(found, RigFault):
+                output.warn(str(found))
+            else:
+                servos.append(found)
     document = [
         {"rig": s.spec, "device": s.device, "baud": s.baud, "id": s.id}
         | {"model_number": s.model_number, "model": s.model}
@@ -75,6 +77,9 @@ def _scan(device: str, output: Output) -> int:
         raise RigFault(f"no servo answered on {', '.join(devices)}; check its power and its cable")
     return 0
 
+
+#: Below so many columns names and what they are stand below each other.
+_ROOM_FOR_TWO = 60
 
 #: sub-command -> (module beside this one, function, help line)
 COMMANDS: dict[str, tuple[str, str, str]] = {
@@ -139,8 +144,14 @@ def show_recipe(name: str) -> None:
 
 def _list(console: Console, found: dict[str, str]) -> None:
     from rich.markup import escape
+    from rich.padding import Padding
     from rich.table import Table
 
+    if console.width < _ROOM_FOR_TWO:
+        for name, text in found.items():
+            console.print(name, style="bold", markup=False)
+            console.print(Padding(escape(text), (0, 0, 0, 2)))
+        return
     table = Table.grid(padding=(0, 2))
     for name, text in found.items():
         table.add_row(escape(name), escape(text))

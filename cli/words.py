@@ -25,7 +25,7 @@ class Choice(click.Choice[str]):
 
         remedy = nearest(str(value), self.choices)
         guess = remedy if remedy.startswith("did you mean") else None
-        return sentence(f'"{value}" is none of {", ".join(self.choices)}', guess)
+        return sentence(f'"{value}" is not one of {", ".join(self.choices)}', guess)
 
 
 def rig_names() -> list[str]:
