@@ -156,7 +156,9 @@ def headings(text: str) -> set[str]:
 
 
 def test_a_pipe_gets_plain_lines_that_are_not_folded(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("COLUMNS", raising=False)  # pytest sets it
+    # under these a library sets COLUMNS
+    for name in ("COLUMNS", "PYTEST_VERSION", "PYTEST_CURRENT_TEST"):
+        monkeypatch.delenv(name, raising=False)
     done = ffc_id("compare", "a.toml", "b.toml", cwd=files)
     assert (done.returncode, done.stderr) == (0, "")
     assert "\x1b" not in done.stdout
