@@ -22,7 +22,7 @@ from scipy import optimize, stats
 
 from idtool.effects import registry
 from idtool.errors import InputError
-from idtool.fleet.statistics import holm
+from idtool.holm import holm
 from idtool.log import Log
 from idtool.paired_errors import ErrorLine, paired_errors
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter, Parameters

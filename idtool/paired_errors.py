@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.fleet.statistics import holm
+from idtool.holm import holm
 from idtool.log import Log, columns_of
 from idtool.model.motion import Array
 from idtool.parameters import Parameters
