@@ -34,7 +34,7 @@ from idtool.toml_text import load_toml
 from idtool.units import Kind, file_key
 
 SCHEMA = "ffc-id/axis/1"
-MAX_BYTES = 1 << 16
+MAX_BYTES = 1 << 20
 #: name of a limit -> its dimension
 LIMITS: dict[str, str] = {
     "lowest": "position",
