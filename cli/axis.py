@@ -37,11 +37,18 @@ class Given:
             logs: the files.
             output: where words go.
             known: the axis of a parameter file; its torque constant is the last resort.
+
+        Raises:
+            UsageError: both options give a torque constant.
+            InputError: a file that cannot be read, or is of another axis than the axis file.
         """
         from idtool.axis_file import AxisFile
+        from idtool.errors import UsageError
         from idtool.log import Log
 
         axis = AxisFile.read(self.file).axis if self.file is not None else None
+        if self.constant is not None and axis is not None and axis.torque_constant is not None:
+            raise UsageError("--axis says the torque constant already; leave --torque-constant away.")
         last = known.torque_constant if known is not None else None
         constant = self.constant or (None if axis is not None and axis.torque_constant else last)
         read = [Log.read(path, torque_constant=constant, axis=axis) for path in logs]

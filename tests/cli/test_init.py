@@ -126,6 +126,9 @@ def test_a_bare_log_is_read_with_it(bare: Path) -> None:
     assert without.returncode == 3
     assert "no torque constant" in without.stderr
     assert ffc_id("check", "bare.csv", "--axis", "axis.toml", cwd=bare).returncode == 0
+    both = ffc_id("check", "bare.csv", "--axis", "axis.toml", "--torque-constant", "2", cwd=bare)
+    assert both.returncode == 2
+    assert "leave --torque-constant away" in both.stderr
     log = Log.read(bare / "bare.csv", axis=AxisFile.read(bare / "axis.toml").axis)
     assert log.axis == Axis("rotary", 2.67, {"unit": "elbow"})
 
