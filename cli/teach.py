@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output, console, force_option, output_options, rig_option, seed_option, stop_signals
+from .common import Output, force_option, output_options, rig_option, seed_option, stop_signals
+from .progress import Progress
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -100,6 +101,9 @@ def teach(
     0.2 s must be without a hand.
 
     The paper's axis with the paper's gains yields 19.20 mm/s to 5.56 N and stops within 48 ms.
+
+    \b
+    ffc-id teach -p result/params.toml --rig sim:bench --tare
     """
     from idtool.atomic import refuse_existing
     from idtool.correction import Correction
@@ -209,13 +213,9 @@ def _run(
 
     if hand is None:
         output.say("push the axis by hand; Ctrl-C ends the run")
-    if output.quiet or output.json or hand is None:
         return go(None)
-    from rich.progress import Progress
-
-    with Progress(console=console(stderr=True), transient=True) as bar:
-        task = bar.add_task("hand guiding", total=1.0)
-        return go(lambda share: bar.update(task, completed=share))
+    with Progress(output, "hand guiding") as bar:
+        return go(lambda share: bar.at(share, 1.0))
 
 
 def _without_effects(
@@ -288,20 +288,15 @@ def _show(
     bare: TeachFigures | None,
     corrected: bool,
 ) -> None:
-    from rich.table import Table
-
     from idtool.units import torque_name, unit_text
+
+    from .tables import print_table
 
     kind = parameters.axis.kind
     torque, speed = unit_text("torque", kind), unit_text("velocity", kind)
     if result.figures is not None:
-        table = Table(title="Hand guiding", title_justify="left")
-        for heading in ("", f"{torque_name(kind)} ({torque})", "force (N)", f"speed ({speed})", "mm/s"):
-            table.add_column(heading, justify="right")
-        for heading in ("stop (ms)", "overshoot", "ripple", "to hand (mJ)"):
-            table.add_column(heading, justify="right")
-        for index, push in enumerate(result.figures.pushes, start=1):
-            table.add_row(
+        rows = [
+            (
                 f"{index} {'+' if push.direction > 0 else '−'}{'' if push.from_motion else ' held'}",
                 f"{push.torque:.4f}",
                 _maybe(push.force_n),
@@ -312,7 +307,13 @@ def _show(
                 f"{push.ripple_counts:.1f}",
                 f"{1e3 * push.energy_to_hand:.1f}",
             )
-        screen.print(table)
+            for index, push in enumerate(result.figures.pushes, start=1)
+        ]
+        headings = (
+            "push", f">{torque_name(kind)} ({torque})", ">force (N)", f">speed ({speed})", ">mm/s",
+            ">stop (ms)", ">overshoot", ">ripple", ">to hand (mJ)",
+        )  # fmt: skip
+        print_table(screen, headings, rows, title="Hand guiding")
         screen.print(_summary(result.figures, torque, speed))
         if bare is not None and bare.force_n is not None and result.figures.force_n is not None:
             what = "effects of the file and correction" if corrected else "the file's effects"

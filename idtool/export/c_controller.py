@@ -46,7 +46,7 @@ from idtool.control.force_free import ForceFreeController
 from idtool.control.guard import Limits, Reason
 from idtool.control.light import TARE_CYCLES, LightLaw
 from idtool.effects import registry
-from idtool.errors import InputError, UsageError, nearest
+from idtool.errors import InputError, UsageError, nearest, sentence
 from idtool.export.c_constants import constants, microseconds, settle_s, tables
 from idtool.export.c_literals import EffectInC
 from idtool.model.contribution import FIELDS
@@ -190,7 +190,7 @@ def _without(parameters: Parameters, names: Sequence[str]) -> Parameters:
     for name in names:
         if name not in held:
             known = nearest(name, held) if held else "it holds none"
-            raise UsageError(f"--without {name}: the parameter file holds no such effect; {known}.")
+            raise UsageError(sentence(f"--without {name}: the parameter file holds no such effect", known))
     return replace(parameters, effects=tuple(e for e in parameters.effects if e.name not in names))
 
 
