@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
@@ -29,8 +30,23 @@ def indented(page: Path) -> list[str]:
 
 def every_command(page: Path) -> list[list[str]]:
     """Every `ffc-id` command that a page shows as a block."""
-    blocks = [fence.text for fence in fences(page)] + ["\n".join(indented(page))]
-    return [command for block in blocks for command in commands_in(block)]
+    refused = [command for command, _ in refusals(page)]
+    return [command for block in _blocks(page) for command in commands_in(block) if command not in refused]
+
+
+def refusals(page: Path) -> list[tuple[list[str], str]]:
+    """Commands that a page shows to be refused, and what it says they are answered with."""
+    lines = [line.strip() for block in _blocks(page) for line in block.splitlines()]
+    return [
+        (command, answer.removeprefix("Error: "))
+        for line, answer in itertools.pairwise(lines)
+        if answer.startswith("Error: ")
+        for command in commands_in(line)
+    ]
+
+
+def _blocks(page: Path) -> list[str]:
+    return [fence.text for fence in fences(page)] + ["\n".join(indented(page))]
 
 
 def mentioned(page: Path) -> list[list[str]]:

@@ -10,7 +10,7 @@ import pytest
 from studies.commands_page import PAGE, commands, option_names, page
 from studies.pages import commands_in
 
-from .support import PAGES, PROJECT, every_command, mentioned, page_id, parse
+from .support import PAGES, PROJECT, every_command, mentioned, page_id, parse, refusals
 
 EVERY = {name: command for name, command, _ in commands()}
 
@@ -94,3 +94,12 @@ it's no command
         ["recipes", "show", "sweep"],
         ["identify", "a.csv", "-o", "result"],
     ]
+
+
+def test_a_mistake_is_answered_as_shown() -> None:
+    shown = [refusal for page in PAGES for refusal in refusals(page)]
+    assert shown
+    for words, answer in shown:
+        with pytest.raises(click.UsageError) as raised:
+            parse(words, whole=True)
+        assert raised.value.format_message() == answer
