@@ -75,7 +75,7 @@ EFFECTS: dict[str, tuple[float, float, Draw]] = {
             "damping_nm_s_per_rad": 2.0 * 0.05 * s * 2.0 * math.pi * 5.0,
         },
     ),
-    "transport_delay": (0.002, 0.01, lambda r, s: {"delay_s": s}),
+    "transport_delay": (0.003, 0.04, lambda r, s: {"delay_s": s}),
     "torque_constant_saturation": (0.02, 0.3, lambda r, s: {"kappa_per_a": s}),
     "external_periodic": (
         0.005,
@@ -89,8 +89,6 @@ EFFECTS: dict[str, tuple[float, float, Draw]] = {
     "tilt_misalignment": (0.02, 0.15, lambda r, s: {"alpha_rad": s * _sign(r)}),
     "breakaway_dwell": (0.3, 2.0, lambda r, s: {"gain": s, "time_constant_s": between(r, 0.3, 3.0)}),
 }
-#: The reading is late, but the torque is as it was: its size is not one of torque.
-_NOT_TORQUE = "transport_delay"
 
 
 @dataclass(frozen=True)
@@ -137,12 +135,13 @@ def _draw(
     for _ in range(12):
         optional = {key: value for key, value in EFFECT_KEYS[name].items() if value is not None}
         numbers = optional | make(rng, between(rng, low, high))
-        if name == _NOT_TORQUE:
-            return numbers, math.nan
-        try:
-            loud = _torque(replace(plant, effects={name: numbers}), recipes)
-        except FfcIdError:  # too strong for that axis to move
-            continue
+        if name == "transport_delay":  # the torque is the same, its motion is read late
+            loud = _late(plant, recipes, numbers["delay_s"])
+        else:
+            try:
+                loud = _torque(replace(plant, effects={name: numbers}), recipes)
+            except FfcIdError:  # too strong for that axis to move
+                continue
         size = float(np.sqrt(np.mean((loud - quiet) ** 2))) / noise_of(sensors)
         if found is None or _outside(size) < _outside(found[1]):
             found = numbers, size
@@ -155,6 +154,16 @@ def _draw(
 def _outside(size: float) -> float:
     """How far a size is from the range of 1 to 10."""
     return max(-math.log(size), math.log(size / 10.0), 0.0) if size > 0 else math.inf
+
+
+def _late(plant: Plant, recipes: tuple[str, ...], delay: float) -> np.ndarray:
+    """The torque as it was so long before, s."""
+    parts = []
+    for log in record_session(plant, "ideal", 0, recipes):
+        for _, trial in log.frame.groupby("trial", sort=False):
+            time = trial["time_s"].to_numpy()
+            parts.append(np.interp(time - delay, time, TORQUE_CONSTANT * trial["current_a"].to_numpy()))
+    return np.concatenate(parts)
 
 
 def _torque(plant: Plant, recipes: tuple[str, ...]) -> np.ndarray:
