@@ -54,7 +54,8 @@ _BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
 #: So long the anchor follows an axis that was let go, s.
 _FOLLOW_S = 0.05
 #: The first moments of braking ask for the opposite speed, by this share of the servo's lag.
-_KICK_S, _KICK_SHARE = 0.025, 1.5
+_KICK_S, _KICK_SHARE, _COAST_S, _EASED_S = 0.015, 0.7, 0.008, 0.12
+DRIVE4 = float(__import__("os").environ.get("D4", "2.5e-4"))
 #: How well a bristle is known after a stop: to so many encoder counts, at worst this share of the level.
 _STOP_COUNTS, _STOP_BOUND = 0.7, 0.3
 #: A torque this far from its mean, in torque noises, changes; a zero that waits for calm longer than this is
@@ -259,9 +260,6 @@ class LightLaw(Law):
         if not self._armed:
             self._since += self.period
             stand, length = (0.0, self.settings.settle) if starting else (_STAND_S, _ZERO_S)
-            if not starting and self._since <= _FOLLOW_S and self._let_go:
-                # the drive lets go of the torque that it held against the hand: do not pull the axis back
-                self.anchor = self.limits.clip(self._last.position if self._last else self.anchor)
             if self._since > stand:
                 changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
                 if changes and self._rested < _LISTEN_S:
@@ -344,6 +342,9 @@ class LightLaw(Law):
             self._let_go = gone
             self._sure = False
             self._pushed_way = math.copysign(1.0, self._w)
+            surplus = self._pushed_way * self.model.load.damping * (1.0 + self._certainty.mean[2]) - level
+            relief = DRIVE4 * max(surplus, 0.0) / self.model.inertia / self.period
+            self._relief = self._pushed_way * min(relief, 2.0 * abs(self._w))
             return self._brake(sample)
         self.wanted = speed
         return self._follow(sample)
@@ -364,7 +365,7 @@ class LightLaw(Law):
         return self._x + self._lead_time * speed
 
     def _brake(self, sample: Measurement) -> float:
-        """No lead until the axis stands; then the anchor is where it stands."""
+        """Ask for the opposite speed for a moment, then for the place where the axis comes to rest."""
         self._since += self.period
         self._w = 0.0
         if abs(sample.velocity) <= self.rest_speed and self._since >= _BRAKE_S:
@@ -374,12 +375,16 @@ class LightLaw(Law):
             self._certainty.shift(0.0, min(_STOP_COUNTS * self.resolution * model.bristle_stiffness, bound))
             self.anchor = self.limits.clip(sample.position)
             return self.anchor
-        if self._since > 2.0 * _BRAKE_S and abs(self.torque) > self._gate():
+        if self._since > _EASED_S and abs(self.torque) > self._gate():
             self.state = State.GUIDING  # it was a hand that eased off, not one that left
             self._since, self._trusting, self._x = 0.0, _SLOW_START_S, sample.position
         # the drive's integrator still pushes as against friction at speed: turn its reference round
-        back = _KICK_SHARE * self._lead_time if self._since < _KICK_S else 0.0
-        return sample.position - back * sample.velocity
+        if self._since < _KICK_S:
+            return sample.position - _KICK_SHARE * self._lead_time * sample.velocity
+        place = sample.position + _COAST_S * sample.velocity
+        if self._since < _KICK_S + self.period:
+            place -= self._lead_time * self._relief
+        return place
 
     def _tare(self, sample: Measurement, left: float) -> float:
         """Move to and fro, learn at every sample; forget it all if something touched the axis."""
