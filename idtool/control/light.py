@@ -55,6 +55,9 @@ _BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
 _FOLLOW_S = 0.05
 #: The first moments of braking ask for the opposite speed, by this share of the servo's lag.
 _KICK_S, _KICK_SHARE, _COAST_S, _EASED_S = 0.015, 0.7, 0.008, 0.12
+ZN = float(__import__("os").environ.get("ZN", "1.0"))
+FOL = float(__import__("os").environ.get("FOL", "0.2"))
+FOL_S = float(__import__("os").environ.get("FOLS", "0.05"))
 DRIVE4 = float(__import__("os").environ.get("D4", "2.5e-4"))
 #: How well a bristle is known after a stop: to so many encoder counts, at worst this share of the level.
 _STOP_COUNTS, _STOP_BOUND = 0.7, 0.3
@@ -260,6 +263,9 @@ class LightLaw(Law):
         if not self._armed:
             self._since += self.period
             stand, length = (0.0, self.settings.settle) if starting else (_STAND_S, _ZERO_S)
+            if not starting and self._since <= FOL_S and self._let_go and self._last:
+                # half of what the drive still creeps by is taken for the rest
+                self.anchor = self.limits.clip(self.anchor + FOL * (self._last.position - self.anchor))
             if self._since > stand:
                 changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
                 if changes and self._rested < _LISTEN_S:
@@ -310,7 +316,7 @@ class LightLaw(Law):
         if not self._sure and abs(felt) > self._gate():
             return  # more than the model can be wrong by: the hand is still there, or again
         self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
-        self._certainty.learn(self._mean, load.elastic, load.damping, settings.noise)
+        self._certainty.learn(self._mean, load.elastic, load.damping, ZN * settings.noise)
         rest = self._mean - self._certainty.correction(load.elastic, load.damping)
         # where a hand may still lean on the axis, nothing must start when it leaves
         self._certainty.shift(rest, 0.0 if self._sure else abs(rest) / COVERAGE)
