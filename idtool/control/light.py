@@ -56,6 +56,12 @@ _FOLLOW_S = 0.05
 #: The first moments of braking ask for the opposite speed, by this share of the servo's lag.
 _KICK_S, _KICK_SHARE, _COAST_S, _EASED_S = 0.015, 0.7, 0.008, 0.12
 ZN = float(__import__("os").environ.get("ZN", "1.0"))
+def _env(k, d):
+    return float(__import__("os").environ.get(k, d))
+GONE_ = _env("GONE", 0.6)
+FALL_ = _env("FALL", 4.5)
+JUMP_ = _env("JUMP", 4.5)
+LEAN_S = _env("LEAN", 1.0)
 FOL = float(__import__("os").environ.get("FOL", "0.2"))
 FOL_S = float(__import__("os").environ.get("FOLS", "0.05"))
 DRIVE4 = float(__import__("os").environ.get("D4", "2.5e-4"))
@@ -158,7 +164,7 @@ class LightLaw(Law):
         self._let_go = True
         self._trusting = _START_S
         self._sure = True
-        self._pushed_way = 0.0
+        self._pushed_way = self._fell = 0.0
         self._tracked = 0.0
         self._stand(State.STARTING)
         self.limited = ()
@@ -279,6 +285,19 @@ class LightLaw(Law):
             if self._since >= stand + length:
                 self._zero()
             return self.anchor
+        if not self._let_go and self._rested < _LEAVE_S:
+            # a hand that leant on the axis while it stopped leaves faster than one comes
+            jump = self.raw - self._before
+            if self._rested > 0.03 and abs(jump) > JUMP_ * self.settings.noise:
+                self._let_go = True
+                self._fell = math.copysign(1.0, jump)
+                rested = self._rested
+                self._stand(State.RESTING)
+                return self.anchor
+            self._count += 1
+            self._mean += (left - self._mean) / self._count
+            if self._rested > LEAN_S and not self._pushed:
+                self._soft_zero()
         start = self.settings.start_torque
         # a hand that leant on the axis while it stopped leaves a torque against its push when it goes: for
         # a while that way needs more, and the zero follows it
@@ -313,13 +332,26 @@ class LightLaw(Law):
         self.state = State.RESTING
         self._armed = True
         felt = self._certainty.correction(load.elastic, load.damping) - self._mean
-        if not self._sure and abs(felt) > self._gate():
+        if not self._sure and abs(felt) > self._gate() and felt * self._fell < 0.0:
             return  # more than the model can be wrong by: the hand is still there, or again
         self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
         self._certainty.learn(self._mean, load.elastic, load.damping, ZN * settings.noise)
         rest = self._mean - self._certainty.correction(load.elastic, load.damping)
         # where a hand may still lean on the axis, nothing must start when it leaves
         self._certainty.shift(rest, 0.0 if self._sure else abs(rest) / COVERAGE)
+        self._tracked = 0.0
+        self.torque = self._quiet = 0.0
+
+    def _soft_zero(self) -> None:
+        """Nothing changed for so long: what is felt may be a hand that leans, and may be none."""
+        load, settings = self.model.load, self.settings
+        self._let_go = True
+        felt = self._certainty.correction(load.elastic, load.damping) - self._mean
+        if abs(felt) > self._gate():
+            return
+        self._certainty.learn(self._mean, load.elastic, load.damping, math.hypot(ZN * settings.noise, felt))
+        rest = self._mean - self._certainty.correction(load.elastic, load.damping)
+        self._certainty.shift(rest, abs(rest) / COVERAGE)
         self._tracked = 0.0
         self.torque = self._quiet = 0.0
 
@@ -338,9 +370,9 @@ class LightLaw(Law):
             self._account = speed = 0.0
         self._w = speed
         self._since += self.period
-        remains = self.raw if before > 0.0 else -self.raw
         level = abs(before)
-        fell = remains < min(_GONE * level, level - _FALL * self.settings.noise)
+        fall = level - math.copysign(self.raw, self.raw * before)
+        fell = fall > max(GONE_ * (level - self.doubt), FALL_ * self.settings.noise)
         gone = fell and self._since > self._trusting and level > self.settings.start_torque + self.doubt
         if gone or (certain == 0.0 and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
@@ -348,6 +380,7 @@ class LightLaw(Law):
             self._let_go = gone
             self._sure = False
             self._pushed_way = math.copysign(1.0, self._w)
+            self._fell = -math.copysign(1.0, before)
             surplus = self._pushed_way * self.model.load.damping * (1.0 + self._certainty.mean[2]) - level
             relief = DRIVE4 * max(surplus, 0.0) / self.model.inertia / self.period
             self._relief = self._pushed_way * min(relief, 2.0 * abs(self._w))
