@@ -61,6 +61,11 @@ def _env(k, d):
 GONE_ = _env("GONE", 0.6)
 FALL_ = _env("FALL", 4.5)
 JUMP_ = _env("JUMP", 4.5)
+EASE = _env("EASE", 0.05)
+SOFTC = _env("SOFTC", 0.3)
+EARLY = _env("EARLY", 0.5)
+SLOW = _env("SLOW", 2.0)
+FALLS = _env("FALLS", 3.0)
 LEAN_S = _env("LEAN", 1.0)
 FOL = float(__import__("os").environ.get("FOL", "0.2"))
 FOL_S = float(__import__("os").environ.get("FOLS", "0.05"))
@@ -164,7 +169,8 @@ class LightLaw(Law):
         self._let_go = True
         self._trusting = _START_S
         self._sure = True
-        self._pushed_way = self._fell = 0.0
+        self._pushed_way = self._fell = self._idle = 0.0
+        self._counts = _STOP_COUNTS
         self._tracked = 0.0
         self._stand(State.STARTING)
         self.limited = ()
@@ -291,9 +297,9 @@ class LightLaw(Law):
             if self._rested > 0.03 and abs(jump) > JUMP_ * self.settings.noise:
                 self._let_go = True
                 self._fell = math.copysign(1.0, jump)
-                rested = self._rested
                 self._stand(State.RESTING)
                 return self.anchor
+        if not self._let_go:
             self._count += 1
             self._mean += (left - self._mean) / self._count
             if self._rested > LEAN_S and not self._pushed:
@@ -319,7 +325,7 @@ class LightLaw(Law):
             # a hand that is back so soon never left: be slower to believe it the next time
             soon = self._let_go and self._rested < _SOON_S
             self._trusting = _SLOW_START_S if soon else _START_S
-            self._account = self._since = 0.0
+            self._account = self._since = self._idle = 0.0
         return self.anchor
 
     def _gate(self) -> float:
@@ -374,8 +380,14 @@ class LightLaw(Law):
         fall = level - math.copysign(self.raw, self.raw * before)
         fell = fall > max(GONE_ * (level - self.doubt), FALL_ * self.settings.noise)
         gone = fell and self._since > self._trusting and level > self.settings.start_torque + self.doubt
-        if gone or (certain == 0.0 and abs(speed) < self.rest_speed):
+        self._idle = self._idle + self.period if certain == 0.0 else 0.0
+        early = self._since < EARLY
+        if not gone and abs(speed) < SLOW * self.rest_speed and self._since > self._trusting:
+            # a hand that barely moves the axis: what it leaves is less
+            gone = math.copysign(1.0, self._w) * (before - self.raw) > FALLS * self.settings.noise
+        if gone or (certain == 0.0 and self._idle > EASE * early and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
+            self._counts = SOFTC if early and not gone else _STOP_COUNTS
             self._since = 0.0
             self._let_go = gone
             self._sure = False
@@ -411,7 +423,7 @@ class LightLaw(Law):
             self._stand(State.RESTING)
             self._armed = not self._let_go  # a hand that eased off may still lean on the axis: no zero then
             bound, model = _STOP_BOUND * self.model.friction_bound, self.model
-            self._certainty.shift(0.0, min(_STOP_COUNTS * self.resolution * model.bristle_stiffness, bound))
+            self._certainty.shift(0.0, min(self._counts * self.resolution * model.bristle_stiffness, bound))
             self.anchor = self.limits.clip(sample.position)
             return self.anchor
         if self._since > _EASED_S and abs(self.torque) > self._gate():
