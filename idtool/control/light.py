@@ -274,9 +274,9 @@ class LightLaw(Law):
             stand, length = (0.0, self.settings.settle) if starting else (_STAND_S, _ZERO_S)
             if not starting and self._since <= _FOLLOW_S and self._let_go and self._last:
                 # the drive lets go of the torque that it held against the hand: give way to it a little
-                self.anchor = self.limits.clip(
-                    self.anchor + _FOLLOW_SHARE * (self._last.position - self.anchor)
-                )
+                share = 1.0 if self._sure else _FOLLOW_SHARE
+                creep = self._last.position - self.anchor
+                self.anchor = self.limits.clip(self.anchor + share * creep)
             if self._since > stand:
                 changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
                 if changes and self._rested < _LISTEN_S:
