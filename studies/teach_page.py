@@ -280,15 +280,14 @@ three seconds, hands off, and learns load, friction level and viscous friction b
 stop of a hand that let go adds to it.
 """
 _STOP = """
-Nothing in the drive forbids 48 ms. A hand that lets go shows in the first reading of the current taken after
-it; from there the drive cannot be faster than its limit of {limit:.0f} rad/s^2, and it is within a count of
-its rest before it stands. That bound, per axis, is {low:.0f} to {high:.0f} ms ({possible} of {axes} axes can
-do it in 48 ms). {met} do. The brake asks for the opposite speed for one period, then for the place where the
-axis comes to rest; one period longer where the friction that goes with speed is more than the hand held, as
-the drive's integrator still pushes against it and would creep on. What it creeps all the same, a count or
-two where `sim:paper` has high viscous friction, makes the stops of 50 to 70 ms; most of them are readings of
-the current that are late by 10 ms and more, on which the release shows a period or two later. The few
-longer ones were not seen as a hand that lets go, and the axis stopped as the estimate of the force faded.
+A hand that lets go shows at best in the first reading of the current taken after it, and from there the drive
+cannot be faster than its limit of {limit:.0f} rad/s^2. No law that reads only this current stops an axis sooner than
+that: {low:.0f} to {high:.0f} ms, below 48 ms on {possible} of {axes} axes, so the limit alone excludes no other. {met} stop within
+48 ms. The brake asks for the opposite speed for one period, then for the place where the axis comes to rest;
+one period longer where the friction that goes with speed is more than the hand held, as the drive's integrator
+still pushes against it and would creep on. What it creeps all the same, a count or two where `sim:paper` has
+high viscous friction, makes most of the stops of 50 to 75 ms. Longer ones were not seen as a hand that lets go,
+and the axis stopped as the estimate of the force faded.
 
 At rest a hand that leant on the axis while it stopped is looked for: where the torque changes at once, it
 left, and what is left is the zero. Where nothing changes for a second, what is felt is taken for the zero
@@ -296,6 +295,10 @@ with all of it in doubt, so that nothing starts by itself when it goes. Until th
 An axis whose push ends within half a second of its start has only bent its bristle; it knows that one
 better, and may start again at once. The break-away forces above 1 N are such stalls in a row, and stops
 that left a torque which friction or a leaning hand may have left.
+
+A ripple at rest of more than a count is an axis that was held still before it was let go: the hand leant on it
+by more than the model was thought to be wrong by, left while it still followed or had just stopped, and was
+taken for one that pushes back. The axis then goes that way for a while, slowly.
 """
 _FRESH = """The controller then knows no more than the file and 0.2 s at rest, and leaves to the hand what it
 cannot know. The force falls with every stop that it learns from.
