@@ -280,25 +280,26 @@ three seconds, hands off, and learns load, friction level and viscous friction b
 stop of a hand that let go adds to it.
 """
 _STOP = """
-A hand that lets go shows at best in the first reading of the current taken after it, and from there the drive
-cannot be faster than its limit of {limit:.0f} rad/s^2. No law that reads only this current stops an axis sooner than
-that: {low:.0f} to {high:.0f} ms, below 48 ms on {possible} of {axes} axes, so the limit alone excludes no other. {met} stop within
-48 ms. The brake asks for the opposite speed for one period, then for the place where the axis comes to rest;
-one period longer where the friction that goes with speed is more than the hand held, as the drive's integrator
-still pushes against it and would creep on. What it creeps all the same, a count or two where `sim:paper` has
-high viscous friction, makes most of the stops of 50 to 75 ms. Longer ones were not seen as a hand that lets go,
-and the axis stopped as the estimate of the force faded.
+A hand that lets go shows at best in the first reading of the current taken after it, and from there the
+drive cannot be faster than its limit of {limit:.0f} rad/s^2. No law that reads only this current stops an
+axis sooner than that: {low:.0f} to {high:.0f} ms, below 48 ms on {possible} of {axes} axes, so the limit
+alone excludes no other. {met} stop within 48 ms. The brake asks for the opposite speed for one period, then
+for the place where the axis comes to rest; one period longer where the friction that goes with speed is
+more than the hand held, as the drive's integrator still pushes against it and would creep on. What it
+creeps all the same, a count or two where `sim:paper` has high viscous friction, makes most of the stops of
+50 to 75 ms. Longer ones were not seen as a hand that lets go, and the axis stopped as the estimate of the
+force faded.
 
 At rest a hand that leant on the axis while it stopped is looked for: where the torque changes at once, it
 left, and what is left is the zero. Where nothing changes for a second, what is felt is taken for the zero
-with all of it in doubt, so that nothing starts by itself when it goes. Until then both ways need 0.7 N more.
-An axis whose push ends within half a second of its start has only bent its bristle; it knows that one
+with all of it in doubt, so that nothing starts by itself when it goes. Until then both ways need 0.7 N
+more. An axis whose push ends within half a second of its start has only bent its bristle; it knows that one
 better, and may start again at once. The break-away forces above 1 N are such stalls in a row, and stops
 that left a torque which friction or a leaning hand may have left.
 
-A ripple at rest of more than a count is an axis that was held still before it was let go: the hand leant on it
-by more than the model was thought to be wrong by, left while it still followed or had just stopped, and was
-taken for one that pushes back. The axis then goes that way for a while, slowly.
+A ripple at rest of more than a count is an axis that was held still before it was let go: the hand leant on
+it by more than the model was thought to be wrong by, left while it still followed or had just stopped, and
+was taken for one that pushes back. The axis then goes that way for a while, slowly.
 """
 _FRESH = """The controller then knows no more than the file and 0.2 s at rest, and leaves to the hand what it
 cannot know. The force falls with every stop that it learns from.
