@@ -3,6 +3,9 @@
 #   make test    lint, types and tests
 #   make study-accuracy, study-diagnosis, study-measured, study-teach, study-reliability, study-board
 #                pages of docs/ from many sessions (minutes to an hour; the last needs avr-gcc, avr-libc, simavr)
+#   make docs-commands, docs-effects, docs-tutorial
+#                docs/commands.md from the program; pictures and facts of docs/effects/ (some minutes);
+#                outputs and pictures of docs/tutorial.md
 #   make fuzz    coverage-guided fuzzing of every reader, a minute each (Linux)
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
@@ -10,7 +13,8 @@ VENV   ?= .venv
 BIN     = $(VENV)/bin
 
 .PHONY: demo test lint types tests bench fuzz clean study-accuracy study-diagnosis study-measured \
-    study-board study-teach study-reliability
+    study-board study-teach study-reliability docs-commands docs-effects \
+    docs-tutorial
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -53,6 +57,17 @@ study-teach: $(VENV)/.ready-dev
 
 study-reliability: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.reliability
+
+docs-commands: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.commands_page
+
+docs-effects: export OPENBLAS_NUM_THREADS = 1
+docs-effects: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.effect_pages
+
+docs-tutorial: export OPENBLAS_NUM_THREADS = 1
+docs-tutorial: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.tutorial_page
 
 # A finding is left as a file crash-*, oom-* or timeout-*.
 fuzz: $(VENV)/.ready-fuzz

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks import control, dynamic, kernel, machine, scaling, session, startup
+from benchmarks import control, dynamic, files, kernel, machine, scaling, session, startup
 from benchmarks.table import Section, goals_table
 
 PARTS: dict[str, Callable[[], Section]] = {
@@ -16,6 +16,7 @@ PARTS: dict[str, Callable[[], Section]] = {
     "startup": startup.measure,
     "control": control.measure,
     "session": session.measure,
+    "files": files.measure,
 }
 _REPORT = Path(__file__).resolve().parent.parent / "docs" / "benchmarks.md"
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .axis import Given, axis_options
 from .common import Output, output_options
-from .fit import constant_option
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
-@constant_option
+@axis_options
 @output_options
-def check(logs: Sequence[Path], torque_constant: float | None, output: Output) -> None:
+def check(logs: Sequence[Path], given: Given, output: Output) -> None:
     """Quality of logs before any fit: gaps, jitter, saturation, steady windows, and what they determine.
 
     Findings are no errors: the exit code is 0 as long as the logs can be read.
@@ -28,9 +28,8 @@ def check(logs: Sequence[Path], torque_constant: float | None, output: Output) -
     ffc-id check gravity.csv sweep.csv sine.csv
     """
     from idtool.checking import check as run
-    from idtool.log import Log
 
-    result = run([Log.read(path, torque_constant=torque_constant) for path in logs])
+    result = run(given.read(logs, output))
 
     def show(console: Console) -> None:
         for log in result.logs:
@@ -49,7 +48,7 @@ def check(logs: Sequence[Path], torque_constant: float | None, output: Output) -
         if result.cannot:
             click.echo("they cannot determine")
         for verdict in result.cannot:
-            click.echo(f"  {verdict.what}: {verdict.why}; try {verdict.run}")
+            click.echo(f"  {verdict.what}: {verdict.why}" + (f"; try {verdict.run}" if verdict.run else ""))
         if result.findings:
             click.echo("what they lack")
         for lacking in result.findings:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,10 +17,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from .words import complete_rig
+
 if TYPE_CHECKING:
     from rich.console import Console
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+_PIPED_WIDTH = 1000
 
 
 @dataclass(frozen=True)
@@ -52,10 +57,16 @@ class Output:
 
 
 def console(*, stderr: bool = False) -> Console:
-    """A rich console; plain text where the output is not a terminal."""
+    """A rich console; where the output is not a terminal plain text, as wide as it needs to be.
+
+    NO_COLOR and COLUMNS are respected.
+    """
     from rich.console import Console
 
-    return Console(stderr=stderr, highlight=False, soft_wrap=False)
+    screen = Console(stderr=stderr, highlight=False, soft_wrap=False)
+    if not screen.is_terminal and not os.environ.get("COLUMNS"):
+        screen.width = _PIPED_WIDTH  # nobody folds what another program reads
+    return screen
 
 
 @contextmanager
@@ -116,5 +127,6 @@ rig_option = click.option(
     default="sim:paper",
     show_default=True,
     metavar="SPEC",
+    shell_complete=complete_rig,
     help="sim:NAME, sim:FILE.toml, dynamixel:DEVICE or replay:LOG.",
 )

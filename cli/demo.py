@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import Output, force_option, output_options, seed_option
+from .progress import Progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -59,15 +60,17 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
     began = time.perf_counter()
     refuse_folder(folder, force)
     make_folder(folder)
-    with resources.as_file(resources.files("idtool.data") / _PLANT) as plant:
-        logs = _record(f"sim:{plant}", folder, seed, output)
-        output.say("identifying ...")
-        result = identify(logs, seed=seed, tell=lambda what: output.say(f"  {what} ..."))
+    with (
+        resources.as_file(resources.files("idtool.data") / _PLANT) as plant,
+        Progress(output) as progress,
+    ):
+        logs = _record(f"sim:{plant}", folder, seed, progress)
+        result = identify(logs, seed=seed, tell=progress.say)
         write_results(result, folder, command="ffc-id demo", seed=seed)
-        output.say("guiding by hand ...")
+        progress.say("guiding by hand")
         guided = _guide(f"sim:{plant}", result, seed)
         write_json(folder / GUIDING, guided)
-        output.say("drawing the report ...")
+        progress.say("drawing the report")
         page = write_report(folder)
     seconds = time.perf_counter() - began
     document = {
@@ -80,7 +83,7 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
     output.result(document, lambda console: _show(console, document))
 
 
-def _record(rig: str, folder: Path, seed: int, output: Output) -> list[Any]:
+def _record(rig: str, folder: Path, seed: int, progress: Progress) -> list[Any]:
     from idtool.experiment.recipe import read_recipe
     from idtool.experiment.runner import run
     from idtool.log import Log
@@ -89,7 +92,7 @@ def _record(rig: str, folder: Path, seed: int, output: Output) -> list[Any]:
     logs = []
     with open_rig(rig, seed=seed) as axis:
         for name in _RECIPES:
-            output.say(f"running {name} ...")
+            progress.say(f"running {name}")
             summary = run(read_recipe(name), axis, folder / f"{name}.csv", force=True)
             if summary.interrupted:
                 raise KeyboardInterrupt
@@ -147,26 +150,27 @@ def _recovered(parameters: Parameters) -> list[dict[str, Any]]:
 
 
 def _show(console: Console, document: dict[str, Any]) -> None:
-    from rich.table import Table
-
     from idtool.units import unit_text
 
     from .diagnose import print_verdict
+    from .tables import print_table
 
-    table = Table(title="recovered against published", title_justify="left", box=None, header_style="bold")
-    for heading in ("parameter", "published", "recovered", "std error", "off", "unit"):
-        table.add_column(heading, justify="left" if heading in ("parameter", "unit") else "right")
-    for row in document["recovered"]:
-        error = row["stderr"]
-        table.add_row(
-            row["parameter"].replace("_", " "),
-            f"{row['published']:.4g}",
-            f"{row['recovered']:.4g}",
-            "" if error is None else f"{error:.1g}",
-            f"{row['off_percent']:+.1f} %",
-            unit_text(row["dimension"], "rotary"),
-        )
-    console.print(table)
+    print_table(
+        console,
+        ("parameter", ">published", ">recovered", ">std error", ">off", "unit"),
+        [
+            (
+                row["parameter"].replace("_", " "),
+                f"{row['published']:.4g}",
+                f"{row['recovered']:.4g}",
+                "" if row["stderr"] is None else f"{row['stderr']:.1g}",
+                f"{row['off_percent']:+.1f} %",
+                unit_text(row["dimension"], "rotary"),
+            )
+            for row in document["recovered"]
+        ],
+        title="recovered against published",
+    )
     print_verdict(console, document["diagnosis"])
     console.print("\n[bold]hand guiding[/bold] (published: 5.56 N, 19.20 mm/s, stop within 48 ms)")
     for name, figures in document["teach"].items():

@@ -9,18 +9,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .axis import Given, axis_options
 from .common import Output, force_option, output_options, seed_option
-from .fit import constant_option, friction_option, optimizer_option
+from .fit import friction_option, optimizer_option
+from .progress import Progress
+from .words import Choice
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from idtool.identification import Identification
-    from idtool.log import Log
 
 gravity_option = click.option(
     "--gravity",
-    type=click.Choice(("auto", "slide", "arm", "none")),
+    type=Choice(("auto", "slide", "arm", "none")),
     default="auto",
     show_default=True,
     help="Gravity model.",
@@ -35,7 +37,7 @@ gravity_option = click.option(
 @friction_option
 @gravity_option
 @optimizer_option
-@constant_option
+@axis_options
 @seed_option
 @force_option
 @output_options
@@ -45,7 +47,7 @@ def identify(
     friction: str,
     gravity: str,
     optimizer: str,
-    torque_constant: float | None,
+    given: Given,
     seed: int,
     force: bool,
     output: Output,
@@ -61,16 +63,17 @@ def identify(
     from idtool.identification import identify as run
     from idtool.results import refuse_folder
 
-    read = read_logs(logs, torque_constant, output)
+    read = given.read(logs, output)
     refuse_folder(folder, force)
-    result = run(
-        read,
-        seed=seed,
-        friction=friction,
-        gravity=gravity,
-        optimizer=optimizer,
-        tell=lambda what: output.say(f"  {what} ..."),
-    )
+    with Progress(output) as progress:
+        result = run(
+            read,
+            seed=seed,
+            friction=friction,
+            gravity=gravity,
+            optimizer=optimizer,
+            tell=progress.say,
+        )
     finish(result, folder, seed, output)
 
 
@@ -83,7 +86,7 @@ def identify(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Result folder."
 )
 @friction_option
-@constant_option
+@axis_options
 @seed_option
 @force_option
 @output_options
@@ -92,7 +95,7 @@ def diagnose(
     params: Path,
     folder: Path,
     friction: str,
-    torque_constant: float | None,
+    given: Given,
     seed: int,
     force: bool,
     output: Output,
@@ -110,27 +113,11 @@ def diagnose(
     from idtool.results import refuse_folder
 
     known = Parameters.read(params)
-    read = read_logs(logs, torque_constant or known.axis.torque_constant, output)
+    read = given.read(logs, output, known.axis)
     refuse_folder(folder, force)
-    result = diagnose_from(
-        read,
-        known,
-        friction=friction,
-        seed=seed,
-        tell=lambda what: output.say(f"  {what} ..."),
-    )
+    with Progress(output) as progress:
+        result = diagnose_from(read, known, friction=friction, seed=seed, tell=progress.say)
     finish(result, folder, seed, output)
-
-
-def read_logs(logs: Sequence[Path], torque_constant: float | None, output: Output) -> list[Log]:
-    """Read logs, telling of those that were cut short."""
-    from idtool.log import Log
-
-    read = [Log.read(path, torque_constant=torque_constant) for path in logs]
-    for log in read:
-        if log.incomplete:
-            output.warn(f"{log.source} was cut short; it is used up to its last whole row.")
-    return read
 
 
 def finish(result: Identification, folder: Path, seed: int, output: Output) -> None:
@@ -139,8 +126,8 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
     from idtool.results import NEXT_RECIPE, write_results
 
     write_results(result, folder, command=command_line(), seed=seed)
-    output.say("  drawing the report ...")
-    page = write_report(folder)
+    with Progress(output, "drawing the report"):
+        page = write_report(folder)
 
     def show(console: Console) -> None:
         from .tables import print_parameters

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import Output, force_option, output_options
+from .words import complete_effect
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -25,7 +26,13 @@ if TYPE_CHECKING:
     help="Folder, made if missing.",
 )
 @click.option("--name", default="ffc", show_default=True, metavar="PREFIX", help="Begins symbols and files.")
-@click.option("--without", multiple=True, metavar="EFFECT", help="Leave this effect out; may be repeated.")
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="EFFECT",
+    shell_complete=complete_effect,
+    help="Leave this effect out; may be repeated.",
+)
 @click.option(
     "--period",
     metavar="S",

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .axis import Given, axis_options
 from .common import Output, force_option, output_options
-from .diagnose import read_logs
-from .fit import constant_option
+from .words import Choice
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,7 @@ Command = Callable[..., None]
 
 _friction_option = click.option(
     "--friction",
-    type=click.Choice(("auto", "coulomb")),
+    type=Choice(("auto", "coulomb")),
     default="auto",
     show_default=True,
     help="auto: the richest law that the target has; coulomb: Coulomb and viscous.",
@@ -36,7 +36,7 @@ def _shared(command: Command) -> Command:
         "-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="File to write."
     )
     name = click.option("--name", "joint", default="axis", show_default=True, help="Name of the joint.")
-    for option in (output_options, force_option, constant_option, name, out, params, logs):
+    for option in (output_options, force_option, axis_options, name, out, params, logs):
         command = option(command)
     return command
 
@@ -101,7 +101,7 @@ def _run(
     params: Path,
     out: Path,
     joint: str,
-    torque_constant: float | None,
+    given: Given,
     force: bool,
     output: Output,
 ) -> None:
@@ -112,7 +112,7 @@ def _run(
 
     parameters = Parameters.read(params)
     refuse_existing(out, force)
-    read = read_logs(logs, torque_constant or parameters.axis.torque_constant, output) if logs else []
+    read = given.read(logs, output, parameters.axis) if logs else []
     exported = export(target, parameters, read, joint=joint, friction=friction)
     with atomic_write(out) as stream:
         stream.write(exported.text)

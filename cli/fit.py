@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from .axis import Given, axis_options
 from .common import Output, output_options, seed_option
+from .words import Choice
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +31,7 @@ def friction_option(command: F) -> F:
     """`--friction`."""
     return click.option(
         "--friction",
-        type=click.Choice(FRICTION_NAMES),
+        type=Choice(FRICTION_NAMES),
         default="lugre",
         show_default=True,
         help="Friction law; it steps down by itself where the data cannot determine it.",
@@ -40,20 +42,10 @@ def optimizer_option(command: F) -> F:
     """`--optimizer`."""
     return click.option(
         "--optimizer",
-        type=click.Choice(OPTIMIZER_NAMES),
+        type=Choice(OPTIMIZER_NAMES),
         default="direct",
         show_default=True,
         help="NLopt global search: DIRECT-L (deterministic), CRS2, ISRES or the evolutionary ESCH.",
-    )(command)
-
-
-def constant_option(command: F) -> F:
-    """`--torque-constant`."""
-    return click.option(
-        "--torque-constant",
-        type=float,
-        metavar="K",
-        help="N m/A (N/A on a linear axis), for logs that do not say it.",
     )(command)
 
 
@@ -62,7 +54,7 @@ def _shared(command: F) -> F:
         output_options,
         seed_option,
         optimizer_option,
-        constant_option,
+        axis_options,
         click.option("--figure", type=click.Path(path_type=Path), help="Where the figure goes (PNG or SVG)."),
         click.option(
             "-p",
@@ -83,7 +75,7 @@ def fit_gravity(
     logs: Sequence[Path],
     params: Path,
     figure: Path | None,
-    torque_constant: float | None,
+    given: Given,
     optimizer: str,
     seed: int,
     output: Output,
@@ -99,7 +91,7 @@ def fit_gravity(
     from idtool.fit.staged import fit_gravity as fit
     from idtool.report import gravity_figure
 
-    recording, known = _read(logs, params, torque_constant, output)
+    recording, known = _read(logs, params, given, output)
     result = fit(recording, optimizer=optimizer, seed=seed)
     spec = result.fit.model.spec
     parameters = replace(known, gravity_model=spec.gravity, gravity=gravity_parameters(result.fit))
@@ -128,7 +120,7 @@ def fit_static(
     logs: Sequence[Path],
     params: Path,
     figure: Path | None,
-    torque_constant: float | None,
+    given: Given,
     optimizer: str,
     friction: str,
     seed: int,
@@ -149,7 +141,7 @@ def fit_static(
     from idtool.report import stribeck_figure
     from idtool.results import stribeck_curve
 
-    recording, known = _read(logs, params, torque_constant, output)
+    recording, known = _read(logs, params, given, output)
     result = fit(recording, known, law=friction, optimizer=optimizer, seed=seed)
     parameters = replace(known, static=static_parameters(result.fit))
     curve = stribeck_curve(result.fit)
@@ -174,7 +166,7 @@ def fit_dynamic(
     logs: Sequence[Path],
     params: Path,
     figure: Path | None,
-    torque_constant: float | None,
+    given: Given,
     optimizer: str,
     seed: int,
     output: Output,
@@ -194,7 +186,7 @@ def fit_dynamic(
     from idtool.fit.staged import fit_dynamic as fit
     from idtool.report import dynamic_figure
 
-    recording, known = _read(logs, params, torque_constant, output)
+    recording, known = _read(logs, params, given, output)
     result = fit(recording, known, optimizer=optimizer, seed=seed)
     parameters = replace(known, dynamic=dynamic_parameters(result.fit))
     if any(effect.name == "inertia" for effect in result.fit.model.spec.effects):
@@ -217,18 +209,12 @@ def fit_dynamic(
     _finish(parameters, params, "dynamic", quality, result.fit, [], picture, figure, output)
 
 
-def _read(
-    logs: Sequence[Path], params: Path, torque_constant: float | None, output: Output
-) -> tuple[Recording, Parameters]:
+def _read(logs: Sequence[Path], params: Path, given: Given, output: Output) -> tuple[Recording, Parameters]:
     from idtool.errors import InputError
-    from idtool.log import Log
     from idtool.parameters import Parameters
     from idtool.signals import record
 
-    read = [Log.read(path, torque_constant=torque_constant) for path in logs]
-    for log in read:
-        if log.incomplete:
-            output.warn(f"{log.source} was cut short; it is used up to its last whole row.")
+    read = given.read(logs, output)
     known = Parameters.read(params) if params.exists() else Parameters(axis=read[0].axis)
     if known.axis.to_table() != read[0].axis.to_table() and params.exists():
         mine, theirs = read[0].axis, known.axis

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .axis import constant_option
 from .common import Output, output_options, seed_option
 from .diagnose import gravity_option
-from .fit import constant_option, friction_option, optimizer_option
+from .fit import friction_option, optimizer_option
+from .progress import Progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -63,34 +65,38 @@ def fleet(
     if scheduler and workers:
         raise click.UsageError("--workers is for this machine, --scheduler for a cluster; give one of them.")
     options = Options(friction, gravity, optimizer, seed, torque_constant)
-    result = run_fleet(
-        sessions, out, options, workers=workers, scheduler=scheduler, again=again, tell=output.say
-    )
+    with Progress(output, "identifying") as progress:
+        result = run_fleet(
+            sessions,
+            out,
+            options,
+            workers=workers,
+            scheduler=scheduler,
+            again=again,
+            tell=output.say,
+            progress=progress.at,
+        )
     output.result(document(result), lambda console: _show(console, result, out))
     if result.failed:
         click.get_current_context().exit(3)
 
 
 def _show(console: Console, result: Fleet, out: Path) -> None:
-    from rich.table import Table
-
     from idtool.fleet.page import label
     from idtool.report.text import number, percent
 
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("parameter", overflow="fold")
-    for heading in ("median", "spread"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    table.add_column("stands out", overflow="fold")
+    from .tables import print_table
+
+    rows = []
     for line in result.parameters:
         name, unit = label(line.key)
         spread = percent(line.spread / abs(line.median), 1) if line.spread and line.median else "–"
         remarks = [*line.outlying_units, *line.outlying_sessions]
         if line.drifts:
             remarks.append(f"drifts by {number(line.drift, 2)} a year")
-        table.add_row(name, number(line.median), spread, unit, ", ".join(remarks))
-    console.print(table)
+        odd = f"stands out: {', '.join(remarks)}" if remarks else ""
+        rows.append((name, number(line.median), spread, unit, odd))
+    print_table(console, ("parameter", ">median", ">spread", "unit", ""), rows)
     for row in result.failed:
         click.echo(f"failed: {row.error}")
     done = len(result.sessions) - len(result.failed)

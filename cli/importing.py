@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from .common import Output, force_option, output_options
+from .words import Choice
 
 if TYPE_CHECKING:
     from idtool.importing import Imported
@@ -71,7 +72,14 @@ def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
 @click.option(
     "--experiment", default="", metavar="NAME", help="What it was: gravity, sweep, sine or another word."
 )
-@click.option("--kind", type=click.Choice(["rotary", "linear"]), help="Kind of axis; else as the units tell.")
+@click.option(
+    "--axis",
+    "axis_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Axis file (ffc-id init) in place of --kind and --torque-constant.",
+)
+@click.option("--kind", type=Choice(["rotary", "linear"]), help="Kind of axis; else as the units tell.")
 @click.option(
     "--unwrap",
     type=float,
@@ -93,6 +101,7 @@ def import_recording(
     experiment: str,
     kind: Literal["rotary", "linear"] | None,
     unwrap: float | None,
+    axis_file: Path | None,
     force: bool,
 ) -> None:
     """Turn a recording from elsewhere into a log: CSV, Parquet, MATLAB, ROS 1 and 2 bags, MCAP, BAM.
@@ -104,7 +113,10 @@ def import_recording(
     ffc-id import run.csv -o log.csv --unit position=deg --torque-constant 2.67
     ffc-id import my_bag/ -o log.csv --where joint=elbow
     """
+    from dataclasses import replace
+
     from idtool.atomic import refuse_existing
+    from idtool.axis_file import AxisFile
     from idtool.importing import import_recording as convert
 
     mapping, unit_texts = _once("--map", maps), _once("--unit", units)
@@ -113,6 +125,12 @@ def import_recording(
         where.setdefault(name, []).append(value)
     if unwrap is not None and not (math.isfinite(unwrap) and unwrap > 0):
         raise click.UsageError(f"--unwrap {unwrap:g}: the period must be a finite number above zero.")
+    axis = None
+    if axis_file is not None:
+        if kind is not None or torque_constant is not None:
+            raise click.UsageError("--axis says what --kind and --torque-constant would; leave them away.")
+        axis = AxisFile.read(axis_file).axis
+        kind, torque_constant = axis.kind, axis.torque_constant
     refuse_existing(target, force)
     if target.exists() and file.exists() and target.samefile(file):
         raise click.UsageError(f"{target} is the recording itself; name another file with -o.")
@@ -127,6 +145,8 @@ def import_recording(
         kind=kind,
         unwrap=unwrap,
     )
+    if axis is not None:
+        imported = replace(imported, log=replace(imported.log, axis=imported.log.axis.completed(axis)))
     imported.log.write(target, force=force)
     _tell(output, imported, target)
     if output.json:

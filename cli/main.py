@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from typing import Any
@@ -22,6 +23,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "run-sweep": ("run", "run_sweep", "Velocity sweep: constant speeds both ways."),
     "run-sine": ("run", "run_sine", "Velocity sines of several frequencies."),
     "run": ("run", "run_any", "Run any recipe."),
+    "init": ("init", "init", "Write an axis file: kind, torque constant, limits."),
     "import": ("importing", "import_recording", "Turn a recording from elsewhere into a log."),
     "check": ("check", "check", "Quality of logs before any fit."),
     "fit-gravity": ("fit", "fit_gravity", "Recover the gravity coefficients."),
@@ -31,10 +33,12 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "identify": ("diagnose", "identify", "All fits and the diagnosis in one go."),
     "fleet": ("fleet", "fleet", "Identify many sessions in parallel; compare the units."),
     "predict": ("predict", "predict", "Predict the torque of logs with a parameter file."),
+    "compare": ("compare", "compare", "Compare two parameter files: unit to unit, before and after."),
     "report": ("report", "report", "Make the fit report: one HTML page and its figures."),
     "tune": ("tune", "tune", "Gains of the light mode for a wanted feel."),
     "virtual-servo": ("virtual_servo", "virtual_servo", "A virtual servo, to rehearse a session with."),
     "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
+    "completion": ("completion", "completion", "Print the completion script of bash, zsh or fish."),
     "export": ("export", "export", "Turn a parameter file into what other programs and boards use."),
 }
 
@@ -71,6 +75,13 @@ def main(argv: list[str] | None = None) -> Any:
     """Run the command line; every error of the user's ends as one sentence and an exit code."""
     # The matrices here are tall and thin: more threads of linear algebra only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that cannot show ± shows ? and no traceback
+    if "_FFC_ID_COMPLETE" in os.environ:
+        from .completion import register
+
+        register()
     try:
         code = ffc_id.main(args=argv, prog_name="ffc-id", standalone_mode=False)
     except click.exceptions.Abort:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .axis import Given, axis_options
 from .common import Output, force_option, output_options
-from .diagnose import read_logs
-from .fit import constant_option
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Add the smooth correction of a diagnosis that left something unexplained (DIR/correction.toml).",
 )
-@constant_option
+@axis_options
 @force_option
 @output_options
 def predict(
@@ -33,7 +32,7 @@ def predict(
     params: Path,
     out: Path,
     correction: Path | None,
-    torque_constant: float | None,
+    given: Given,
     force: bool,
     output: Output,
 ) -> None:
@@ -53,7 +52,7 @@ def predict(
     from idtool.units import unit_text
 
     parameters = Parameters.read(params)
-    read = read_logs(logs, torque_constant or parameters.axis.torque_constant, output)
+    read = given.read(logs, output, parameters.axis)
     refuse_existing(out, force)
     result = run(read, parameters, None if correction is None else Correction.read(correction))
     with atomic_write(out) as stream:

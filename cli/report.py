@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import Output, output_options
+from .progress import Progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,8 +29,8 @@ def report(folder: Path, output: Output) -> None:
     """
     from idtool.report import write_report
 
-    output.say("drawing the figures ...")
-    page = write_report(folder)
+    with Progress(output, "drawing the figures"):
+        page = write_report(folder)
     figures = sorted((folder / "figures").glob("*.png"))
 
     def show(console: Console) -> None:

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import Output, output_options
+from .lazy import LazyGroup
+from .progress import Progress
+from .words import complete_bundled
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,11 +57,12 @@ def _scan(device: str, output: Output) -> int:
     if not devices:
         raise RigFault("there is no USB serial port; plug the adapter in, or name the device after --scan")
     servos: list[Found] = []
-    for found in scan(devices, progress=lambda what: output.say(f"asking {what}")):
-        if isinstance(found, RigFault):
-            output.warn(str(found))
-        else:
-            servos.append(found)
+    with Progress(output) as progress:
+        for found in scan(devices, progress=lambda what: progress.say(f"asking {what}")):
+            if isinstance(found, RigFault):
+                output.warn(str(found))
+            else:
+                servos.append(found)
     document = [
         {"rig": s.spec, "device": s.device, "baud": s.baud, "id": s.id}
         | {"model_number": s.model_number, "model": s.model}
@@ -74,7 +78,17 @@ def _scan(device: str, output: Output) -> int:
     return 0
 
 
-@click.group(invoke_without_command=True)
+#: Below so many columns names and what they are stand below each other.
+_ROOM_FOR_TWO = 60
+
+#: sub-command -> (module beside this one, function, help line)
+COMMANDS: dict[str, tuple[str, str, str]] = {
+    "list": ("rigs", "list_recipes", "List the bundled recipes."),
+    "show": ("rigs", "show_recipe", "Print a bundled recipe."),
+}
+
+
+@click.command(cls=LazyGroup, commands_of=COMMANDS, invoke_without_command=True)
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 @click.pass_context
 def recipes(ctx: click.Context, as_json: bool) -> None:
@@ -97,10 +111,14 @@ def recipes(ctx: click.Context, as_json: bool) -> None:
         _list_recipes(Output(json=as_json, quiet=False))
 
 
-@recipes.command("list")
+@click.command("list")
 @output_options
 def list_recipes(output: Output) -> None:
-    """List the bundled recipes."""
+    """List the bundled recipes.
+
+    \b
+    ffc-id recipes list --json
+    """
     _list_recipes(output)
 
 
@@ -111,10 +129,14 @@ def _list_recipes(output: Output) -> None:
     output.result({"recipes": found}, lambda console: _list(console, found))
 
 
-@recipes.command("show")
-@click.argument("name")
+@click.command("show")
+@click.argument("name", shell_complete=complete_bundled)
 def show_recipe(name: str) -> None:
-    """Print a bundled recipe."""
+    """Print a bundled recipe.
+
+    \b
+    ffc-id recipes show sweep > my-sweep.toml
+    """
     from idtool.experiment.recipe import recipe_text
 
     click.echo(recipe_text(name), nl=False)
@@ -122,8 +144,14 @@ def show_recipe(name: str) -> None:
 
 def _list(console: Console, found: dict[str, str]) -> None:
     from rich.markup import escape
+    from rich.padding import Padding
     from rich.table import Table
 
+    if console.width < _ROOM_FOR_TWO:
+        for name, text in found.items():
+            console.print(name, style="bold", markup=False)
+            console.print(Padding(escape(text), (0, 0, 0, 2)))
+        return
     table = Table.grid(padding=(0, 2))
     for name, text in found.items():
         table.add_row(escape(name), escape(text))

@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from .common import Output, console, force_option, output_options, rig_option, seed_option, stop_signals
+from .common import Output, force_option, output_options, rig_option, seed_option, stop_signals
+from .progress import Progress
+from .words import complete_recipe
 
 if TYPE_CHECKING:
     from idtool.experiment.recipe import Recipe
-    from idtool.experiment.runner import Progress, RunSummary
+    from idtool.experiment.runner import Progress as RunProgress
+    from idtool.experiment.runner import RunSummary
     from idtool.rig.base import TrialSetup
 
 #: Beyond this share of late samples a run says so.
@@ -78,6 +81,7 @@ def _recipe_option(default: str | None) -> Callable[[F], F]:
     return click.option(
         "--recipe",
         metavar="NAME|FILE",
+        shell_complete=complete_recipe,
         help="A bundled recipe or a TOML file of yours; `ffc-id recipes show NAME` prints one to edit.",
         **given,
     )
@@ -175,7 +179,11 @@ def _run(
         )
     refuse_existing(log, wishes.force or wishes.resume)
     _refuse_itself(name, log)
-    with stop_signals(), open_rig(wishes.rig, seed=wishes.seed) as rig, _Bar(recipe.name, output) as bar:
+    with (
+        stop_signals(),
+        open_rig(wishes.rig, seed=wishes.seed) as rig,
+        _Bar(output, recipe.name, timed=False) as bar,
+    ):
         summary = run(
             recipe,
             rig,
@@ -239,42 +247,19 @@ def _refuse_itself(recipe: str, log: Path) -> None:
         raise UsageError(f"{log} is the recipe itself; name another file for the log.")
 
 
-class _Bar:
-    """A progress bar on standard error, if that is a terminal and nobody asked for quiet.
+class _Bar(Progress):
+    """How far a run is, and the questions that it has for a person."""
 
-    Attributes:
-        visible: whether there is one.
-    """
-
-    def __init__(self, title: str, output: Output) -> None:
-        screen = console(stderr=True)
-        self.visible = screen.is_terminal and not output.quiet
-        if not self.visible:
-            return
-        from rich.markup import escape
-        from rich.progress import BarColumn, TextColumn
-        from rich.progress import Progress as Bar
-
-        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[left]}"))
-        self._bar = Bar(*columns, console=screen, transient=True)
-        self._task = self._bar.add_task(escape(title), total=1.0, left="")
-
-    def __enter__(self) -> _Bar:
-        if self.visible:
-            self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.visible:
-            self._bar.stop()
-
-    def show(self, now: Progress) -> None:
+    def show(self, now: RunProgress) -> None:
         """How far it is."""
-        left = (
-            f"trial {now.trial} of {now.trials}, {now.rig_s_left:.0f} s of rig time left "
-            f"(about {now.wall_s_left:.0f} s to wait)"
-        )
-        self._bar.update(self._task, completed=now.share, left=left)
+        self.at(now.share, 1.0)
+        if self.narrow:
+            self.say(f"trial {now.trial} of {now.trials}, {now.wall_s_left:.0f} s left")
+        else:
+            self.say(
+                f"trial {now.trial} of {now.trials}, {now.rig_s_left:.0f} s of rig time left "
+                f"(about {now.wall_s_left:.0f} s to wait)"
+            )
 
     def ask(self, trial: int, trials: int, setup: TrialSetup, before: TrialSetup | None) -> None:
         """Have a person set the axis up, and wait for Enter.
@@ -284,8 +269,7 @@ class _Bar:
         """
         from idtool.errors import UsageError
 
-        if self.visible:
-            self._bar.stop()
+        self.stop()
         was = f" (now {_words(before)})" if before is not None else ""
         click.echo(
             f"trial {trial} of {trials}: set the axis to {_words(setup)}{was}, then press Enter; Ctrl-C ends",
@@ -295,8 +279,7 @@ class _Bar:
             raise UsageError(
                 "nobody confirmed that the axis is set up for its trial; pass --yes if it needs no hand."
             )
-        if self.visible:
-            self._bar.start()
+        self.start()
 
 
 def _words(setup: TrialSetup) -> str:

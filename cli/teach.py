@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output, console, force_option, output_options, rig_option, seed_option, stop_signals
+from .common import Output, force_option, output_options, rig_option, seed_option, stop_signals
+from .progress import Progress
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from idtool.control import ForceFreeController, Hand, TeachFigures, TeachResult
+    from idtool.correction import Correction
     from idtool.parameters import Parameters
     from idtool.rig.base import Rig
 
@@ -24,6 +26,11 @@ if TYPE_CHECKING:
     "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file of the axis."
 )
 @rig_option
+@click.option(
+    "--correction",
+    type=click.Path(path_type=Path),
+    help="Compensate this smooth correction too (correction.toml of `identify`).",
+)
 @click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
 @click.option("--figure", type=click.Path(path_type=Path), help="Draw the run into a PNG file.")
 @click.option(
@@ -73,6 +80,7 @@ def teach(
     output: Output,
     params: Path,
     rig: str,
+    correction: Path | None,
     log: Path | None,
     figure: Path | None,
     payload: float,
@@ -93,18 +101,23 @@ def teach(
     0.2 s must be without a hand.
 
     The paper's axis with the paper's gains yields 19.20 mm/s to 5.56 N and stops within 48 ms.
+
+    \b
+    ffc-id teach -p result/params.toml --rig sim:bench --tare
     """
     from idtool.atomic import refuse_existing
+    from idtool.correction import Correction
     from idtool.errors import UsageError
     from idtool.parameters import Parameters
     from idtool.rig import open_rig
 
     parameters = Parameters.read(params)
+    smooth = Correction.read(correction) if correction is not None else None
     for path in (log, figure):
         if path is not None:
             refuse_existing(path, force)
     with stop_signals(), open_rig(rig, seed=seed) as axis:
-        controller = _controller(parameters, params, axis)
+        controller = _controller(parameters, params, axis, smooth)
         hand = _hand(parameters, hand_speed, hand_force) if axis.simulated else None
         if hand is None and figure is None and log is None:
             output.say("nothing will be kept: pass -o LOG.csv to record the run")
@@ -115,16 +128,18 @@ def teach(
         _draw(parameters, result, figure)
     bare = None
     if result.figures is not None and hand is not None and duration is None:
-        bare = _without_effects(parameters, params, rig, hand, payload, tilt, tare, seed)
+        bare = _without_effects(parameters, params, rig, hand, payload, tilt, tare, seed, smooth is not None)
     output.result(
         _document(controller, result, log, figure)
         | {"without_effects": bare.to_document() if bare else None},
-        lambda screen: _show(screen, parameters, controller, result, log, figure, bare),
+        lambda screen: _show(screen, parameters, controller, result, log, figure, bare, smooth is not None),
     )
     return 130 if result.interrupted and hand is not None else 0
 
 
-def _controller(parameters: Parameters, file: Path, axis: Rig) -> ForceFreeController:
+def _controller(
+    parameters: Parameters, file: Path, axis: Rig, correction: Correction | None = None
+) -> ForceFreeController:
     from idtool.control import ForceFreeController
     from idtool.control.force_free import DEFAULT_PERIOD_S, gains
     from idtool.control.teach import limits_of
@@ -139,7 +154,7 @@ def _controller(parameters: Parameters, file: Path, axis: Rig) -> ForceFreeContr
         )
     period = max(axis.period_s, gains(parameters, DEFAULT_PERIOD_S).period)
     try:
-        return ForceFreeController(parameters, period, limits=limits_of(axis))
+        return ForceFreeController(parameters, period, limits=limits_of(axis), correction=correction)
     except InputError as error:
         raise InputError(str(error).removesuffix("."), file=file) from error
 
@@ -198,13 +213,9 @@ def _run(
 
     if hand is None:
         output.say("push the axis by hand; Ctrl-C ends the run")
-    if output.quiet or output.json or hand is None:
         return go(None)
-    from rich.progress import Progress
-
-    with Progress(console=console(stderr=True), transient=True) as bar:
-        task = bar.add_task("hand guiding", total=1.0)
-        return go(lambda share: bar.update(task, completed=share))
+    with Progress(output, "hand guiding") as bar:
+        return go(lambda share: bar.at(share, 1.0))
 
 
 def _without_effects(
@@ -216,8 +227,9 @@ def _without_effects(
     tilt: tuple[float, float],
     tare: bool,
     seed: int,
+    corrected: bool,
 ) -> TeachFigures | None:
-    """The same hand on the same simulated axis, the file's effects left out; None if it has none."""
+    """The same hand on the same simulated axis, effects and correction left out; None if there are none."""
     from dataclasses import replace
 
     from idtool.control.teach import teach as run
@@ -226,7 +238,7 @@ def _without_effects(
     from idtool.rig.base import TrialSetup
 
     kept = tuple(entry for entry in parameters.effects if entry.name == "inertia")
-    if kept == parameters.effects:
+    if kept == parameters.effects and not corrected:
         return None
     bare = replace(parameters, effects=kept)
     with open_rig(rig, seed=seed) as axis:
@@ -274,21 +286,17 @@ def _show(
     log: Path | None,
     figure: Path | None,
     bare: TeachFigures | None,
+    corrected: bool,
 ) -> None:
-    from rich.table import Table
-
     from idtool.units import torque_name, unit_text
+
+    from .tables import print_table
 
     kind = parameters.axis.kind
     torque, speed = unit_text("torque", kind), unit_text("velocity", kind)
     if result.figures is not None:
-        table = Table(title="Hand guiding", title_justify="left")
-        for heading in ("", f"{torque_name(kind)} ({torque})", "force (N)", f"speed ({speed})", "mm/s"):
-            table.add_column(heading, justify="right")
-        for heading in ("stop (ms)", "overshoot", "ripple", "to hand (mJ)"):
-            table.add_column(heading, justify="right")
-        for index, push in enumerate(result.figures.pushes, start=1):
-            table.add_row(
+        rows = [
+            (
                 f"{index} {'+' if push.direction > 0 else '−'}{'' if push.from_motion else ' held'}",
                 f"{push.torque:.4f}",
                 _maybe(push.force_n),
@@ -299,11 +307,18 @@ def _show(
                 f"{push.ripple_counts:.1f}",
                 f"{1e3 * push.energy_to_hand:.1f}",
             )
-        screen.print(table)
+            for index, push in enumerate(result.figures.pushes, start=1)
+        ]
+        headings = (
+            "push", f">{torque_name(kind)} ({torque})", ">force (N)", f">speed ({speed})", ">mm/s",
+            ">stop (ms)", ">overshoot", ">ripple", ">to hand (mJ)",
+        )  # fmt: skip
+        print_table(screen, headings, rows, title="Hand guiding")
         screen.print(_summary(result.figures, torque, speed))
         if bare is not None and bare.force_n is not None and result.figures.force_n is not None:
+            what = "effects of the file and correction" if corrected else "the file's effects"
             screen.print(
-                f"the file's effects are worth: {bare.force_n:.2f} ± {bare.uneven_n:.2f} N without them,"
+                f"{what} are worth: {bare.force_n:.2f} ± {bare.uneven_n:.2f} N without them,"
                 f" {result.figures.force_n:.2f} ± {result.figures.uneven_n:.2f} N with them (mean of the hand"
                 " and how far it strays from it, rms)."
             )

@@ -106,10 +106,10 @@ def tune(
 
 
 def _show(screen: Console, tuning: Tuning, file: Path, parameters: object) -> None:
-    from rich.table import Table
-
     from idtool.parameters import Parameters
     from idtool.units import unit_text
+
+    from .tables import print_table
 
     assert isinstance(parameters, Parameters)
     kind = parameters.axis.kind
@@ -124,10 +124,7 @@ def _show(screen: Console, tuning: Tuning, file: Path, parameters: object) -> No
         f" {tuning.doubt / ratio:.2f} N because the model is not certain (after a tare);"
         f" it starts at {(tuning.start_torque + tuning.doubt) / ratio:.2f} N at most."
     )
-    table = Table(title="gain margin, least over damping off by 15 %", title_justify="left", box=None)
-    table.add_column("readings late by")
-    for hand in ("soft", "stiff"):
-        table.add_column(f"{hand} hand", justify="right")
+    rows = []
     for delay in sorted({m.delay for m in tuning.margins}):
         cells = []
         for hand in ("soft", "stiff"):
@@ -135,6 +132,7 @@ def _show(screen: Console, tuning: Tuning, file: Path, parameters: object) -> No
                 (m for m in tuning.margins if (m.hand, m.delay) == (hand, delay)), key=lambda m: m.gain
             )
             cells.append(f"{least.gain:.2f} at {least.frequency:.1f} Hz")
-        table.add_row(f"{1e3 * delay:.0f} ms", *cells)
-    screen.print(table)
+        rows.append((f"{1e3 * delay:.0f} ms", *cells))
+    title = "gain margin, least over damping off by 15 %"
+    print_table(screen, ("readings late by", ">soft hand", ">stiff hand"), rows, title=title)
     screen.print(f"written: {file}", soft_wrap=True)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import seed_option, stop_signals
+from .words import complete_plant
 
 if TYPE_CHECKING:
     from idtool.rig.virtual.rehearsal import Rehearsal
@@ -29,6 +30,7 @@ _POLL_S = 0.2
     default="paper",
     show_default=True,
     metavar="NAME|FILE",
+    shell_complete=complete_plant,
     help="The axis behind it: a named rig, or a plant file of yours.",
 )
 @click.option("--id", "id_", default=1, show_default=True, type=click.IntRange(0, 252), help="Its id.")

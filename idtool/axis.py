@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError, misspelt, nearest
 from idtool.units import Kind, file_key
 
 
@@ -40,6 +40,24 @@ class Axis:
             table[self.constant_key] = self.torque_constant
         return table | self.extra
 
+    def completed(self, known: Axis, *, file: Any = None) -> Axis:
+        """This axis with what only `known` says of it; `file` is where this one was read.
+
+        Raises:
+            InputError: they contradict each other.
+        """
+        mine, theirs = self.torque_constant, known.torque_constant
+        if self.kind != known.kind or (
+            mine is not None and theirs is not None and not math.isclose(mine, theirs, rel_tol=1e-9)
+        ):
+            raise InputError(
+                "is of another axis than the axis file (kind or torque constant differs)",
+                file=file,
+                place="[axis]",
+                remedy="name the file of this axis",
+            )
+        return Axis(self.kind, theirs if mine is None else mine, {**known.extra, **self.extra})
+
     @classmethod
     def from_table(cls, table: Any, *, file: Any = None) -> Axis:
         """Read and check an `[axis]` table.
@@ -65,6 +83,10 @@ class Axis:
                 file=file,
                 place=f"axis.{other}",
                 remedy=f"use {wanted}",
+            )
+        if wrong := misspelt(("kind", wanted), table):
+            raise InputError(
+                "unknown key", file=file, place=f"axis.{wrong[0]}", remedy=f'did you mean "{wrong[1]}"'
             )
         constant = table.get(wanted)
         if constant is not None:

@@ -207,7 +207,9 @@ def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[li
         if lack:
             cannot.append(Verdict(what, lack, run))
         elif short is not None:
-            cannot.append(Verdict(what, short.why, short.run or short.remedy))
+            cannot.append(
+                Verdict(what, short.why if short.run else f"{short.why}; {short.remedy}", short.run)
+            )
         else:
             can.append(Verdict(what, why))
 

@@ -1,13 +1,15 @@
 """A smooth correction: torque over one variable, for what is measured and not explained.
 
 It says nothing of a cause. It is zero outside the range in which it was measured and goes to zero at its
-ends, so that nothing is extrapolated and nothing jumps. It stands in a file of its own; the controller does
-not read it, and `ffc-id predict` does only where it is asked to.
+ends, so that nothing is extrapolated and nothing jumps. It stands in a file of its own; `ffc-id predict` and
+the controller use it only where they are asked to.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +55,19 @@ class Correction:
             raise InputError(f"the correction needs {self.variable}, which these logs do not have")
         found = np.interp(values, self.knots, self.torque, left=0.0, right=0.0)
         return np.asarray(found * np.sign(motion.velocity) if self.with_direction else found)
+
+    def at(self, value: float) -> float:
+        """Torque at one value of the variable, moving forwards, N m (N); 0 outside the measured range."""
+        knots, torque = self._points
+        right = bisect_right(knots, value)
+        if not 0 < right < len(knots):
+            return 0.0
+        share = (value - knots[right - 1]) / (knots[right] - knots[right - 1])
+        return torque[right - 1] + share * (torque[right] - torque[right - 1])
+
+    @cached_property
+    def _points(self) -> tuple[list[float], list[float]]:
+        return self.knots.tolist(), self.torque.tolist()
 
     def to_document(self) -> dict[str, Any]:
         """The TOML document."""

@@ -39,9 +39,7 @@ class InputError(FfcIdError):
         remedy: str | None = None,
     ) -> None:
         where = ", ".join(str(part) for part in (file, place) if part)
-        text = f"{where}: {problem}" if where else problem
-        end = "?" if remedy and remedy.startswith("did you mean") else "."
-        super().__init__(f"{text}; {remedy}{end}" if remedy else f"{text}.")
+        super().__init__(sentence(f"{where}: {problem}" if where else problem, remedy))
 
 
 class UsageError(FfcIdError):
@@ -59,6 +57,32 @@ class RigFault(FfcIdError):  # noqa: N818 (a fault is what the rig has; the cont
 
     exit_code = 4
     history: Any = None
+
+
+def sentence(problem: str, remedy: str | None = None) -> str:
+    """What is wrong and what to do about it as one sentence; a guess ends with a question mark.
+
+    >>> sentence("no such storm", "did you mean calm")
+    'no such storm; did you mean calm?'
+    """
+    end = "?" if remedy and remedy.startswith("did you mean") else "."
+    return f"{problem}; {remedy}{end}" if remedy else f"{problem}."
+
+
+def misspelt(wanted: Iterable[str], given: Iterable[str]) -> tuple[str, str] | None:
+    """A given word that is nearly a wanted one which is missing: (given, wanted); None without any.
+
+    For tables that may hold anything else as well.
+
+    >>> misspelt(["kind"], ["knd", "unit"])
+    ('knd', 'kind')
+    """
+    words = list(given)
+    for name in wanted:
+        others = [word for word in words if word != name]
+        if name not in words and (close := difflib.get_close_matches(name, others, n=1, cutoff=0.75)):
+            return close[0], name
+    return None
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

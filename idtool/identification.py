@@ -189,7 +189,7 @@ def parameters_of(fit: JointFit, options: dict[str, Any] | None = None) -> Param
             "tool": f"ffc-id {__version__}",
             "logs": list(recording.sources),
             "friction_law": spec.friction,
-            "filter_hz": recording.filter.bandwidth_hz,
+            "filter_hz": float(f"{recording.filter.bandwidth_hz:.6g}"),
             **(options or {}),
         },
     )

@@ -62,12 +62,15 @@ class Log:
         return self.frame[name].to_numpy(dtype=float) if name in self.frame.columns else None
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str], *, torque_constant: float | None = None) -> Log:
+    def read(
+        cls, path: str | os.PathLike[str], *, torque_constant: float | None = None, axis: Axis | None = None
+    ) -> Log:
         """Read and check a log, gzipped or not.
 
         Args:
             path: the file. A CSV without TOML lines whose columns carry the log's names is a log too.
             torque_constant: K in N m/A (N/A on a linear axis), for a log that does not say it.
+            axis: of which the log is, likewise.
 
         Raises:
             InputError: no such file, a folder, not a log, or a row that cannot be used; the sentence
@@ -76,12 +79,15 @@ class Log:
         file = Path(path)
         text = read_text(file)
         header = parse_header(text.comments, file)
-        axis, experiment = header_axis(header, text.names, file)
-        if torque_constant is not None and axis.torque_constant is None:
-            axis = Axis(axis.kind, check_constant(torque_constant, place="--torque-constant"), axis.extra)
-        frame = check_rows(parse_rows(text, file), axis, text, file)
+        found, experiment = header_axis(header, text.names, file)
+        if axis is not None:
+            found = found.completed(axis, file=file)
+        if torque_constant is not None and found.torque_constant is None:
+            constant = check_constant(torque_constant, place="--torque-constant")
+            found = Axis(found.kind, constant, found.extra)
+        frame = check_rows(parse_rows(text, file), found, text, file)
         rest = {key: value for key, value in header.items() if key not in TOP_KEYS}
-        return cls(frame, axis, experiment, rest, str(file), text.incomplete)
+        return cls(frame, found, experiment, rest, str(file), text.incomplete)
 
     def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the log whole or not at all; gzipped if the name ends in `.gz`.

@@ -9,7 +9,7 @@ from typing import Any
 import tomli_w
 
 from idtool.axis import Axis, short
-from idtool.errors import InputError
+from idtool.errors import InputError, misspelt
 from idtool.toml_text import parse_toml
 from idtool.units import Kind, torque_name
 
@@ -88,6 +88,8 @@ def header_axis(header: Mapping[str, Any], columns: list[str], file: Path) -> tu
     Raises:
         InputError: an experiment that is no text, or a bad `[axis]` table.
     """
+    if wrong := misspelt(("axis",), header):
+        raise InputError("unknown key", file=file, place=wrong[0], remedy=f'did you mean "{wrong[1]}"')
     experiment = header.get("experiment", "")
     if not isinstance(experiment, str):
         raise InputError(

@@ -74,6 +74,8 @@ def read_text(file: Path) -> LogText:
         raise _not_text(file)
     if not raw.strip():
         raise InputError("the file is empty", file=file, remedy="record it again")
+    if file.suffix == ".toml":
+        raise InputError("is a TOML file and no log", file=file, remedy="pass the CSV file of a run")
     comments, start = _comments(raw, file)
     line_end = raw.find(b"\n", start)
     names = _names(raw[start:] if line_end < 0 else raw[start:line_end], len(comments) + 1, file)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from idtool.correction import Correction
 from idtool.effects import registry
@@ -38,11 +39,15 @@ class Prediction:
         frame: trial, time_s, measured and predicted torque (file column names).
         errors: experiment -> {"rmse", "relative_percent", "rows"}; over all rows.
         notes: sentences on what the parameter file lacks.
+        trial: index of every row's trial, running on over the logs, shape (rows,).
+        experiment: name of the experiment of each trial.
     """
 
     frame: pd.DataFrame
     errors: dict[str, dict[str, float]]
     notes: list[str]
+    trial: NDArray[np.intp]
+    experiment: tuple[str, ...]
 
 
 def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction | None = None) -> Prediction:
@@ -71,7 +76,13 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
     if correction is not None:
         torque = torque + correction(recording.motion)
     notes = [*_notes(parameters), *recording.remarks]
-    return Prediction(_frame(recording, logs, torque), _errors(recording, torque), notes)
+    return Prediction(
+        _frame(recording, logs, torque),
+        _errors(recording, torque),
+        notes,
+        recording.motion.trial,
+        recording.experiment,
+    )
 
 
 def explained(logs: Sequence[Log], parameters: Parameters) -> tuple[Recording, Array]:

@@ -16,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, sparse
 
+from idtool import lowpass
 from idtool.axis import Axis
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
+from idtool.lowpass import Filter
 from idtool.mending import Mended, mend
 from idtool.model.motion import Array, Motion
 from idtool.sensor_faults import resolution
@@ -27,30 +29,6 @@ from idtool.smoother import TOO_FAST, reading_variance, smooth
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
 _SPIKE = "outlier of the torque"
-#: The filter lets pass up to this multiple of the highest frequency at which torque stands out of noise.
-_BANDWIDTH_MARGIN = 1.5
-_LEAST_BANDWIDTH_HZ = 10.0
-#: Logs of rates closer than this share are of one rate; the filter is designed for no less than this share
-#: of the median rate.
-_SAME_RATE = 0.95
-_LEAST_RATE = 0.2
-#: Of a filtered row's weights at least this share must fall on usable rows.
-_LEAST_WEIGHT = 0.6
-
-
-@dataclass(frozen=True)
-class Filter:
-    """The zero-phase low-pass that both sides of the fit go through.
-
-    Attributes:
-        bandwidth_hz: frequency at which it halves the amplitude.
-        rate_hz: rate of the rows that it leaves.
-        taps: length of its Hann window in samples; 1 is no filter.
-    """
-
-    bandwidth_hz: float
-    rate_hz: float
-    taps: int
 
 
 @dataclass(frozen=True)
@@ -88,7 +66,7 @@ class Recording:
     @cached_property
     def operator(self) -> sparse.csr_matrix:
         """The filter and decimation as a matrix, shape (filtered rows, rows)."""
-        return _operator(self.motion, self.usable, self.filter)
+        return lowpass.operator(self.motion, self.usable, self.filter)
 
     @cached_property
     def row(self) -> NDArray[np.intp]:
@@ -202,8 +180,8 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     for one in mended:
         for reason, rows in one.dropped.items():
             lost[reason] = lost.get(reason, 0) + rows
-    rate = _common_rate(motion, np.asarray(source)[trial])
-    bandwidth, noise = _bandwidth_and_noise(calm, motion, rate)
+    rate = lowpass.common_rate(motion, np.asarray(source)[trial])
+    bandwidth, noise = lowpass.bandwidth_and_noise(calm, motion, rate)
     return Recording(
         axis,
         motion,
@@ -212,7 +190,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         experiment,
         source,
         noise,
-        _design(bandwidth, rate),
+        lowpass.design(bandwidth, rate),
         resolution(joined["position"]),
         lost,
         tuple(log.source for log in logs),
@@ -355,80 +333,3 @@ def _usable_rows(
     wild = np.abs(away) > max(_OUTLIER * spread, 0.05 * float(np.ptp(middle)))
     drop(_SPIKE, wild)
     return usable, lost, np.where(wild, middle, torque)
-
-
-def _common_rate(motion: Motion, source: NDArray[np.intp]) -> float:
-    """The rate that the filter is designed for, Hz: that of the slowest log.
-
-    At the median rate the rows of a slow log would be blurred over as many rows as those of the fast ones,
-    which is for longer. Not below a share of the median: one coarse log must not undo the filter of all.
-    """
-    inside = ~motion.first
-    median = 1.0 / float(np.median(motion.step[inside]))
-    logs = np.unique(source[inside])
-    slowest = min(1.0 / float(np.median(motion.step[inside & (source == log)])) for log in logs)
-    return median if slowest > _SAME_RATE * median else max(slowest, _LEAST_RATE * median)
-
-
-def _bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[float, float]:
-    """The frequency up to which torque stands out of its noise, and the noise's standard deviation."""
-    ends = np.append(motion.starts[1:], len(motion))
-    longest = int(np.max(ends - motion.starts))
-    segment = int(min(max(64, 2 ** int(np.log2(max(longest // 4, 8)))), 1024, longest))
-    total, weight = None, 0
-    for start, end in zip(motion.starts, ends, strict=True):
-        if end - start < segment:
-            continue
-        frequency, power = signal.welch(  # type: ignore[call-overload]
-            torque[start:end], rate, nperseg=segment, detrend="linear"
-        )
-        total = power * (end - start) if total is None else total + power * (end - start)
-        weight += end - start
-    if total is None:
-        return 0.25 * rate, float(np.sqrt(reading_variance(torque, motion.first)))
-    power = total / weight
-    top = power[frequency > 0.66 * frequency[-1]]
-    floor = float(np.median(top))
-    above = np.flatnonzero(power > 3.0 * floor)
-    edge = float(frequency[above[-1]]) if len(above) else 0.0
-    # isolated lines far above the rest are hum, not motion: the edge is where the run from 0 ends
-    gaps = np.flatnonzero(np.diff(above) > max(2, len(power) // 50)) if len(above) else np.array([])
-    if len(gaps):
-        edge = float(frequency[above[gaps[0]]])
-    bandwidth = float(np.clip(_BANDWIDTH_MARGIN * edge, _LEAST_BANDWIDTH_HZ, 0.5 * rate))
-    return bandwidth, float(np.sqrt(floor * rate / 2.0))
-
-
-def _design(bandwidth: float, rate: float) -> Filter:
-    """A Hann window halves the amplitude at rate / (its half length): two rows per such half length."""
-    half = max(int(rate / bandwidth), 1)
-    decimation = max(half // 2, 1)
-    return Filter(rate / half, rate / decimation, 2 * half - 1)
-
-
-def _operator(motion: Motion, usable: NDArray[np.bool_], design: Filter) -> sparse.csr_matrix:
-    half = (design.taps + 1) // 2
-    decimation = max(half // 2, 1)
-    offsets = np.arange(-half + 1, half)
-    weights = np.hanning(design.taps + 2)[1:-1]
-    ends = np.append(motion.starts[1:], len(motion))
-    centres = np.concatenate(
-        [np.arange(start, end, decimation) for start, end in zip(motion.starts, ends, strict=True)]
-    )
-    columns = centres[:, None] + offsets[None, :]
-    inside = (columns >= 0) & (columns < len(motion))
-    columns = np.clip(columns, 0, len(motion) - 1)
-    inside &= motion.trial[columns] == motion.trial[centres][:, None]
-    inside &= usable[columns]
-    values = np.where(inside, weights[None, :], 0.0)
-    total = values.sum(axis=1)
-    keep = total >= _LEAST_WEIGHT * weights.sum()
-    if not keep.any():
-        raise InputError("no usable row is left after filtering", remedy="record for longer, or more slowly")
-    values = values[keep] / total[keep, None]
-    columns, present = columns[keep], inside[keep]
-    counts = present.sum(axis=1)
-    pointer = np.concatenate([[0], np.cumsum(counts)])
-    return sparse.csr_matrix(
-        (values[present], columns[present], pointer), shape=(int(keep.sum()), len(motion))
-    )

@@ -76,21 +76,23 @@ def parse_toml(text: str) -> dict[str, Any]:
     return tomllib.loads(text)
 
 
-def load_toml(file: Path, limit: int) -> dict[str, Any]:
-    """The document of a parameter file of at most `limit` bytes.
+def load_toml(
+    file: Path, limit: int, *, what: str = "a parameter file", made_by: str = "`ffc-id identify` or a fit"
+) -> dict[str, Any]:
+    """The document of a file of at most `limit` bytes; `what` it is and is `made_by`, for messages.
 
     Raises:
         InputError: not readable, empty, not text, not TOML.
     """
-    raw, cut = read_bytes(file, what="a parameter file", limit=limit)
+    raw, cut = read_bytes(file, what=what, limit=limit)
     try:
         if cut:
             raise InputError("is gzipped and cut short", file=file, remedy="copy it again")
         if not raw.strip():
-            raise InputError("the file is empty", file=file, remedy="make it with `ffc-id identify` or a fit")
+            raise InputError("the file is empty", file=file, remedy=f"make it with {made_by}")
         return parse_toml(raw.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
-        raise InputError("is not a text file", file=file, remedy="name a parameter file (TOML)") from error
+        raise InputError("is not a text file", file=file, remedy=f"name {what} (TOML)") from error
     except RecursionError as error:
         raise InputError("is not TOML (nested too deeply)", file=file, remedy="mend that place") from error
     except ValueError as error:  # tomllib lets int() complain of huge numbers as ValueError

@@ -178,16 +178,28 @@ def _fresh_error(diagnosis: Diagnosis, log: Log) -> float:
     return error["rmse"]
 
 
-def study(todo: Iterable[Case], record_to: Path | None = None) -> list[Result]:
-    """All sessions, on the cores there are; results are noted as they come."""
-    results = []
+def study(todo: Iterable[Case], notes: Path | None = None) -> list[Result]:
+    """All sessions, on the cores there are; results are noted as they come; those noted stay."""
+    known = _noted(notes) if notes is not None and notes.exists() else {}
+    cases = list(todo)
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for result in pool.map(one_session, todo):
-            results.append(result)
-            if record_to is not None:
-                with record_to.open("a") as file:
+        for result in pool.map(one_session, [case for case in cases if case not in known]):
+            known[result.case] = result
+            if notes is not None:
+                with notes.open("a") as file:
                     file.write(json.dumps(asdict(result)) + "\n")
-    return results
+    return [known[case] for case in cases]
+
+
+def _noted(notes: Path) -> dict[Case, Result]:
+    found = {}
+    for line in notes.read_text().splitlines():
+        values = json.loads(line)
+        case = values["case"]
+        values["case"] = Case(**case | {"what": tuple(case["what"])})
+        values |= {name: tuple(values[name]) for name in ("size", "found", "depends_on")}
+        found[values["case"]] = Result(**values)
+    return found
 
 
 @click.command()
@@ -196,7 +208,9 @@ def study(todo: Iterable[Case], record_to: Path | None = None) -> list[Result]:
 @click.option("--several", default=60, show_default=True, help="Sessions with two or three.")
 @click.option("--unknown", default=8, show_default=True, help="Sessions with each disturbance.")
 @click.option("--out", type=click.Path(path_type=Path), default=Path("docs/diagnosis.md"))
-@click.option("--notes", type=click.Path(path_type=Path), help="A file for every result as it comes.")
+@click.option(
+    "--notes", type=click.Path(path_type=Path), help="A file for every result as it comes, to go on with."
+)
 def main(null: int, single: int, several: int, unknown: int, out: Path, notes: Path | None) -> None:
     """Run the study and write the page."""
     from studies.diagnosis_page import write

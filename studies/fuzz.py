@@ -20,6 +20,7 @@ import atheris
 with atheris.instrument_imports(include=["idtool", "tomllib", "dynamixel_sdk"]):
     import dynamixel_sdk
 
+    from idtool.axis_file import AxisFile
     from idtool.errors import InputError, UsageError
     from idtool.experiment.recipe import parse_recipe, recipe_text
     from idtool.log import Log
@@ -97,6 +98,7 @@ TARGETS: dict[str, tuple[Callable[[bytes], None], list[bytes]]] = {
         ],
     ),
     "parameters": (_file(Parameters.read), [b'schema = "ffc-id/params/1"\n[axis]\nkind = "rotary"\n']),
+    "axis": (_file(AxisFile.read), [b'schema = "ffc-id/axis/1"\n[axis]\nkind = "linear"\n[limits]\n']),
     "plant": (_file(read_plant_file), [Path("idtool/rig/bench.toml").read_bytes()]),
     "recipe": (recipe, [recipe_text(name).encode() for name in ("sweep", "sine", "validation")]),
     "packets": (packets, [encode(Packet(1, 2, b"\x84\x00\x04\x00"))]),

@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import idtool
+from idtool.axis_file import AxisFile
 from idtool.errors import InputError, RigFault
 from idtool.experiment.recipe import read_recipe, recipe_text
 from idtool.importing import import_recording
@@ -30,6 +31,7 @@ HEAD = (
 )
 TOML_READERS: list[Callable[[Path], Any]] = [
     Parameters.read,
+    AxisFile.read,
     lambda path: read_recipe(str(path)),
     read_plant_file,
 ]

@@ -59,6 +59,16 @@ def test_names_what_is_there_and_nothing_else(sessions: Path, name: str) -> None
     assert diagnosis["error"]["held_out"]["after"] < diagnosis["error"]["held_out"]["before"]
 
 
+def test_errors_of_candidates_compare_with_the_error(sessions: Path) -> None:
+    """Both are of readings, not one of readings and one of filtered rows."""
+    diagnosis = identified(sessions / "position_ripple").diagnosis
+    (ripple,) = (c for c in diagnosis["candidates"] if c["name"] == "position_ripple")
+    rejected = [c["held_out"] for c in diagnosis["candidates"] if c["held_out"] and not c["accepted"]]
+    after = diagnosis["error"]["held_out"]["after"]
+    assert ripple["held_out"] == pytest.approx(after, rel=0.1)
+    assert all(held_out > 1.1 * after for held_out in rejected)
+
+
 @pytest.mark.parametrize("name", [s for s in SESSIONS if s != "clean-dynamixel"])
 def test_recovers_the_parameters(sessions: Path, name: str) -> None:
     truth = json.loads((sessions / "truth.json").read_text())[name]["parameters"]

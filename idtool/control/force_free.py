@@ -35,6 +35,7 @@ from idtool.control.law import Law
 from idtool.control.light import LightLaw, LightSettings
 from idtool.control.online import OnlineModel
 from idtool.control.paper import PaperLaw
+from idtool.correction import Correction
 from idtool.errors import InputError, nearest
 from idtool.parameters import CONTROLLER_MODES, Controller, Parameters
 
@@ -87,6 +88,7 @@ class ForceFreeController:
         resolution: float | None = None,
         friction_doubt: float = 0.22,
         payload_doubt_kg: float = 0.08,
+        correction: Correction | None = None,
     ) -> None:
         """Read the file.
 
@@ -104,11 +106,12 @@ class ForceFreeController:
             friction_doubt: mode "light": by how much friction may differ from the file, relatively, as a
                 standard deviation, on top of the file's own standard errors.
             payload_doubt_kg: mode "light": by how much the payload may differ from what is told, kg.
+            correction: smooth correction to compensate as well; off unless given.
 
         Raises:
             InputError: the file lacks the torque constant, gravity or static friction; an unknown mode.
         """
-        self.model = OnlineModel(parameters)
+        self.model = OnlineModel(parameters, correction)
         self.model.drop("external_periodic", "its phase is not known once the clock starts anew")
         kind = parameters.axis.kind
         chosen = gains(parameters, period_s or DEFAULT_PERIOD_S)

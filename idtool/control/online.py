@@ -13,12 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from idtool.control import load as compiled
+from idtool.correction import Correction
 from idtool.effects import registry
 from idtool.effects.base import Effect, Past, Values
 from idtool.errors import InputError
 from idtool.model.contribution import FIELDS, Term
 from idtool.model.motion import Motion
 from idtool.parameters import Parameters
+
+_TORQUE = FIELDS.index("torque")
 
 
 @dataclass(slots=True)
@@ -61,8 +64,8 @@ class OnlineModel:
         skipped: effects of the file that cannot act here, each as a sentence.
     """
 
-    def __init__(self, parameters: Parameters) -> None:
-        """Read what is needed from the file.
+    def __init__(self, parameters: Parameters, correction: Correction | None = None) -> None:
+        """Read what is needed from the file; a `correction` acts as one more effect.
 
         Raises:
             InputError: the file lacks the torque constant, gravity or static friction.
@@ -80,6 +83,7 @@ class OnlineModel:
         self._per_payload = slope.value if slope else 0.0
         self._names: list[str] = []
         self._outside: list[tuple[Effect, Values, Past | None]] = []
+        self._correction = correction
         self._thermometer = False
         self.skipped: list[str] = []
         for entry in parameters.effects:
@@ -127,7 +131,8 @@ class OnlineModel:
     @property
     def needs_temperature(self) -> bool:
         """Whether an effect follows a measured temperature."""
-        return self._thermometer and self.uses("thermal_drift")
+        followed = self._correction is not None and self._correction.variable == "temperature"
+        return followed or (self._thermometer and self.uses("thermal_drift"))
 
     def drop(self, effect: str, why: str) -> None:
         """Leave an effect out of the compensation and remember why."""
@@ -185,7 +190,7 @@ class OnlineModel:
         Returns:
             The load; the same object every time.
         """
-        if self._outside:
+        if self._outside or self._correction is not None:
             self._ask_outside(
                 time, step, position, velocity, acceleration, payload, tilt_alpha, tilt_beta, temperature
             )
@@ -253,7 +258,21 @@ class OnlineModel:
                 past.first[0] = False
             for k, name in enumerate(FIELDS):
                 total[k] += _number(getattr(part, name))
+        if self._correction is not None:
+            total[_TORQUE] += self._corrected(row.motion, self._correction)
         self._memory[compiled.OUTSIDE :] = total
+
+    def _corrected(self, motion: Motion, correction: Correction) -> float:
+        """Torque of the correction at this sample, N m (N)."""
+        values = getattr(motion, correction.variable)
+        if values is None:
+            return 0.0
+        torque = correction.at(float(values[0]))
+        if correction.with_direction:
+            # at rest a noisy speed has no sign; what the bristle holds has the one of the friction
+            level = self.load.level
+            torque *= max(-1.0, min(1.0, self.load.elastic / level)) if level > 0.0 else 0.0
+        return torque
 
 
 def _past(effect: Effect) -> Past | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -150,7 +151,7 @@ class Diagnosis:
             "candidates": [
                 {
                     "name": c.name,
-                    "held_out": c.held_out,
+                    "held_out": self._unfiltered(c.held_out),
                     "p_value": c.p_value,
                     "gain": c.gain,
                     "accepted": c.accepted,
@@ -166,6 +167,15 @@ class Diagnosis:
             "friction": self.final.model.spec.friction,
             "notes": self.notes,
         }
+
+    def _unfiltered(self, error: float | None) -> float | None:
+        """An error of filtered rows with what the filter takes off, so that it compares with `error`."""
+        if error is None:
+            return None
+        recording = self.split.recording
+        rows = recording.usable & ~np.isin(recording.motion.trial, self.split.held_out)
+        above = float(np.mean(self.after.full_residual[rows] ** 2)) - self.selection.fit.rmse**2
+        return math.sqrt(error**2 + max(above, 0.0))
 
     def _unexplained_document(self) -> dict[str, Any] | None:
         if self.unexplained is None or self.correction is None:
@@ -230,7 +240,7 @@ def diagnose(
     training = parts.recording.subset(parts.training)
     tell("fitting the base model")
     base = refit(start, JointModel.build(training, base_spec))
-    selection = select(base, library, tell, given=given)
+    selection = select(base, library, tell, given=given, start=start)
     tell("fitting the final model on all trials")
     loaded = with_load(recording, selection.fit)
     chosen = selection.fit

@@ -123,9 +123,13 @@ def for_parameter(fit: JointFit, coordinate: str) -> Following | None:
     name = coordinate.replace("_", " ").replace(".", ": ")
     why = (
         f"{name} is not determined by these logs; this run of {recipe.duration_s:.0f} s "
-        f"would lower its standard error to {100.0 * share:.0f} % or less."
+        f"would make its standard error {_times(1.0 / share)} smaller."
     )
     return Following(document, (), why)
+
+
+def _times(factor: float) -> str:
+    return "over 100 times" if factor > 100.0 else f"about {factor:.2g} times"
 
 
 def _difference(one: JointFit, other: JointFit, recipe: Recipe) -> float:

@@ -8,8 +8,9 @@ that tie the simpler is taken. When nothing passes, effects that became unneeded
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,6 +45,28 @@ _CLEAR = 2.0
 _LEAST_EVIDENCE = 6.0
 _REFITTED = 4
 _MOST_EFFECTS = 8
+#: Logarithm of the bristle's stiffness: further than that from where the search began, friction is bent.
+_BENT = 1.0
+
+
+@dataclass(frozen=True)
+class _Scored:
+    """An effect's best start, and the fit that it starts from."""
+
+    effect: Effect
+    best: Score
+    start: dict[str, float]
+    p_value: float
+    fit: JointFit
+
+    def left(self) -> float:
+        """Sum of squares that its score promises to leave."""
+        return (1.0 - self.best.gain) * self.fit.sse
+
+
+def _score(effect: Effect, background: Background, among: Sequence[Background]) -> _Scored:
+    best, start, tried = best_score(background, effect)
+    return _Scored(effect, best, start, min(1.0, best.p_value * tried * len(among)), background.fit)
 
 
 def select(
@@ -52,6 +75,7 @@ def select(
     tell: Callable[[str], None] = lambda _: None,
     *,
     given: bool = False,
+    start: JointFit | None = None,
 ) -> Selection:
     """Extend `base` by the effects that the data ask for.
 
@@ -60,8 +84,10 @@ def select(
         library: the effects to consider, simplest first.
         tell: called with a sentence on what is being tried.
         given: the library is a model that somebody chose; its effects need not explain everything.
+        start: where the search for the base model began; its friction was found with inertia and an offset
+            allowed, so it is bent less by an effect that the base model lacks.
     """
-    best = _greedy(base, library, tell, given=given)
+    best = _greedy(base, library, tell, given=given, start=start)
     if given or not _left_over(best.fit):
         return best
     # the first step may have been the wrong one: others that would have done instead get their turn
@@ -80,14 +106,17 @@ def _greedy(
     *,
     first: Trial | None = None,
     given: bool = False,
+    start: JointFit | None = None,
 ) -> Selection:
     """One effect after another, `first` before all others if given; then second thoughts."""
     selection = Selection(base, {effect.name: Candidate(effect.name) for effect in library})
     _begin_with_inertia(selection, library)
     if first is not None:
         _accept(selection, first)
+    unbent = start and _with_the_friction_of(start, selection.fit)
     for number in range(_MOST_EFFECTS):
-        winner = _round(selection, library, tell, note_rivals=number == 0 and first is None)
+        winner = _round(selection, library, tell, unbent, note_rivals=number == 0 and first is None)
+        unbent = None
         if winner is not None:
             tell(f"accepted {winner.effect.name}")
         elif not _searched_anew(selection, tell):
@@ -125,6 +154,21 @@ def _begin_with_inertia(selection: Selection, library: Sequence[Effect]) -> None
         selection.fit, selection.p_values["inertia"] = _with_its_own_load(trial.fit), best.p_value
 
 
+def _with_the_friction_of(start: JointFit, fit: JointFit) -> JointFit | None:
+    """The model of `fit` with the friction held as in `start`; None where the two hardly differ.
+
+    A bristle that is soft enough turns an unknown start deflection into any torque that a trial needs. A
+    base model that lacks an effect can so take it in, and hides it from the scores.
+    """
+    names = frozenset(fit.model.friction_coordinates)
+    if "bristle_stiffness" not in names or not names <= set(start.model.names):
+        return None
+    if abs(math.log(fit.values["bristle_stiffness"] / start.values["bristle_stiffness"])) < _BENT:
+        return None
+    values = fit.values | {name: start.values[name] for name in names}
+    return solve(fit.model, fit.model.coordinates(values), held=names)
+
+
 def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
     """Look for a better friction curve when no effect passes; True if there was one, which a wrong curve
     may have hidden effects from."""
@@ -137,11 +181,16 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
 
 
 def _round(
-    selection: Selection, library: Sequence[Effect], tell: Callable[[str], None], *, note_rivals: bool
+    selection: Selection,
+    library: Sequence[Effect],
+    tell: Callable[[str], None],
+    unbent: JointFit | None,
+    *,
+    note_rivals: bool,
 ) -> Trial | None:
     fit = selection.fit
-    background = Background.of(fit)
-    scored: list[tuple[Effect, Score, dict[str, float], int]] = []
+    backgrounds = [Background.of(each) for each in (fit, unbent) if each is not None]
+    scored: list[_Scored] = []
     for effect in library:
         candidate = selection.candidates[effect.name]
         if candidate.accepted:
@@ -153,17 +202,19 @@ def _round(
         if reason := effect.missing(fit.model.recording.motion):
             candidate.why = f"not testable: {reason}"
             continue
-        best, start, tried = best_score(background, effect)
-        candidate.gain, candidate.p_value = best.gain, min(1.0, best.p_value * tried)
-        scored.append((effect, best, start, tried))
+        item = min((_score(effect, background, backgrounds) for background in backgrounds), key=_Scored.left)
+        candidate.gain, candidate.p_value = 1.0 - item.left() / fit.sse, item.p_value
+        scored.append(item)
     promising = _holm(selection, scored)
     left_out = left_out_errors(fit)
     trials: list[Trial] = []
-    for effect, best, start, _ in promising[:_REFITTED]:
-        tell(f"trying {effect.name}")
-        trials.append(try_effect(fit, effect, best, start, selection.candidates[effect.name].p_value or 0.0))
-    for effect, *_ in promising[_REFITTED:]:
-        selection.candidates[effect.name].why = "its score was behind that of the effects that were refitted"
+    for item in promising[:_REFITTED]:
+        tell(f"trying {item.effect.name}")
+        trials.append(try_effect(item.fit, item.effect, item.best, item.start, item.p_value))
+    for item in promising[_REFITTED:]:
+        selection.candidates[
+            item.effect.name
+        ].why = "its score was behind that of the effects that were refitted"
     passed = [trial for trial in trials if _passes(selection, trial, left_out)]
     if not passed:
         return None
@@ -208,25 +259,23 @@ def _with_its_own_load(fit: JointFit) -> JointFit:
     return replace(fit, model=with_starts(loaded, model.starts))
 
 
-def _holm(
-    selection: Selection, scored: list[tuple[Effect, Score, dict[str, float], int]]
-) -> list[tuple[Effect, Score, dict[str, float], int]]:
+def _holm(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
     """Candidates whose score stands out of chance, best gain first."""
-    order = sorted(scored, key=lambda item: selection.candidates[item[0].name].p_value or 0.0)
+    order = sorted(scored, key=lambda item: item.p_value)
     passed = []
     open_tests = len(order)
     for rank, item in enumerate(order):
-        candidate = selection.candidates[item[0].name]
-        p = candidate.p_value or 0.0
-        if p > _ALPHA / (open_tests - rank):
+        candidate = selection.candidates[item.effect.name]
+        if item.p_value > _ALPHA / (open_tests - rank):
             for loser in order[rank:]:
-                selection.candidates[loser[0].name].why = "its relation to the residual may be chance"
+                selection.candidates[loser.effect.name].why = "its relation to the residual may be chance"
             break
-        if item[1].gain < LEAST_GAIN:
-            candidate.why = f"would lower the squared error by {100 * item[1].gain:.2g} % only"
+        gain = candidate.gain or 0.0
+        if gain < LEAST_GAIN:
+            candidate.why = f"would lower the squared error by {100 * max(gain, 0.0):.2g} % only"
             continue
         passed.append(item)
-    return sorted(passed, key=lambda item: -item[1].gain)
+    return sorted(passed, key=_Scored.left)
 
 
 def _passes(selection: Selection, trial: Trial, before: Array) -> bool:

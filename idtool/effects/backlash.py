@@ -99,22 +99,33 @@ class Backlash(Effect):
 
     def in_c(self, values: Values) -> CForm:
         share = "const float share = share_behind_gap;"
+        keeps = 0
         if "share_under_load" in values and "load_scale" in values:
-            share = """const float unloaded = decay(fabsf(row->load) * (1.0f / load_scale));
-            const float share = share_behind_gap * unloaded + share_under_load * (1.0f - unloaded);"""
+            keeps = 2
+            share = """if (row->first || differs(row->load, memory[1])) {
+                const float unloaded = decay(fabsf(row->load) * (1.0f / load_scale));
+                memory[1] = row->load;
+                memory[2] = share_under_load + (share_behind_gap - share_under_load) * unloaded;
+            }
+            const float share = memory[2];"""
         code = f"""
             /* the part behind the gap is dragged along; only the face ahead can be met */
             if (row->first) memory[0] = row->position;
-            memory[0] = clamp(memory[0], row->position - half, row->position + half);
-            float depth = (row->position - memory[0]) * (1.0f / half);
-            if (row->velocity < 0.0f) depth = -depth;
-            const float apart = clamp((1.0f - depth) * (1.0f / onset), 0.0f, 1.0f);
+            float depth = row->position - memory[0];
+            if (beyond(depth, half_gap)) {{
+                depth = within(depth, half_gap);
+                memory[0] = row->position - depth;
+            }}
+            depth *= 1.0f / half_gap;
+            if (is_negative(row->velocity)) depth = -depth;
+            float apart = (1.0f - depth) * (1.0f / onset);
+            apart = above(apart, 0.0f) ? within(apart, 1.0f) : 0.0f;
             {share}
             sum->level_change -= share * apart;
             sum->bristle_change -= share_at_once * apart;
         """
-        constants = {**values, "half": 0.5 * math.exp(values["log_gap"]), "onset": _ONSET}
-        return CForm(code, constants)
+        constants = {**values, "half_gap": 0.5 * math.exp(values["log_gap"]), "onset": _ONSET}
+        return CForm(code, constants, keeps=keeps)
 
     def constants(self, motion: Motion) -> dict[str, float]:
         scale = _load_scale(motion)

@@ -116,17 +116,21 @@ class CForm:
         code: statements. They read `row->` (position, velocity, acceleration, step, time, payload,
             tilt_alpha, tilt_beta, temperature, has_temperature, gravity_factor, load, load_upright,
             torque_constant; units as in `Motion`), add to `sum->` (the fields of `Contribution`), and keep
-            what they must remember in `memory[0]` to `memory[Effect.memory - 1]`; `row->first` is true
-            where that starts anew. Of functions there are those of libm that end in f,
-            clamp(x, low, high), and faster than libm's decay(x) = exp(-x) for x >= 0 and
-            sine_and_cosine(angle, &sine, &cosine).
+            what they must remember in `memory[0]` to `memory[Effect.memory + keeps - 1]`; `row->first` is
+            true where that starts anew, `row->tilted` where a tilt is another than before. Of functions
+            there are those of libm that end in f, clamp(x, low, high), and, several times faster on a
+            small board than its libm and compiler: decay(x) = exp(-x) for x >= 0, inverse(x) = 1 / x,
+            sine_and_cosine(angle, &sine, &cosine), half(x), within(x, limit), is_negative(x),
+            differs(x, y), above(x, limit) and beyond(x, limit) for x and |x| > limit >= 0.
         constants: the numbers that the code calls by name.
+        keeps: how many numbers more than `Effect.memory` the C remembers, to save itself work.
         follows_temperature: does nothing without a thermometer.
         looks_back_s: how far into the past a delay of `sum->delay` reaches, s.
     """
 
     code: str
     constants: Values
+    keeps: int = 0
     follows_temperature: bool = False
     looks_back_s: float = 0.0
 

@@ -16,8 +16,10 @@ from idtool.model.motion import Array, Motion
 #: A lightly damped resonance is narrow: a search that starts beside it does not find it.
 _FREQUENCIES_HZ = (1.2, 1.7, 2.3, 3.1, 4.0, 5.0, 6.2, 7.7, 9.5, 12.0, 15.0, 20.0)
 _START_RATIOS = (0.03, 0.15)
-#: A step longer than this part of a period is done in several.
+#: A step longer than this part of a period is done in several; one that is as long but for rounding is not,
+#: or the last digit of the clock would decide.
 _SUBSTEP_RAD = 0.2
+_ROUNDING = 1e-3
 
 
 @numba.njit(cache=True)
@@ -28,7 +30,7 @@ def swing(
 
     e'' + 2 ratio omega e' + omega^2 e = -mean, by the mid-point rule, which neither damps nor excites.
     """
-    parts = math.ceil(omega * step / _SUBSTEP_RAD)
+    parts = math.ceil(omega * step / _SUBSTEP_RAD - _ROUNDING)
     h = step / max(parts, 1)
     for _ in range(parts):
         pull = 2.0 * ratio * omega + 0.5 * h * omega * omega
@@ -101,25 +103,29 @@ class Compliance(Effect):
 
     def in_c(self, values: Values) -> CForm:
         code = """
-            /* memory: twist of the spring, its rate, the last acceleration; mid-point rule */
+            /* memory: twist of the spring times omega^2, its rate, the last acceleration; mid-point rule */
             const float a = row->acceleration;
             if (row->first) {
-                memory[0] = -a / omega_2;
+                memory[0] = -a;
                 memory[1] = 0.0f;
             } else {
-                const float mean = 0.5f * (a + memory[2]);
-                const float parts = ceilf(omega * row->step / substep);
-                const float h = row->step / (parts < 1.0f ? 1.0f : parts);
-                const float share = 1.0f / (1.0f + 0.5f * h * (drag + 0.5f * h * omega_2));
-                for (float part = 0.0f; part < parts; part += 1.0f) {
-                    const float drive = -mean - omega_2 * memory[0];
-                    const float middle = (memory[1] + 0.5f * h * drive) * share;
-                    memory[0] += h * middle;
-                    memory[1] = 2.0f * middle - memory[1];
+                const float mean = half(a + memory[2]);
+                const float parts = omega * (1.0f / substep) * row->step - rounding;
+                uint16_t count = is_negative(parts) ? 0 : (uint16_t)(1u + (uint16_t)parts);
+                float h = row->step;
+                if (count == 2) h = half(h);
+                else if (count > 2) h *= inverse((float)count);
+                const float half_h = half(h);
+                const float stiff = omega_2 * h;
+                const float share = inverse(1.0f + half_h * (drag + half(stiff)));
+                for (; count > 0; count--) {
+                    const float middle = (memory[1] - half_h * (mean + memory[0])) * share;
+                    memory[0] += stiff * middle;
+                    memory[1] = middle + middle - memory[1];
                 }
             }
             memory[2] = a;
-            sum->torque += load_inertia * (-omega_2 * memory[0] - drag * memory[1] - a);
+            sum->torque -= load_inertia * (memory[0] + drag * memory[1] + a);
         """
         omega = math.exp(values["log_omega"])
         constants = {
@@ -128,6 +134,7 @@ class Compliance(Effect):
             "drag": 2.0 * values["damping_ratio"] * omega,
             "load_inertia": values["load_inertia"],
             "substep": _SUBSTEP_RAD,
+            "rounding": _ROUNDING,
         }
         return CForm(code, constants)
 

@@ -39,7 +39,7 @@ class DriveBackdrive(Effect):
 
     def in_c(self, values: Values) -> CForm:
         code = """
-            const float mu = row->velocity * row->load > 0.0f ? mu_drive : mu_backdrive;
+            const float mu = above(row->velocity * row->load, 0.0f) ? mu_drive : mu_backdrive;
             sum->level_torque += mu * fabsf(row->load);
         """
         return CForm(code, values)

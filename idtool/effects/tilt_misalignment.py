@@ -40,12 +40,15 @@ class TiltMisalignment(Effect):
 
     def in_c(self, values: Values) -> CForm:
         code = """
-            float cosine_alpha, cosine_beta;
-            sine_and_cosine(row->tilt_alpha + alpha, 0, &cosine_alpha);
-            sine_and_cosine(row->tilt_beta + beta, 0, &cosine_beta);
-            sum->torque += row->load_upright * (cosine_alpha * cosine_beta - row->gravity_factor);
+            if (row->tilted) {
+                float cosine_alpha, cosine_beta;
+                sine_and_cosine(row->tilt_alpha + alpha, 0, &cosine_alpha);
+                sine_and_cosine(row->tilt_beta + beta, 0, &cosine_beta);
+                memory[0] = cosine_alpha * cosine_beta - row->gravity_factor;
+            }
+            sum->torque += row->load_upright * memory[0];
         """
-        return CForm(code, values)
+        return CForm(code, values, keeps=1)
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         """A tilt that stays at zero shows an error only in second order: leave that angle at zero."""

@@ -2,9 +2,31 @@
 
     export_c(Parameters.read("params.toml"), Path("board"), source="params.toml")
 
-The templates in `c/` are the modules of `idtool.control`, function by function; what is computed is
-computed here, and every constant comes from the Python controller itself, so that the two do not part.
-Each effect brings its own C (`Effect.in_c`).
+The templates in `c/` are the modules of `idtool.control`, function by function. Every number comes from
+the Python controller itself (`c_constants`), so that the two do not part, and each effect brings its own C
+(`Effect.in_c`). Which function is which:
+
+    guard.c      impossible, check, frozen        Guard._impossible, ._against_last, ._frozen
+                 watch                            LoadWatch.check
+    load.c       friction_level, carry            load._level, load.carry
+                 advance_bristle                  the lines of `carry` that move the bristle
+    sensing.c    delayed                          DelayLine.delayed
+                 remainder_torque                 HandSense._remainder, the middle of LightLaw._observe
+    paper.c      listen, settle, feel, rest_friction, rests                       HandSense
+                 begin, lead, brake, wish         PaperLaw.begin, ._lead, ._brake, .wish
+    certainty.c  reset_certainty, unsettle_bristle, fade_bristle, drift, correction, learn
+                                                  Certainty.reset, .unsettle_bristle, .fade, ...
+                 variance, spread_out             the square of Certainty.deviation, two ways
+    light.c      begin, observe, stand, zero      LightLaw.begin, ._observe, ._stand, ._zero
+                 hold, await_zero                 ._rest, the part of it before the zero is taken
+                 guide, follow, brake             ._guide, ._follow, ._brake
+                 tare, sweep, wish                .tare, ._tare, .wish
+    force_free.c bounded, fail, NAME_reset, NAME_recover, NAME_step, NAME_ready, NAME_tare
+                                                  ForceFreeController
+
+Where the C differs in form: times are whole periods (`c_constants.periods` counts them as Python adds
+them up); of the law's own place it keeps how far that is ahead of the measured one, which single
+precision holds better; the covariance is its upper half.
 """
 
 from __future__ import annotations
@@ -19,17 +41,17 @@ from typing import Any
 
 from idtool import __version__
 from idtool.atomic import atomic_write, cannot_write, refuse_existing
-from idtool.control import guard, law, load, paper, sensing
+from idtool.control import guard, sensing
 from idtool.control.force_free import ForceFreeController
 from idtool.control.guard import Limits, Reason
-from idtool.control.paper import PaperLaw
+from idtool.control.light import TARE_CYCLES, LightLaw
 from idtool.effects import registry
-from idtool.errors import InputError, UsageError, nearest
-from idtool.export.c_literals import EffectInC, c_float
+from idtool.errors import InputError, UsageError, nearest, sentence
+from idtool.export.c_constants import constants, microseconds, settle_s, tables
+from idtool.export.c_literals import EffectInC
 from idtool.model.contribution import FIELDS
-from idtool.model.stribeck import EXPONENT
 from idtool.parameters import Parameters
-from idtool.units import SUFFIXES, unit_text
+from idtool.units import SUFFIXES, Kind, unit_text
 
 #: Changes of the friction level; a board remembers those that an effect makes.
 _LEVEL_FIELDS = ("level_change", "level_torque", "static_change", "exponent_change")
@@ -37,9 +59,7 @@ _LEVEL_FIELDS = ("level_change", "level_torque", "static_change", "exponent_chan
 _FASTEST = 0.5
 #: As many samples as the Python controller's own delay line holds.
 _LONGEST_LINE = 64
-#: Parts of an octave and of a turn in the tables of the exponential and the sine.
-_PARTS = 256
-#: What the C can find wrong; a lost payload and too much torque only the light mode and a limit look for.
+#: What the C can find wrong.
 _REASONS = {
     Reason.NOT_FINITE: "position, velocity or current is NaN or infinite",
     Reason.STALE: "the same sample again",
@@ -49,6 +69,8 @@ _REASONS = {
     Reason.CURRENT: "more current than possible",
     Reason.OUT_OF_RANGE: "the position is outside the range",
     Reason.SURROUNDINGS: "payload, tilt or temperature is impossible",
+    Reason.TORQUE: "more torque on the axis than a hand may give",
+    Reason.LOAD_LOST: "the payload was dropped, or something hit the axis; light mode",
 }
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 _SKETCH = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,62}")
@@ -168,7 +190,7 @@ def _without(parameters: Parameters, names: Sequence[str]) -> Parameters:
     for name in names:
         if name not in held:
             known = nearest(name, held) if held else "it holds none"
-            raise UsageError(f"--without {name}: the parameter file holds no such effect; {known}.")
+            raise UsageError(sentence(f"--without {name}: the parameter file holds no such effect", known))
     return replace(parameters, effects=tuple(e for e in parameters.effects if e.name not in names))
 
 
@@ -206,8 +228,13 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "follows_time": any(effect.follows_time for effect in effects),
         "delay_length": length,
         "window": window,
-        "period_us": _microseconds(c.period),
-        "settle_ms": round(1e3 * _law(c)._settle),
+        "period_us": microseconds(c.period),
+        "light": isinstance(c.law, LightLaw),
+        "watches_torque": math.isfinite(c.limits.torque),
+        "watches_load": isinstance(c.law, LightLaw) and c.model.weight_of(1.0, 0.0, 0.0) != 0.0,
+        "lost_periods": guard._LOST_PERIODS,
+        "follows_acceleration": any("row->acceleration" in effect.code for effect in effects),
+        "settle_ms": round(1e3 * settle_s(c)),
         "arm": parameters.gravity_model == "arm",
         "has_range": math.isfinite(c.limits.position_min) or math.isfinite(c.limits.position_max),
         "has_command_step": c.limits.command_step is not None,
@@ -216,109 +243,19 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "gravity_words": f"gravity of {'an arm' if parameters.gravity_model == 'arm' else 'a slide'}",
         "friction_words": friction + ("" if not effects else ", and the effects"),
         "reasons": [(reason.name, words) for reason, words in _REASONS.items()],
-        **_tables(),
-        "constants": _constants(parameters, c, window, length, used),
+        **_tare_words(c, kind),
+        **tables(),
+        "constants": constants(parameters, c, window, length, used),
     }
 
 
-def _tables() -> dict[str, Any]:
-    """What `decay` and `sine_and_cosine` need: their tables, arguments in 1/2^24 of an octave and
-    of a turn, and how far a chord of the exponential falls."""
-    return {
-        "powers": [f"{round(2.0 ** (31 - k / _PARTS))}UL" for k in range(_PARTS)],
-        "octaves": c_float(2.0**24 / math.log(2.0), "octaves"),
-        "chord": round((1.0 - 2.0 ** (-1 / _PARTS)) * 2.0**23),
-        "sines": [f"{round(2.0**30 * math.sin(2.0 * math.pi * k / _PARTS))}L" for k in range(_PARTS)],
-        "turns_per_rad": c_float(2.0**24 / (2.0 * math.pi), "turns"),
-    }
-
-
-def _constants(
-    parameters: Parameters, c: ForceFreeController, window: int, line: int, used: frozenset[str]
-) -> list[tuple[str, dict[str, str]]]:
-    """Every number of the C but those of the effects, as literals, in groups."""
-    kind = parameters.axis.kind
-    model, limits, its = c.model, c.limits, _law(c)
-
-    def group(title: str, **numbers: float) -> tuple[str, dict[str, str]]:
-        return title, {key: c_float(value, key.lower()) for key, value in numbers.items()}
-
-    def unit(dimension: str) -> str:
-        return unit_text(dimension, kind)
-
-    gravity = {f"GRAVITY_{name.upper()}": p.value for name, p in parameters.gravity.items()}
-    friction = {
-        "COULOMB": model.coulomb,
-        "STATIC": model.static,
-        "STRIBECK_VELOCITY": model.stribeck_velocity,
-        "VISCOUS": model.viscous,
-        "BRISTLE_STIFFNESS": model.bristle_stiffness,
-        "BRISTLE_DAMPING": model.bristle_damping,
-        "LEVEL_FLOOR": load._LEVEL_FLOOR * min(model.coulomb, model.static) + 1e-12,
-        "FRICTION_BOUND": model.friction_bound,
-    }
-    if "exponent_change" in used:
-        friction["EXPONENT"] = EXPONENT
-    groups = [
-        group(f"motor, {unit('torque_constant')}", TORQUE_CONSTANT=model.torque_constant),
-        group(f"gravity, {unit('torque')}", **gravity),
-        group(f"friction, {unit('torque')} and {unit('velocity')}", **friction),
-        group(
-            "period, s, and smallest step of the position sensor", PERIOD=c.period, RESOLUTION=c.resolution
-        ),
-        group(
-            f"limits, {unit('position')}, {unit('velocity')} and A",
-            POSITION_MIN=limits.position_min,
-            POSITION_MAX=limits.position_max,
-            MARGIN=limits.margin,
-            SPEED=limits.speed,
-            MEASURED_SPEED=limits.measured_speed,
-            CURRENT=limits.current,
-            FARTHEST=guard._FARTHEST,
-            **({} if limits.command_step is None else {"COMMAND_STEP": limits.command_step}),
-        ),
-        group(
-            "law: gains, s and speed per torque; times, s",
-            COMMAND_GAIN=c.command_gain,
-            LOOP_GAIN=c.loop_gain,
-            START_TORQUE=c.start_torque,
-            REST_SPEED=law.REST_COUNTS_PER_S * c.resolution,
-            SERVO_TIME=its._servo_time,
-            FILTER_TIME=its._sense._filter_time,
-            RELEASE=paper.RELEASE_S,
-            FALL_NOISE=paper._FALL_NOISE,
-            STOP_SHARE=paper._STOP_SHARE,
-            TRIM_RATE=paper._TRIM_RATE,
-            TRIM_RANGE=paper._TRIM_RANGE,
-            UNSEEN_TORQUE=sensing._BRISTLE_COUNTS * c.resolution * model.bristle_stiffness,
-        ),
-    ]
-    counts = {
-        "STALE_SAMPLES": f"{min(limits.stale_samples, 0xFFFF)}u",
-        "START_SAMPLES": f"{paper._START_SAMPLES}u",
-        "REST_WINDOW": f"{window}u",
-        "GAP_US": f"{_microseconds(limits.gap_periods * c.period)}UL",
-        "SETTLE_US": f"{_microseconds(its._settle)}UL",
-        "BRAKE_US": f"{_microseconds(paper._BRAKE_S)}L",
-    }
-    if line:
-        counts["DELAY_LENGTH"] = f"{line}u"
-    return [*groups, ("samples and microseconds", counts)]
-
-
-def _law(controller: ForceFreeController) -> PaperLaw:
-    """The law, if it is the one that the templates hold."""
-    law = controller.law
-    if not isinstance(law, PaperLaw):
-        raise InputError(
-            "the C holds the paper's control law only", place="controller.mode", remedy='set mode = "paper"'
-        )
-    return law
-
-
-def _microseconds(seconds: float) -> int:
-    """Whole microseconds, as far as a signed 32-bit clock goes."""
-    return round(min(1e6 * seconds, 2.0**31 - 1))
+def _tare_words(c: ForceFreeController, kind: Kind) -> dict[str, str]:
+    """How long a tare takes and how far it moves, for the header."""
+    if not isinstance(c.law, LightLaw):
+        return {}
+    its = c.law.settings
+    time = TARE_CYCLES * math.pi * its.tare_travel / its.tare_speed
+    return {"tare_s": f"{time:.1f}", "tare_travel": f"{its.tare_travel:g} {unit_text('position', kind)}"}
 
 
 def _comment(text: str) -> str:

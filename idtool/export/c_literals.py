@@ -39,7 +39,8 @@ class EffectInC:
     """One effect, ready for the template.
 
     Attributes:
-        name, title, formula, memory: as of `Effect`.
+        name, title, formula: as of `Effect`.
+        memory: how many numbers it remembers.
         code: statements, indented.
         constants: C literals by the name that the code uses.
         adds: fields of the contribution that the code adds to.
@@ -72,7 +73,7 @@ class EffectInC:
             effect.name,
             effect.title,
             effect.formula,
-            effect.memory,
+            effect.memory + form.keeps,
             textwrap.indent(textwrap.dedent(form.code).strip(), "    "),
             constants,
             frozenset(re.findall(r"sum->(\w+)", form.code)),

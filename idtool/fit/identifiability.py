@@ -327,7 +327,7 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
         parts,
         named,
         f"{words} {verb} not found",
-        "do not use the number",
+        "do not use the number (an effect that the model lacks can do this: `ffc-id identify` looks for one)",
     )
 
 

@@ -162,10 +162,15 @@ class JointModel:
         """Typical sizes of the data."""
         return Scales.of(self.recording)
 
+    @property
+    def friction_coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates of friction."""
+        return _FRICTION_COORDINATES[self.spec.friction]
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Coordinate names in order; those of an effect are "effect.coordinate"."""
-        names = list(_FRICTION_COORDINATES[self.spec.friction])
+        names = list(self.friction_coordinates)
         names += [f"gravity.{column}" for column in self.spec.gravity_columns]
         for effect in self.spec.effects:
             names += [f"{effect.name}.{c.name}" for c in effect.active(self.recording.motion)]

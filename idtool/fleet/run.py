@@ -58,6 +58,7 @@ def run_fleet(
     scheduler: str | None = None,
     again: bool = False,
     tell: Callable[[str], None] = lambda _: None,
+    progress: Callable[[int, int], None] = lambda _done, _of: None,
 ) -> Fleet:
     """Identify every session in `folder` and sum them up in `out`.
 
@@ -69,6 +70,7 @@ def run_fleet(
         scheduler: address of a Dask scheduler, whose workers do it instead.
         again: do every session again.
         tell: called with a sentence as each session ends.
+        progress: called with how many of the sessions that are to be done are done, and how many they are.
 
     Raises:
         InputError: no sessions, `out` cannot be written, or no cluster answers. A session that fails
@@ -86,10 +88,11 @@ def run_fleet(
     if pending:
         with open_engine(scheduler, workers) as engine:
             tell(f"{counted(len(pending), 'session')} on {engine.name}")
-            for path, fingerprint, outcome in _work(engine, pending, options):
+            for done, (path, fingerprint, outcome) in enumerate(_work(engine, pending, options), start=1):
                 rows[path.name] = _keep(out, path.name, fingerprint, outcome)
                 said = f"failed: {outcome.error}" if outcome.error else outcome.verdict
                 tell(f"[{len(rows)}/{len(sessions)}] {path.name}: {said}")
+                progress(done, len(pending))
     fleet = summarise([rows[path.name] for path in sessions], out / SESSIONS)
     with atomic_write(out / "summary.csv") as stream:
         table(fleet).to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")

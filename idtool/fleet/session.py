@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from idtool.errors import InputError
+from idtool.errors import InputError, nearest
 from idtool.log import Log
 from idtool.reading import read_bytes
 
@@ -125,7 +125,7 @@ def _facts(task: Task) -> dict[str, Any]:
                 f"{value!r} is no {key}" if key in ("unit", "date") else "unknown key",
                 file=file,
                 place=key,
-                remedy=_EXAMPLE,
+                remedy=_EXAMPLE if key in ("unit", "date") else nearest(key, ("unit", "date")),
             )
     return told
 

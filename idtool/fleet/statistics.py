@@ -2,12 +2,12 @@
 
 Sources: median absolute deviation with its factors for small samples, Croux & Rousseeuw 1992; the
 modified z-score, Iglewicz & Hoaglin 1993, with limits from simulation instead of their 3.5; Sen's slope
-and Kendall's test within blocks (here: units), Hirsch, Slack & Smith 1982; Holm 1979.
+and Kendall's test within blocks (here: units), Hirsch, Slack & Smith 1982.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -145,13 +145,3 @@ def drift(blocks: Sequence[tuple[Array, Array]]) -> Drift | None:
     z = (abs(score) - 1.0) / variance**0.5 if score else 0.0
     p_value = float(2.0 * stats.norm.sf(max(z, 0.0)))
     return Drift(float(np.median(np.concatenate(slopes))), min(p_value, 1.0), sessions)
-
-
-def holm(p_values: Mapping[str, float]) -> dict[str, float]:
-    """p-values corrected for how many there are (Holm 1979)."""
-    corrected: dict[str, float] = {}
-    worst = 0.0
-    for rank, (name, p) in enumerate(sorted(p_values.items(), key=lambda item: item[1])):
-        worst = max(worst, min(1.0, p * (len(p_values) - rank)))
-        corrected[name] = worst
-    return corrected

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from idtool.fleet import statistics
+from idtool.holm import holm
 from idtool.parameters import Parameter, Parameters
 
 SCHEMA = "ffc-id/fleet/1"
@@ -112,7 +113,7 @@ def summarise(rows: list[SessionRow], folder: Path) -> Fleet:
     keys = dict.fromkeys(key for found in values.values() for key, one in found.items() if counts(one))
     points = {key: fleet.points(key) for key in keys}
     drifts = {key: found for key, table in points.items() if (found := _drift(table))}
-    corrected = statistics.holm({key: found.p_value for key, found in drifts.items()})
+    corrected = holm({key: found.p_value for key, found in drifts.items()})
     lines = [_line(key, points[key], drifts.get(key), corrected.get(key)) for key in keys]
     return Fleet(tuple(rows), tuple(lines), values)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from idtool.errors import InputError, UsageError, nearest
+from idtool.errors import InputError, UsageError, nearest, sentence
 from idtool.importing.conversion import Unit, named_unit
 from idtool.log_format import columns_of
 from idtool.units import Kind
@@ -148,7 +148,7 @@ def role_of(text: str) -> tuple[str, Kind | None]:
     advice = nearest(text, {*rotary, *rotary.values(), *linear.values()})
     if not advice.startswith("did you mean"):
         advice = f"name {', '.join(rotary)}"
-    raise UsageError(f'"{text}" is no column of a log; {advice}.')
+    raise UsageError(sentence(f'"{text}" is no column of a log', advice))
 
 
 def check_kind(chosen: Iterable[Meaning], kind: Kind, file: Path) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,6 +36,8 @@ from idtool.units import torque_name, unit_text
 PAGE = "report.html"
 FIGURES = "figures"
 _FORMS = ("png", "svg")
+#: What of the provenance the page shows in words of its own.
+_SHOWN = ("tool", "logs", "seed", "friction", "friction_law", "filter_hz")
 #: Names of every figure that a report may have; those of an earlier report that this one lacks go.
 _KNOWN = (
     "stribeck",
@@ -150,6 +153,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["code"] = _code
     template = environment.from_string(package.joinpath("page.html.jinja").read_text("utf-8"))
     diagnosis, facts = evidence.diagnosis, evidence.facts
     error = diagnosis.error
@@ -177,8 +181,17 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         },
         facts=facts,
         constant=_constant(evidence),
-        provenance=_flat(evidence.parameters.provenance),
+        provenance=_flat(
+            {k: v for k, v in evidence.parameters.provenance.items() if k not in _SHOWN or not facts.logs}
+        ),
     )
+
+
+def _code(sentence: str) -> str:
+    """The sentence as HTML; what stands in backticks is a command."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(sentence))))
 
 
 def _headline_pair(evidence: Evidence) -> tuple[float | None, float | None]:

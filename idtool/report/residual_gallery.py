@@ -133,7 +133,8 @@ def _over_time(evidence: Evidence) -> Plate:
         "residual_time",
         "residual",
         "Residual over the session",
-        f"Measured minus predicted {torque_name(evidence.kind)}, rms over all rows {errors}. A drift "
+        f"Measured minus predicted {torque_name(evidence.kind)}, rms over all rows {errors}, both behind the "
+        "fit's low-pass filter. A drift "
         "along the session "
         "points to temperature; a trial that stands out, to something that happened in it. Shaded: held out.",
         f"Residual over time before and after the effects were added; rms {errors}.",

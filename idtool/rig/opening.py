@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError, misspelt, nearest
 from idtool.rig.base import Rig
 from idtool.rig.plant_file import PlantFile, check_sensors, read_plant_file
 
@@ -38,6 +38,8 @@ def open_rig(spec: str, *, seed: int = 0) -> Rig:
     head, *rest = spec.split(",")
     kind, colon, target = head.partition(":")
     if kind not in _KINDS or not colon or not target:
+        if target and (wrong := misspelt(_KINDS, [kind])):
+            raise InputError(f'unknown rig "{spec}"', remedy=f'did you mean "{wrong[1]}:{target}"')
         known = [*named_rigs(), "sim:FILE.toml", "dynamixel:DEVICE", "replay:LOG"]
         raise InputError(f'unknown rig "{spec}"', remedy=nearest(head, known))
     if kind == "dynamixel":

@@ -3,36 +3,39 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import click
 
 from idtool.effects import registry
 from idtool.parameters import EffectEntry, Parameter, Parameters
-from studies.board.files import BASE, EFFECTS
+from studies.board.files import BASE, EFFECTS, LIGHT
 from studies.board.measure import CLOCK_HZ, Figures, measure, missing
 
+RESTING, TARING, GUIDING, STOPPING = 1, 2, 3, 4
 BEGIN, END = "<!-- make study-board: begin -->", "<!-- make study-board: end -->"
 
 
-def with_effects(*names: str) -> Parameters:
-    """The base file and these effects."""
-    file = BASE
+def with_effects(*names: str, light: bool = False) -> Parameters:
+    """The base file and these effects, in the published or the light mode."""
+    file = replace(BASE, controller=LIGHT) if light else BASE
     for name in names:
         numbers = {key: Parameter(value) for key, value in EFFECTS[name].items()}
         file = file.with_effect(EffectEntry(name, numbers))
     return file
 
 
-def row(title: str, figures: Figures) -> str:
-    """One line of the table."""
+def milliseconds(cycles: float) -> str:
+    """Cycles as time."""
+    return f"{1e3 * cycles / CLOCK_HZ:.2f}"
+
+
+def row(title: str, figures: Figures) -> list[str]:
+    """Cells of the published mode's table."""
     half = len(figures.cycles) // 2
     still, tilted = figures.cycles[:half], figures.cycles[half:]
-
-    def milliseconds(cycles: float) -> str:
-        return f"{1e3 * cycles / CLOCK_HZ:.2f}"
-
-    cells = [
+    return [
         title,
         f"{max(still)}",
         milliseconds(sum(still) / half),
@@ -41,11 +44,29 @@ def row(title: str, figures: Figures) -> str:
         f"{figures.flash}",
         f"{figures.controller} + {figures.stack}",
     ]
-    return "| " + " | ".join(cells) + " |"
 
 
-def table() -> list[str]:
-    """The table, measured."""
+def light_row(title: str, figures: Figures) -> list[str]:
+    """Cells of the light mode's table; not tilted anew."""
+    half = len(figures.cycles) // 2
+    worst = {
+        state: max(c for c, s in zip(figures.cycles[:half], figures.states[:half], strict=True) if s == state)
+        for state in set(figures.states[:half])
+    }
+    moved = max(worst[state] for state in (GUIDING, STOPPING) if state in worst)
+    return [
+        title,
+        f"{moved}",
+        milliseconds(moved),
+        milliseconds(worst[RESTING]),
+        milliseconds(worst[TARING]),
+        f"{figures.flash}",
+        f"{figures.controller} + {figures.stack}",
+    ]
+
+
+def table(*, light: bool) -> list[str]:
+    """The table of one mode, measured."""
     alone = {f"`{name}`": [name] for name in registry.names() if name in EFFECTS and name != "inertia"}
     files = {
         "gravity and LuGre friction": [],
@@ -54,16 +75,33 @@ def table() -> list[str]:
         **alone,
         "all of these at once": list(EFFECTS),
     }
-    lines = [
-        "| parameter file | cycles, worst | ms, mean | ms, worst | ms, worst, tilted anew at every step "
-        "| flash, bytes | RAM, bytes: structure + stack |",
-        "|---|---|---|---|---|---|---|",
+    heads = [
+        "parameter file",
+        "cycles, worst",
+        "ms, mean",
+        "ms, worst",
+        "ms, worst, tilted anew at every step",
     ]
+    if light:
+        heads = [
+            "light mode",
+            "cycles, worst, guided",
+            "ms, the same",
+            "ms, worst at rest",
+            "ms, worst in a tare",
+        ]
+    heads += ["flash, bytes", "RAM, bytes: structure + stack"]
+    lines = [_line(heads), "|---" * len(heads) + "|"]
     for title, names in files.items():
         with tempfile.TemporaryDirectory() as folder:
-            lines.append(row(title, measure(with_effects(*names), Path(folder))))
+            figures = measure(with_effects(*names, light=light), Path(folder))
+        lines.append(_line((light_row if light else row)(title, figures)))
         click.echo(lines[-1])
     return lines
+
+
+def _line(cells: list[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
 
 
 @click.command()
@@ -75,7 +113,9 @@ def main(out: Path) -> None:
         raise click.ClickException(f"{tool} is missing; on Debian: apt-get install gcc-avr avr-libc simavr")
     head, rest = out.read_text(encoding="utf-8").split(BEGIN)
     tail = rest.split(END)[1]
-    out.write_text(head + "\n".join([BEGIN, *table(), END]) + tail, encoding="utf-8")
+    out.write_text(
+        head + "\n".join([BEGIN, *table(light=False), "", *table(light=True), END]) + tail, encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from idtool.axis import Axis
-from idtool.parameters import Parameter, Parameters
+from idtool.parameters import Controller, Parameter, Parameters
 
 
 def _pick(**values: float) -> dict[str, Parameter]:
@@ -17,6 +17,9 @@ BASE = Parameters(
     static=_pick(coulomb=0.05, static=0.075, stribeck_velocity=0.09, viscous=0.08),
     dynamic=_pick(bristle_stiffness=8.0, bristle_damping=0.1),
 )
+
+#: As `ffc-id tune` writes it.
+LIGHT = Controller(command_gain=2.05, loop_gain=8.0, period=0.01, mode="light")
 
 EFFECTS: dict[str, dict[str, float]] = {
     "inertia": {"inertia": 0.02},

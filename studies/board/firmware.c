@@ -23,12 +23,16 @@ static int16_t draw(int16_t span)
 
 static void measure(uint16_t k)
 {
-    static int16_t wanted, velocity, push;
+    static int16_t wanted, velocity, pushed, push;
     static int32_t position;
     if (k % 40u == 0u) {
         wanted = draw(1) == 0 ? 0 : draw(60);
-        push = k < 30u ? 0 : draw(120);
+        pushed = k < 30u ? 0 : draw(120);
     }
+    /* fingers close and open in a tenth of a second or two, and a payload that is lost falls at once */
+    if (controller.state == FFC_TARING)
+        pushed = 0;
+    push = (int16_t)(push < pushed ? push + 6 : push > pushed ? push - 6 : push);
     velocity = (int16_t)(velocity + (wanted - velocity) / 4);
     if (wanted == 0 && velocity > -4 && velocity < 4)
         velocity = 0;
@@ -124,8 +128,13 @@ int main(void)
 #ifndef WITHOUT_CONTROLLER
     ffc_reset(&controller);
     paint();
+    bool tared = false;
     for (uint16_t k = 0; k < STEPS; k++) {
         measure(k);
+        if (k == STEPS / 2u)
+            tared = false;
+        if (!tared)
+            tared = ffc_tare(&controller); /* as soon as it rests, in both halves */
         const uint16_t cycles = timed_step();
         if (k == STEPS / 2u)
             printf("stack %u state %u\n", depth(), (unsigned)sizeof controller); /* before printf deepens it */

@@ -167,7 +167,9 @@ def test_wrong_uses_name_the_remedy(logs: Path, result: Path) -> None:
     one_sentence(ffc_id("identify", "sine.csv", "-o", "result", cwd=logs), 3, "pass --force")
     one_sentence(ffc_id("identify", "sine.csv", "-o", "sine.csv", cwd=logs), 3, "is a file where a folder")
     one_sentence(ffc_id("predict", "sine.csv", "-p", "no.toml", "-o", "y.csv", cwd=logs), 3, "no such file")
-    one_sentence(ffc_id("identify", "sine.csv", "-o", "x", "--friction", "lugr", cwd=logs), 2, "'lugre'")
+    one_sentence(
+        ffc_id("identify", "sine.csv", "-o", "x", "--friction", "lugr", cwd=logs), 2, 'did you mean "lugre"?'
+    )
     one_sentence(ffc_id("identfy"), 2, 'did you mean "identify"')
     assert not (logs / "p.toml").exists()
     assert not (logs / "x").exists()

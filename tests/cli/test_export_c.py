@@ -27,6 +27,15 @@ def test_writes_header_source_and_sketch(params: Path, tmp_path: Path) -> None:
     assert "effects: inertia, position_ripple" in done.stdout
 
 
+@pytest.mark.parametrize("light", [False, True], ids=["published", "light"])
+def test_the_mode_is_that_of_the_file(light: bool, tmp_path: Path) -> None:
+    params, header = tmp_path / "params.toml", tmp_path / "guide" / "ffc.h"
+    with_effects("inertia", light=light).write(params)
+    done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide")
+    assert done.returncode == 0, done.stderr
+    assert f"#define FFC_LIGHT {int(light)}\n" in header.read_text()
+
+
 def test_json_is_one_document(params: Path, tmp_path: Path) -> None:
     arguments = ["--without", "inertia", "--period", "0.005", "--json"]
     done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", *arguments)

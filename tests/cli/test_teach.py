@@ -9,6 +9,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from idtool.axis import Axis
@@ -123,3 +124,29 @@ def test_says_what_the_file_s_effects_are_worth(tmp_path: Path, parameters: Para
     assert document["without_effects"]["force_n"] > document["figures"]["force_n"] + 0.3
     said = run(tmp_path, "teach", "-p", "params.toml", "--rig", "sim:plant.toml")
     assert "the file's effects are worth" in said.stdout
+
+
+def test_a_correction_is_compensated_where_it_is_asked_for(tmp_path: Path, parameters: Parameters) -> None:
+    """A ripple that the file lacks and a smooth correction holds: the hand is more even with it."""
+    from idtool.correction import Correction
+    from idtool.rig import opening
+
+    packaged = Path(opening.__file__).with_name("paper.toml").read_text(encoding="utf-8")
+    ripple = (
+        '\n[[effects]]\nname = "position_ripple"\ncycles_per_rad = 9.0\namplitude_1_nm = 0.03\n'
+        "phase_1_rad = 0.0\namplitude_2_nm = 0.0\nphase_2_rad = 0.0\n"
+    )
+    (tmp_path / "plant.toml").write_text(packaged + ripple, encoding="utf-8")
+    parameters.write(tmp_path / "params.toml")
+    knots = np.linspace(-15 * np.pi / 9.0, 15 * np.pi / 9.0, 301)
+    Correction("position", False, knots, 0.03 * np.sin(9.0 * knots)).write(tmp_path / "correction.toml")
+    asked = ("teach", "-p", "params.toml", "--rig", "sim:plant.toml", "--correction", "correction.toml")
+    done = run(tmp_path, *asked, "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["figures"]["uneven_n"] < 0.5 * document["without_effects"]["uneven_n"]
+    assert "effects of the file and correction are worth" in run(tmp_path, *asked).stdout
+    (tmp_path / "correction.toml").write_text("variable = 1\n")
+    refused = run(tmp_path, *asked)
+    assert refused.returncode == 3
+    assert "correction.toml" in refused.stderr

@@ -151,15 +151,3 @@ def test_a_missing_temperature_is_said_once() -> None:
     for _ in range(3):
         controller.step(0.0, 0.0, 0.1)
     assert controller.status.notes == ("thermal_drift is not compensated: no temperature was given",)
-
-
-def test_a_step_costs_little() -> None:
-    """A generous bound, so that a busy machine does not fail it; the benchmark measures."""
-    import time
-
-    file = parameters(inertia={"inertia": 0.02}, torque_offset={"offset": 0.01})
-    controller = ForceFreeController(file, 0.01)
-    begun = time.perf_counter()
-    for k in range(2000):
-        controller.step(0.001 * math.sin(0.01 * k), 0.0, 0.1, 0.4)
-    assert (time.perf_counter() - begun) / 2000 < 1e-3

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from idtool.control.online import OnlineModel
+from idtool.correction import Correction
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.model import gravity
@@ -178,3 +179,55 @@ def test_an_effect_that_is_not_compiled_is_asked_by_its_own_class(monkeypatch: p
     np.testing.assert_allclose(torques(slow), fast, rtol=1e-9, atol=1e-12)
     slow.drop("position_ripple", "for a test")
     assert not slow.uses("position_ripple")
+
+
+def _totals(model: OnlineModel, motion: Motion) -> np.ndarray:
+    assert motion.temperature is not None
+    return np.array(
+        [
+            model.update(
+                motion.time[k],
+                motion.step[k],
+                motion.position[k],
+                motion.velocity[k],
+                motion.acceleration[k],
+                0.4,
+                0.3,
+                -0.1,
+                motion.temperature[k],
+            ).total
+            for k in range(len(motion))
+        ]
+    )
+
+
+@pytest.mark.parametrize("variable", ["position", "velocity", "acceleration", "temperature"])
+def test_a_correction_adds_what_it_adds_to_a_prediction(variable: str) -> None:
+    motion = _motion()
+    values = getattr(motion, variable)
+    low, high = np.quantile(values, [0.2, 0.9])  # some samples lie outside, where it is zero
+    correction = Correction(
+        variable, False, np.linspace(low, high, 6), np.array([0, 0.02, -0.03, 0.01, 0.04, 0])
+    )
+    file = parameters(BENCH, inertia={"inertia": 0.02})
+    added = _totals(OnlineModel(file, correction), motion) - _totals(OnlineModel(file), motion)
+    np.testing.assert_allclose(added, correction(motion), atol=1e-12)
+    assert np.any(added == 0.0)
+    assert np.any(np.abs(added) > 0.02)
+
+
+def test_a_correction_with_a_direction_follows_the_bristle_at_rest() -> None:
+    """A noisy speed around zero has no sign; forwards, backwards and between, what friction holds has."""
+    motion = _motion()
+    correction = Correction("position", True, np.array([-1.0, 0.0, 1.0]), np.array([0.0, 0.05, 0.0]))
+    with_it, without = OnlineModel(parameters(BENCH), correction), OnlineModel(parameters(BENCH))
+    added = _totals(with_it, motion) - _totals(without, motion)
+    fast = np.abs(motion.velocity) > 0.35
+    np.testing.assert_allclose(added[fast], correction(motion)[fast], rtol=0.05)
+    assert np.all(np.abs(added) <= 0.05)
+    for k in range(3):  # the axis comes to rest
+        held = with_it.update(9.97 + 0.01 * k, 0.01, 0.1, 0.0, 0.0, 0.4, 0.3, -0.1, None).effects
+    for k, noise in enumerate((1e-9, -1e-9, 1e-9)):
+        again = with_it.update(10.0 + 0.01 * k, 0.01, 0.1, noise, 0.0, 0.4, 0.3, -0.1, None).effects
+        assert again == pytest.approx(held, rel=1e-3)
+    assert abs(held) > 0.01

@@ -5,7 +5,7 @@
 #include "ffc.h"
 
 typedef struct {
-    uint32_t request; /* 0: step; 1: recover, then step; 2: reset, then step */
+    uint32_t request; /* 0: step; 1: recover, then step; 2: reset, then step; 3: tare, then step */
     uint32_t has_time;
     uint32_t has_temperature;
     uint32_t time_us;
@@ -17,7 +17,12 @@ typedef struct {
     uint32_t fault;
     uint32_t limited;
     uint32_t command_valid;
-    float numbers[7]; /* returned, position_command, external_torque, velocity_wanted, and what is compensated */
+    uint32_t ready;
+    uint32_t taring; /* the tare that was asked for began */
+    uint32_t disturbed;
+    /* returned, position_command, external_torque, velocity_wanted, what is compensated, the doubt and what
+       was learned */
+    float numbers[11];
 } answer;
 
 int main(void)
@@ -30,6 +35,7 @@ int main(void)
             ffc_recover(&controller);
         if (in.request == 2)
             ffc_reset(&controller);
+        const bool taring = in.request == 3 && ffc_tare(&controller);
         const ffc_sample sample = {
             .position = in.numbers[0],
             .velocity = in.numbers[1],
@@ -48,6 +54,13 @@ int main(void)
             (uint32_t)controller.fault,
             controller.limited,
             controller.command_valid,
+            ffc_ready(&controller),
+            taring,
+#if FFC_LIGHT
+            controller.tare_disturbed,
+#else
+            false,
+#endif
             {
                 returned,
                 controller.position_command,
@@ -56,6 +69,14 @@ int main(void)
                 controller.gravity,
                 controller.friction,
                 controller.effects,
+#if FFC_LIGHT
+                controller.doubt,
+                controller.mean[0],
+                1.0f + controller.mean[1],
+                1.0f + controller.mean[2],
+#else
+                0.0f, 0.0f, 1.0f, 1.0f,
+#endif
             },
         };
         if (fwrite(&out, sizeof out, 1, stdout) != 1)

@@ -8,18 +8,33 @@ import pytest
 
 from idtool.effects import registry
 from studies.board.__main__ import with_effects
-from studies.board.files import EFFECTS
+from studies.board.files import EFFECTS, LIGHT
 from studies.board.measure import CLOCK_HZ, host_commands, measure, missing
 
 pytestmark = pytest.mark.skipif(missing() is not None, reason=f"no {missing()} here")
 
 
-def test_the_base_model_steps_in_a_millisecond_and_under_a_kilobyte(tmp_path: Path) -> None:
-    figures = measure(with_effects(), tmp_path)
+@pytest.mark.parametrize(
+    "effects", [(), ("stribeck_shape",), ("backlash",), ("inertia", "position_ripple")], ids=str
+)
+def test_the_published_mode_steps_in_a_millisecond_and_under_a_kilobyte(
+    effects: tuple[str, ...], tmp_path: Path
+) -> None:
+    figures = measure(with_effects(*effects), tmp_path)
     half = len(figures.cycles) // 2
     assert max(figures.cycles[:half]) < 1e-3 * CLOCK_HZ
     assert figures.ram < 1024
-    assert set(figures.states) == {0, 1, 2, 3}
+    assert set(figures.states) == {0, 1, 3, 4}  # it never tares
+
+
+def test_the_light_mode_fits_and_commands_what_it_commands_here(tmp_path: Path) -> None:
+    """In a quarter of its period; docs/board.md says which steps take how long."""
+    figures = measure(with_effects("inertia", light=True), tmp_path)
+    assert max(figures.cycles) < 0.25 * LIGHT.period * CLOCK_HZ
+    assert figures.ram < 1024
+    assert figures.flash < 20_480
+    assert set(figures.states) == {0, 1, 2, 3, 4}
+    assert figures.commands == pytest.approx(host_commands(tmp_path), rel=1e-4, abs=1e-5)
 
 
 def test_every_effect_at_once_fits_and_commands_what_it_commands_here(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ CASES["all"] = EFFECTS
 
 def assert_alike(c: Answers, python: Answers) -> None:
     """State, fault, limits exactly; numbers to TOLERANCE."""
-    for name in ("state", "fault", "limited", "valid"):
+    for name in ("state", "fault", "limited", "valid", "ready", "taring", "disturbed"):
         pairs = zip(getattr(c, name), getattr(python, name), strict=True)
         apart = [k for k, (a, b) in enumerate(pairs) if a != b]
         assert not apart, f"{name} differs at {len(apart)} steps, first at {apart[0]}"
@@ -135,7 +135,7 @@ def test_a_clock_that_wraps_is_no_fault(tmp_path: Path) -> None:
     np.testing.assert_array_equal(wrapped.x, early.x)
 
 
-#: Looked for by the light mode, and where a limit on the torque is given.
+#: Looked for by the light mode, and where a limit on the torque is given (test_c_light.py).
 NOT_IN_C = {"torque", "load_lost"}
 
 

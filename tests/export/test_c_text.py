@@ -18,7 +18,7 @@ from idtool.effects.inertia import Inertia
 from idtool.errors import InputError, UsageError
 from idtool.export.c_controller import export_c
 from idtool.export.c_literals import c_float
-from idtool.parameters import Parameter
+from idtool.parameters import Controller, Parameter
 from tests.control.double import BENCH, parameters
 
 from .twin import FLAGS
@@ -99,12 +99,14 @@ def test_the_same_file_gives_the_same_text(tmp_path: Path) -> None:
     assert (tmp_path / "one" / "ffc.c").read_bytes() == (tmp_path / "two" / "ffc.c").read_bytes()
 
 
+@pytest.mark.parametrize("mode", ["paper", "light"])
 @pytest.mark.parametrize("kind", ["rotary", "linear"])
-def test_the_sketch_compiles(kind: str, tmp_path: Path) -> None:
+def test_the_sketch_compiles(kind: str, mode: str, tmp_path: Path) -> None:
     """Against headers that declare what it uses of the Arduino core and of DynamixelShield."""
     if shutil.which("g++") is None:
         pytest.skip("no g++ here")
-    file = replace(parameters(BENCH), axis=Axis(kind, 2.67))  # type: ignore[arg-type]
+    gains = Controller(2.05, 1.68, 0.01, mode=mode)
+    file = replace(parameters(BENCH), axis=Axis(kind, 2.67), controller=gains)  # type: ignore[arg-type]
     export_c(file, tmp_path)
     (sketch,) = tmp_path.glob("*.ino")
     flags = ["-std=c++11", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "-x", "c++", "-I", STUBS]
@@ -117,12 +119,21 @@ def test_the_sketch_compiles(kind: str, tmp_path: Path) -> None:
         assert "METRES_PER_RAD" in compiled().stderr  # nobody but the user knows it
     done = compiled(*(["-DMETRES_PER_RAD=0.02f"] if kind == "linear" else []))
     assert done.returncode == 0, done.stderr
+    assert ("ffc_tare" in sketch.read_text()) == (mode == "light")
+
+
+def test_a_period_too_short_to_count_the_light_mode_s_times_is_refused(tmp_path: Path) -> None:
+    file = replace(parameters(BENCH), controller=Controller(2.05, 1.68, 1e-5, mode="light"))
+    with pytest.raises(InputError, match="cannot count its times in periods of 1e-05 s"):
+        export_c(file, tmp_path)
 
 
 def test_two_axes_live_in_one_program(tmp_path: Path) -> None:
     if shutil.which("gcc") is None:
         pytest.skip("no gcc here")
-    other = parameters(BENCH, inertia={"inertia": 0.02})
+    other = replace(
+        parameters(BENCH, inertia={"inertia": 0.02}), controller=Controller(2.05, 1.68, 0.01, mode="light")
+    )
     export_c(parameters(BENCH), tmp_path, name="shoulder")
     export_c(
         replace(other, gravity={**other.gravity, "base": Parameter(0.5)}), tmp_path, name="elbow", force=True

@@ -26,11 +26,13 @@ FLAGS = (
     "-Werror",
 )
 DRIVER = Path(__file__).parent / "driver.c"
-STEP, RECOVER, RESET = range(3)
-NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects")
+STEP, RECOVER, RESET, TARE = range(4)
+LEARNED = ("load", "level", "damping")
+NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects", "doubt", *LEARNED)
 _REQUEST = np.dtype([("request", "u4"), ("clocked", "u4"), ("warm", "u4"), ("time_us", "u4"), ("x", "f4", 7)])
-_ANSWER = np.dtype([("state", "u4"), ("fault", "u4"), ("limited", "u4"), ("valid", "u4"), ("x", "f4", 7)])
-_STATES = [State.STARTING, State.RESTING, State.GUIDING, State.STOPPING, State.FAULT]
+_WORDS = ("state", "fault", "limited", "valid", "ready", "taring", "disturbed")
+_ANSWER = np.dtype([*((word, "u4") for word in _WORDS), ("x", "f4", len(NUMBERS))])
+_STATES = [State.STARTING, State.RESTING, State.TARING, State.GUIDING, State.STOPPING, State.FAULT]
 _LIMITED = {1: "speed", 2: "step", 4: "range"}
 
 
@@ -41,7 +43,7 @@ class Samples:
     Attributes:
         x: position, velocity, current, payload, two tilts, temperature; shape (rows, 7).
         time_us: of the clock, shape (rows,).
-        request: STEP, RECOVER or RESET before the step, shape (rows,).
+        request: STEP, RECOVER, RESET or TARE before the step, shape (rows,).
         clocked, warm: whether the clock and the temperature are given.
     """
 
@@ -54,13 +56,16 @@ class Samples:
 
 @dataclass
 class Answers:
-    """What came out, one row a step: `x` holds NUMBERS, shape (rows, 7)."""
+    """What came out, one row a step: `x` holds NUMBERS, shape (rows, 11)."""
 
     state: list[str] = field(default_factory=list)
     fault: list[str | None] = field(default_factory=list)
     limited: list[frozenset[str]] = field(default_factory=list)
     valid: list[bool] = field(default_factory=list)
-    x: np.ndarray = field(default_factory=lambda: np.empty((0, 7)))
+    ready: list[bool] = field(default_factory=list)
+    taring: list[bool] = field(default_factory=list)
+    disturbed: list[bool] = field(default_factory=list)
+    x: np.ndarray = field(default_factory=lambda: np.empty((0, len(NUMBERS))))
 
 
 def compile_c(
@@ -70,11 +75,13 @@ def compile_c(
     period_s: float | None = None,
     limits: Limits | None = None,
     without: Sequence[str] = (),
+    sanitized: bool = False,
 ) -> Path:
     """Export, compile with every warning an error, and return the program."""
-    export_c(parameters, folder, period_s=period_s, limits=limits, without=without)
+    export_c(parameters, folder, period_s=period_s, limits=limits, without=without, force=True)
     program = folder / "driver"
-    command = ["gcc", *FLAGS, "-O2", "-I", folder, DRIVER, folder / "ffc.c", "-lm", "-o", program]
+    checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"] if sanitized else []
+    command = ["gcc", *FLAGS, *checks, "-O2", "-I", folder, DRIVER, folder / "ffc.c", "-lm", "-o", program]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return program
@@ -93,6 +100,9 @@ def run_c(program: Path, samples: Samples) -> Answers:
         [reasons[k] for k in out["fault"]],
         [frozenset(word for bit, word in _LIMITED.items() if k & bit) for k in out["limited"]],
         [bool(k) for k in out["valid"]],
+        [bool(k) for k in out["ready"]],
+        [bool(k) for k in out["taring"]],
+        [bool(k) for k in out["disturbed"]],
         out["x"].astype(float),
     )
 
@@ -108,6 +118,7 @@ def run_python(
             controller.recover()
         elif request == RESET:
             controller.reset()
+        answers.taring.append(request == TARE and controller.tare())
         *numbers, temperature = map(float, x)
         returned = controller.step(
             *numbers,
@@ -119,6 +130,9 @@ def run_python(
         answers.fault.append(s.fault.reason.value if s.fault else None)
         answers.limited.append(frozenset(s.limited))
         answers.valid.append(s.command_valid)
+        answers.ready.append(controller.ready)
+        answers.disturbed.append(any("tare was disturbed" in note for note in s.notes))
+        load, level, damping = controller.learned or (0.0, 1.0, 1.0)
         rows.append(
             (
                 returned,
@@ -128,6 +142,10 @@ def run_python(
                 s.gravity,
                 s.friction,
                 s.effects,
+                s.doubt,
+                load,
+                level,
+                damping,
             )
         )
     answers.x = np.array(rows)

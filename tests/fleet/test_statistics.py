@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from idtool.fleet import statistics
 from idtool.fleet.summary import SessionRow, summarise
+from idtool.holm import holm
 from idtool.parameters import Parameter, Parameters
 
 NAN = float("nan")
@@ -119,7 +120,7 @@ def test_drift_needs_two_days_of_a_unit() -> None:
 
 @given(st.dictionaries(st.text(max_size=3), st.floats(0, 1), max_size=8))
 def test_holm_never_lowers_a_p_value_and_keeps_their_order(p_values: dict[str, float]) -> None:
-    corrected = statistics.holm(p_values)
+    corrected = holm(p_values)
     assert set(corrected) == set(p_values)
     for name, p in p_values.items():
         assert p <= corrected[name] <= min(1.0, p * len(p_values))

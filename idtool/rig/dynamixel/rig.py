@@ -94,7 +94,8 @@ class DynamixelRig(Rig):
         temperature = _at_most("temperature", settings.temperature, servo.temperature_limit, "°C")
         servo.limit(speed, current)
         self.limits = Limits((low, high), speed, current, temperature)
-        self.axis = Axis("rotary", settings.constant or servo.model.torque_constant)
+        known = settings.axis.axis.extra if settings.axis else {}
+        self.axis = Axis("rotary", settings.constant or servo.model.torque_constant, dict(known))
         self.description = f"DYNAMIXEL {servo.model.name}"
         needed = period_needed(settings.baud, servo.return_delay_s, latency_s(device))
         self.period_s = settings.period or next((p for p in _PERIODS if p >= needed), _PERIODS[-1])

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
+from idtool.axis_file import AxisFile
 from idtool.errors import InputError
 
 
@@ -23,6 +24,7 @@ class Settings:
         constant: torque constant at the output shaft, N m/A; None is the data sheet's.
         period: time between samples, s; None is what bus and adapter can do.
         scale: seconds of the servo per second of the computer, for a virtual servo that runs faster.
+        axis: file that gives constant, range, speed and current where the other words do not.
     """
 
     id: int = 1
@@ -36,6 +38,7 @@ class Settings:
     constant: float | None = None
     period: float | None = None
     scale: float = 1.0
+    axis: AxisFile | None = None
 
     @classmethod
     def read(cls, words: Mapping[str, str]) -> Settings:
@@ -44,11 +47,37 @@ class Settings:
         Raises:
             InputError: a value is no number or out of its range.
         """
-        numbers = {key: _number(key, value) for key, value in words.items()}
+        file = _axis_file(words["axis"]) if "axis" in words else None
+        numbers = _defaults(file) | {
+            key: _number(key, value) for key, value in words.items() if key != "axis"
+        }
         if numbers.get("low", -math.inf) >= numbers.get("high", math.inf):
             raise InputError("low is not below high", place="low", remedy="swap them")
         whole = {key: int(value) for key, value in numbers.items() if key in _WHOLE}
-        return cls(**(numbers | whole))  # type: ignore[arg-type]
+        return cls(**(numbers | whole), axis=file)  # type: ignore[arg-type]
+
+
+def _axis_file(path: str) -> AxisFile:
+    file = AxisFile.read(path)
+    if file.axis.kind != "rotary":
+        raise InputError(
+            f"is of a {file.axis.kind} axis and a servo turns",
+            file=path,
+            place="axis.kind",
+            remedy="name the file of a rotary axis",
+        )
+    return file
+
+
+def _defaults(file: AxisFile | None) -> dict[str, float]:
+    """What the file says, in the words of the rig."""
+    if file is None:
+        return {}
+    words = {"lowest": "low", "highest": "high", "speed": "speed", "current": "current"}
+    numbers = {words[name]: value for name, value in file.limits.items()}
+    if file.axis.torque_constant is not None:
+        numbers["constant"] = file.axis.torque_constant
+    return {key: _number(key, f"{value!r}") for key, value in numbers.items()}
 
 
 #: Option names, as `--rig` takes them.

@@ -24,7 +24,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError, misspelt, nearest
 from idtool.rig.virtual.servo import OVERLOAD, VirtualServo
 
 #: How late a late packet is, s of the host: past the time-out of the SDK.
@@ -59,8 +59,10 @@ def parse_fault(word: str) -> Fault:
     kind, at, when = head.partition("@")
     known = _EVENTS if at else _RATES
     if kind not in known:
-        forms = [f"{name}@SECONDS" for name in _EVENTS] + [f"{name}=RATE" for name in _RATES]
-        raise InputError(f'unknown fault "{word}"', remedy=nearest(head, forms))
+        forms = {name: f"{name}@SECONDS" for name in _EVENTS} | {name: f"{name}=RATE" for name in _RATES}
+        wrong = misspelt(forms, [kind])
+        remedy = f'did you mean "{forms[wrong[1]]}"' if wrong else nearest(head, forms.values())
+        raise InputError(f'unknown fault "{word}"', remedy=remedy)
     if bool(equals) != (kind in _RATES + _NEED_VALUE):
         form = f"{kind}=RATE" if not at else f"{kind}@SECONDS" + ("=VALUE" if kind in _NEED_VALUE else "")
         raise InputError(f'fault "{word}" is not of its form', remedy=f"write {form}")

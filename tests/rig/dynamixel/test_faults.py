@@ -147,7 +147,8 @@ def test_a_servo_in_error_is_refused_before_it_moves(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("word", "sentence"),
     [
-        ("lots=0.1", "unknown fault .* known are burst@SECONDS"),
+        ("lots=0.1", 'unknown fault "lots=0.1"; did you mean "lost=RATE"'),
+        ("smoke@1", "unknown fault .* known are burst@SECONDS"),
         ("lost=2", "is no share"),
         ("lost", "write lost=RATE"),
         ("burst@1", "burst@SECONDS=VALUE"),

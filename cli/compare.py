@@ -1,0 +1,103 @@
+"""`ffc-id compare`: two parameter files side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .axis import Given, axis_options
+from .common import Output, output_options
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from idtool.comparison import Comparison
+    from idtool.paired_errors import ErrorLine
+    from idtool.parameters import Parameter
+
+
+@click.command()
+@click.argument("a", metavar="A", type=click.Path(path_type=Path))
+@click.argument("b", metavar="B", type=click.Path(path_type=Path))
+@click.argument("logs", nargs=-1, type=click.Path(path_type=Path), metavar="[LOG]...")
+@axis_options
+@output_options
+def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output) -> None:
+    """Compare two parameter files: unit to unit, or before and after maintenance.
+
+    Says which parameters differ beyond the standard errors of both fits, corrected for how many are
+    compared. With logs, also which file predicts them better beyond chance; best give logs that neither
+    was fitted to. How much one axis varies from day to day, two files cannot tell: see ffc-id fleet.
+
+    \b
+    ffc-id compare before/params.toml after/params.toml
+    ffc-id compare before/params.toml after/params.toml validation.csv
+    """
+    from idtool.comparison import compare as run
+    from idtool.parameters import Parameters
+
+    one, other = Parameters.read(a), Parameters.read(b)
+    known = one.axis if one.axis.torque_constant is not None else other.axis
+    comparison = run(one, other, given.read(logs, output, known))
+    document = comparison.to_document() | {"a": str(a), "b": str(b)}
+    output.result(document, lambda console: _show(console, comparison, a, b))
+
+
+def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:
+    from idtool.report.text import number
+    from idtool.units import unit_text
+
+    from .tables import print_table
+
+    console.print(comparison.sentence, style="bold", markup=False)
+    click.echo(f"\nA: {a}\nB: {b}\n")
+    print_table(
+        console,
+        ("parameter", ">A", ">B", ">B − A", ">z", "unit", ""),
+        [
+            (
+                line.title,
+                _value(line.a),
+                _value(line.b),
+                "" if line.difference is None else number(line.difference, 3),
+                "" if line.z is None else f"{line.z:+.1f}".replace("-", "−"),
+                line.unit,
+                "differs" if line.differs else line.why,
+            )
+            for line in comparison.parameters
+        ],
+    )
+    if comparison.errors:
+        unit = unit_text("torque", comparison.kind)
+        click.echo(f"\nprediction error, rms, {unit}")
+        print_table(
+            console,
+            ("logs", ">A", ">B", ">pairs", ">p", ""),
+            [_error_row(line) for line in comparison.errors],
+        )
+    for note in comparison.notes:
+        click.echo(f"note: {note}")
+
+
+def _value(parameter: Parameter | None) -> str:
+    """A value, cut where its standard error has its second digit."""
+    from idtool.report.text import uncertain
+
+    return "" if parameter is None else uncertain(parameter.value, parameter.stderr, None)[0]
+
+
+def _error_row(line: ErrorLine) -> tuple[str, ...]:
+    from idtool.report.text import number, p_text
+
+    better = "" if line.better is None else f"{line.better.upper()} is better"
+    return (
+        line.experiment or "all",
+        number(line.a),
+        number(line.b),
+        f"{line.pairs} {'blocks' if line.blocks else 'trials'}",
+        p_text(line.corrected),
+        better,
+    )

@@ -1,0 +1,135 @@
+"""`ffc-id init`: an axis file, by asking or from options."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import Output, force_option, output_options
+from .words import Choice
+
+if TYPE_CHECKING:
+    from idtool.units import Kind
+
+_KINDS = ("rotary", "linear")
+
+
+@click.command()
+@click.option(
+    "-o",
+    "--output",
+    "target",
+    default="axis.toml",
+    show_default=True,
+    type=click.Path(path_type=Path),
+    help="The file to write.",
+)
+@click.option("--kind", type=Choice(_KINDS), help="Kind of axis.")
+@click.option(
+    "--torque-constant",
+    type=float,
+    metavar="K",
+    help="Torque per current at the output shaft, N m/A (N/A on a linear axis).",
+)
+@click.option(
+    "--name", metavar="TEXT", help="What this unit is called; ffc-id fleet tells units apart by it."
+)
+@click.option(
+    "--range", "reach", nargs=2, type=float, metavar="LOW HIGH", help="Positions it may take, rad (m)."
+)
+@click.option("--max-speed", type=float, metavar="W", help="Highest speed, rad/s (m/s).")
+@click.option("--max-current", type=float, metavar="A", help="Highest current, A.")
+@force_option
+@output_options
+def init(
+    target: Path,
+    kind: str | None,
+    torque_constant: float | None,
+    name: str | None,
+    reach: tuple[float, float] | None,
+    max_speed: float | None,
+    max_current: float | None,
+    force: bool,
+    output: Output,
+) -> None:
+    """Write an axis file: what is known of an axis before anything is measured on it.
+
+    In a terminal it asks for what no option says; --kind alone is enough elsewhere. Commands that read
+    logs take the file as --axis, and a servo as dynamixel:DEVICE,axis=FILE.
+
+    \b
+    ffc-id init
+    ffc-id init --kind rotary --torque-constant 2.67 --name elbow -o elbow.toml
+    """
+    from idtool.atomic import refuse_existing
+    from idtool.axis import Axis, check_constant
+    from idtool.axis_file import AxisFile
+    from idtool.errors import UsageError
+
+    refuse_existing(target, force)
+    told: dict[str, Any] = {
+        "kind": kind,
+        "constant": torque_constant,
+        "name": name,
+        "lowest": reach[0] if reach else None,
+        "highest": reach[1] if reach else None,
+        "speed": max_speed,
+        "current": max_current,
+    }
+    if kind is None:
+        if not sys.stdin.isatty():
+            raise UsageError("nobody is there to be asked; pass --kind rotary or --kind linear.")
+        told = _ask(told)
+    constant = told["constant"]
+    if constant is not None:
+        constant = check_constant(constant, place="--torque-constant")
+    chosen: Kind = "linear" if told["kind"] == "linear" else "rotary"
+    axis = Axis(chosen, constant, {"unit": told["name"]} if told["name"] else {})
+    limits = {key: told[key] for key in ("lowest", "highest", "speed", "current") if told[key] is not None}
+    file = AxisFile(axis, limits)
+    file.write(target, force=force)
+
+    def show(_: object) -> None:
+        click.echo(f"written: {target}")
+        click.echo(f"use it: ffc-id identify --axis {target} LOG...")
+        if chosen == "rotary":
+            click.echo(f"    or: ffc-id run-sweep --rig dynamixel:DEVICE,axis={target} -o sweep.csv")
+
+    output.result(file.to_document() | {"file": str(target)}, show)
+
+
+def _ask(told: dict[str, Any]) -> dict[str, Any]:
+    """What no option said, from a person; an empty answer leaves it out."""
+    kind = click.prompt("kind of axis", type=Choice(_KINDS), default="rotary", err=True)
+    turns = kind == "rotary"
+    torque, position = ("N m/A", "rad") if turns else ("N/A", "m")
+    questions = {
+        "constant": f"torque constant at the output, {torque}" if turns else f"force constant, {torque}",
+        "name": "name of this unit",
+        "lowest": f"lowest position, {position}",
+        "highest": f"highest position, {position}",
+        "speed": f"highest speed, {position}/s",
+        "current": "highest current, A",
+    }
+    click.echo("Leave empty what you do not know.", err=True)
+    answers: dict[str, Any] = {"kind": kind}
+    for key, question in questions.items():
+        answers[key] = told[key] if told[key] is not None else _answer(question, number=key != "name")
+    return answers
+
+
+def _answer(question: str, *, number: bool) -> Any:
+    """One answer; None for an empty one."""
+
+    def convert(text: str) -> Any:
+        if not text.strip():
+            return None
+        try:
+            return float(text) if number else text.strip()
+        except ValueError as error:
+            raise click.BadParameter(f'"{text}" is no number') from error
+
+    return click.prompt(question, default="", show_default=False, value_proc=convert, err=True)

@@ -1,0 +1,74 @@
+"""Progress on standard error, where that is a terminal and nobody asked for quiet; silence elsewhere."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Self
+
+from .common import Output, console
+
+if TYPE_CHECKING:
+    from rich.progress import ProgressColumn
+
+#: Below so many columns there is room for words only, not for a bar.
+_ROOM_FOR_BAR = 70
+
+
+class Progress:
+    """What is being done, for how long already, and where that is known how long it will take.
+
+        with Progress(output, "identifying") as progress:
+            identify(logs, tell=progress.say)
+
+    Attributes:
+        visible: whether anything is shown.
+        narrow: whether words must be few.
+    """
+
+    def __init__(self, output: Output, what: str = "", *, timed: bool = True) -> None:
+        """`timed`: show the time that has passed, and with `at` the time that is left."""
+        screen = console(stderr=True)
+        self.visible = screen.is_terminal and not screen.is_dumb_terminal and not output.quiet
+        self.narrow = screen.width < _ROOM_FOR_BAR
+        if not self.visible:
+            return
+        from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
+        from rich.table import Column
+
+        words = Column(overflow="fold", no_wrap=False)
+        columns: list[ProgressColumn] = [TextColumn("{task.description}", markup=False, table_column=words)]
+        if timed:
+            columns = [SpinnerColumn(), *columns, TimeElapsedColumn()]
+        if not self.narrow:
+            columns.insert(-1 if timed else 0, BarColumn(bar_width=24))
+        if timed:
+            columns.append(TimeRemainingColumn(elapsed_when_finished=False))
+        self._bar = Bar(*columns, console=screen, transient=True)
+        self._task = self._bar.add_task(what, total=None)
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def start(self) -> None:
+        """Show it (again)."""
+        if self.visible:
+            self._bar.start()
+
+    def stop(self) -> None:
+        """Take it away, as while a person is asked something."""
+        if self.visible:
+            self._bar.stop()
+
+    def say(self, what: str) -> None:
+        """What is being done now."""
+        if self.visible:
+            self._bar.update(self._task, description=what)
+
+    def at(self, done: float, of: float) -> None:
+        """How far it is."""
+        if self.visible:
+            self._bar.update(self._task, completed=done, total=of)

@@ -1,0 +1,272 @@
+"""Every number of the exported C but those of the effects, read from the Python controller itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from idtool.control import certainty, force_free, guard, law, light, load, paper, sensing
+from idtool.control.force_free import ForceFreeController
+from idtool.control.light import LightLaw
+from idtool.control.paper import PaperLaw
+from idtool.errors import InputError
+from idtool.export.c_literals import c_float
+from idtool.model.stribeck import EXPONENT
+from idtool.parameters import Parameters
+from idtool.units import unit_text
+
+Groups = list[tuple[str, dict[str, str]]]
+
+#: Parts of an octave and of a turn in the tables of the exponential and the sine.
+_PARTS = 256
+#: The most that the C's counters of periods hold.
+_MOST_PERIODS = 0xFFFF
+
+
+def tables() -> dict[str, Any]:
+    """What the C's own functions need: their tables, arguments in 1/2^24 of an octave and of a turn, and how
+    far a chord of the exponential falls."""
+    seeds = [round(2.0**16 / (1.0 + (k + 0.5) / _PARTS)) for k in range(_PARTS)]
+    return {
+        "powers": [f"{min(round(2.0 ** (32 - k / _PARTS)), 0xFFFFFFFF)}UL" for k in range(_PARTS)],
+        "octaves": c_float(2.0**24 / math.log(2.0), "octaves"),
+        "chord": round((1.0 - 2.0 ** (-1 / _PARTS)) * 2.0**24),
+        "inverses": [f"{seed}u" for seed in seeds],
+        "logarithms": [f"{round(2.0**24 * (16.0 - math.log2(seed)))}UL" for seed in seeds],
+        # 2 / ln 2 less the 2 that a shift gives
+        "beyond_two": round(2.0**16 * (2.0 / math.log(2.0) - 2.0)),
+        "sines": [f"{round(2.0**30 * math.sin(2.0 * math.pi * k / _PARTS))}L" for k in range(_PARTS)],
+        "turns_per_rad": c_float(2.0**24 / (2.0 * math.pi), "turns"),
+    }
+
+
+def microseconds(seconds: float) -> int:
+    """Whole microseconds, as far as a signed 32-bit clock goes."""
+    return round(min(1e6 * seconds, 2.0**31 - 1))
+
+
+def settle_s(controller: ForceFreeController) -> float:
+    """How long the controller listens before it follows a hand, s."""
+    its = controller.law
+    assert isinstance(its, PaperLaw | LightLaw)
+    return its.settings.settle if isinstance(its, LightLaw) else its._settle
+
+
+def periods(period: float, holds: Callable[[float], bool], start: float = 0.0) -> int:
+    """After so many periods, added up one by one as the controller does, `holds` of the time is true.
+
+    Raises:
+        InputError: more than a counter of the C holds.
+    """
+    time = start
+    for count in range(1, _MOST_PERIODS):
+        time += period
+        if holds(time):
+            return count
+    raise InputError(
+        f"the light mode cannot count its times in periods of {period:g} s",
+        place="controller.period_s",
+        remedy="take a longer one",
+    )
+
+
+def constants(
+    parameters: Parameters, c: ForceFreeController, window: int, line: int, used: frozenset[str]
+) -> Groups:
+    """Literals by name, in groups with a title.
+
+    Args:
+        parameters: the file.
+        c: the controller of the file.
+        window: samples in which the paper's law looks for rest.
+        line: samples that the delay line holds, 0 if there is none.
+        used: fields of the contribution that effects add to.
+    """
+    groups = _axis(parameters, c, used)
+    counts = {
+        "STALE_SAMPLES": f"{min(c.limits.stale_samples, 0xFFFF)}u",
+        "GAP_US": f"{microseconds(c.limits.gap_periods * c.period)}UL",
+    }
+    if line:
+        counts["DELAY_LENGTH"] = f"{line}u"
+    groups.append(("samples and microseconds", counts))
+    if isinstance(c.law, LightLaw):
+        return groups + _light(c, c.law)
+    assert isinstance(c.law, PaperLaw)
+    return groups + _paper(c, c.law, window)
+
+
+def _group(title: str, **numbers: float) -> tuple[str, dict[str, str]]:
+    return title, {key: c_float(value, key.lower()) for key, value in numbers.items()}
+
+
+def _axis(parameters: Parameters, c: ForceFreeController, used: frozenset[str]) -> Groups:
+    """What both laws need of the axis and its limits."""
+    kind = parameters.axis.kind
+    model, limits = c.model, c.limits
+
+    def unit(dimension: str) -> str:
+        return unit_text(dimension, kind)
+
+    gravity = {f"GRAVITY_{name.upper()}": p.value for name, p in parameters.gravity.items()}
+    friction = {
+        "COULOMB": model.coulomb,
+        "STATIC": model.static,
+        "STRIBECK_VELOCITY": model.stribeck_velocity,
+        "VISCOUS": model.viscous,
+        "BRISTLE_STIFFNESS": model.bristle_stiffness,
+        "BRISTLE_DAMPING": model.bristle_damping,
+        "LEVEL_FLOOR": load._LEVEL_FLOOR * min(model.coulomb, model.static) + 1e-12,
+        "FRICTION_BOUND": model.friction_bound,
+    }
+    if "exponent_change" in used:
+        friction["EXPONENT"] = EXPONENT
+    bounds = {
+        "POSITION_MIN": limits.position_min,
+        "POSITION_MAX": limits.position_max,
+        "MARGIN": limits.margin,
+        "SPEED": limits.speed,
+        "MEASURED_SPEED": limits.measured_speed,
+        "CURRENT": limits.current,
+        "FARTHEST": guard._FARTHEST,
+    }
+    if limits.command_step is not None:
+        bounds["COMMAND_STEP"] = limits.command_step
+    if math.isfinite(limits.torque):
+        bounds["TORQUE"] = limits.torque
+    return [
+        _group(f"motor, {unit('torque_constant')}", TORQUE_CONSTANT=model.torque_constant),
+        _group(f"gravity, {unit('torque')}", **gravity),
+        _group(f"friction, {unit('torque')} and {unit('velocity')}", **friction),
+        _group(
+            "period, s, and smallest step of the position sensor", PERIOD=c.period, RESOLUTION=c.resolution
+        ),
+        _group(f"limits, {unit('position')}, {unit('velocity')}, {unit('torque')} and A", **bounds),
+    ]
+
+
+def _paper(c: ForceFreeController, its: PaperLaw, window: int) -> Groups:
+    numbers = _group(
+        "law: gains, s and speed per torque; times, s",
+        COMMAND_GAIN=c.command_gain,
+        LOOP_GAIN=c.loop_gain,
+        START_TORQUE=c.start_torque,
+        REST_SPEED=law.REST_COUNTS_PER_S * c.resolution,
+        SERVO_TIME=its._servo_time,
+        FILTER_TIME=its._sense._filter_time,
+        RELEASE=paper.RELEASE_S,
+        FALL_NOISE=paper._FALL_NOISE,
+        STOP_SHARE=paper._STOP_SHARE,
+        TRIM_RATE=paper._TRIM_RATE,
+        TRIM_RANGE=paper._TRIM_RANGE,
+        UNSEEN_TORQUE=sensing._BRISTLE_COUNTS * c.resolution * c.model.bristle_stiffness,
+    )
+    counts = {
+        "START_SAMPLES": f"{paper._START_SAMPLES}u",
+        "REST_WINDOW": f"{window}u",
+        "SETTLE_US": f"{microseconds(its._settle)}UL",
+        "BRAKE_US": f"{microseconds(paper._BRAKE_S)}L",
+    }
+    return [numbers, ("law: samples and microseconds", counts)]
+
+
+def _light(c: ForceFreeController, its: LightLaw) -> Groups:
+    period, model, s = c.period, c.model, its.settings
+    noise, bound = s.noise, model.friction_bound
+    stop = min(light._STOP_COUNTS * c.resolution * model.bristle_stiffness, light._STOP_BOUND * bound)
+    middle = 0.5 * (c.limits.position_min + c.limits.position_max)
+    reach = 0.5 * s.tare_travel
+    turn = s.tare_speed / reach
+    prior = dict(zip(("LOAD", "LEVEL", "DAMPING", "BRISTLE"), its.prior, strict=True))
+    assert list(prior) == ["LOAD", "LEVEL", "DAMPING", "BRISTLE"] == _names_of_certainty()
+    numbers = [
+        _group(
+            "light: gains, and torques of the hand",
+            YIELDING=s.yielding,
+            START_TORQUE=s.start_torque,
+            NOISE=noise,
+            COVERAGE=light.COVERAGE,
+            GATE=light._GATE * noise,
+            STEADY=light._STEADY * noise,
+            FALL=light._FALL * noise,
+            GONE=light._GONE,
+            TRACK_RATE=light._TRACK_RATE * s.start_torque * period,
+            LEAVE_RATE=period / light._LEAVE_S,
+            TRACK_MOST=light._TRACK_SHARE * s.start_torque,
+        ),
+        _group(
+            "light: shares per period of the filters and of the virtual mass",
+            FAST=its._fast,
+            SLOW=its._slow,
+            FOLLOWS=its._follows,
+            VIRTUAL=its._virtual,
+            VELOCITY_GAIN=light.VELOCITY_GAIN,
+        ),
+        _group(
+            "light: motion",
+            REST_SPEED=law.REST_COUNTS_PER_S * c.resolution,
+            SERVO_TIME=s.servo_time,
+            TRIM=light._TRIM_RATE * period,
+            TRIM_RANGE=light._TRIM_RANGE,
+            LEASH=light._LEASH_S,
+            LEASH_LEAST=4.0 * c.resolution,
+            KICK=light._KICK_SHARE,
+        ),
+        _group(
+            "light: variances before anything is learned, and what is added to them",
+            **{f"{name}_PRIOR": deviation**2 for name, deviation in prior.items()},
+            STOP_VARIANCE=stop**2,
+            LOAD_DRIFT=(light._DRIFT_LOAD * noise) ** 2,
+            FRICTION_DRIFT=light._DRIFT_FRICTION**2,
+            NOISE_VARIANCE=noise**2,
+        ),
+        _group(
+            "light: tare",
+            # no limits: to the right
+            TARE_MIDDLE=math.inf if math.isnan(middle) else middle,
+            TARE_REACH=reach,
+            TARE_SPEED=s.tare_speed,
+            TARE_TURN=turn * period,
+            TARE_VARIANCE=(light.TARE_NOISE * noise) ** 2,
+            TARE_LATE=light.TARE_LATE**2,
+            TARE_LEFT=(light._TARE_LEFT * noise) ** 2,
+        ),
+    ]
+    jump = _group(
+        "light: a payload that is lost, shares of its weight",
+        LOST_LEAST=force_free.LOST_NOISES * noise,
+        LOST_SHARE=guard._LOST_SHARE,
+        CONFIRM_LEAST=guard._CONFIRM_SHARES[0],
+        CONFIRM_MOST=guard._CONFIRM_SHARES[1],
+    )
+    stand, zero = light._STAND_S, light._STAND_S + light._ZERO_S
+    whole = 2.0 * math.pi * light.TARE_CYCLES
+    last = 2.0 * math.pi * (light.TARE_CYCLES - 1)
+    counts = {
+        "START_SAMPLES": light._START_SAMPLES,
+        "SETTLE": periods(period, lambda t: t >= s.settle),
+        "FOLLOW": periods(period, lambda t: t > light._FOLLOW_S),
+        "STAND": periods(period, lambda t: t > stand),
+        "STAND_AND_ZERO": periods(period, lambda t: t >= zero),
+        "ZERO_AGAIN": periods(period, lambda t: t >= zero, stand),
+        "LISTEN": periods(period, lambda t: t >= light._LISTEN_S),
+        "LEAVE": periods(period, lambda t: t >= light._LEAVE_S),
+        "SOON": periods(period, lambda t: t >= light._SOON_S),
+        "TRUST": periods(period, lambda t: t > light._START_S),
+        "TRUST_LATE": periods(period, lambda t: t > light._SLOW_START_S),
+        "BRAKE": periods(period, lambda t: t >= light._BRAKE_S),
+        "BRAKE_TWICE": periods(period, lambda t: t > 2.0 * light._BRAKE_S),
+        "KICK_END": periods(period, lambda t: t >= light._KICK_S),
+        "TARE_LAST": periods(period, lambda t: turn * t > last),
+        "TARE_END": periods(period, lambda t: turn * t >= whole),
+        "LOST_PERIODS": guard._LOST_PERIODS,
+        "CONFIRM_PERIODS": guard._CONFIRM_PERIODS,
+    }
+    return [*numbers, jump, ("light: periods", {name: f"{count}u" for name, count in counts.items()})]
+
+
+def _names_of_certainty() -> list[str]:
+    """The order in which `Certainty` keeps its numbers."""
+    names = ("LOAD", "LEVEL", "DAMPING", "BRISTLE")
+    return sorted(names, key=lambda name: int(getattr(certainty, name)))

@@ -1,0 +1,185 @@
+"""The exported C of the light mode, sample by sample as Python, tares and hands included."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from idtool.control import ForceFreeController, Limits, Reason
+from idtool.parameters import Controller, Parameters
+from idtool.rig.base import TrialSetup
+from tests.control.double import BENCH, Double, parameters
+
+from .test_c import CASES, EFFECTS, STEPS, _arm, _break, _linear, _rigid, assert_alike
+from .twin import RECOVER, STEP, TARE, Samples, compile_c, motion, run_c, run_python
+
+GAINS = Controller(command_gain=2.05, loop_gain=8.0, period=0.01, mode="light")
+RANGE = Limits(-2.3, 2.3, speed=1.2)
+
+
+def light(values: dict[str, float] = BENCH, **effects: dict[str, float]) -> Parameters:
+    """A file with the light mode."""
+    return replace(parameters(values, **effects), controller=GAINS)
+
+
+def guided(file: Parameters, truth: dict[str, float], rows: int, seed: int, *, limits: Limits) -> Samples:
+    """Readings of an axis that the Python controller moves and a hand pushes at random, with tares.
+
+    The hand pushes with a steady or a growing force, lets go at once or slowly, sometimes touches a tare.
+    """
+    period = GAINS.period
+    rng = np.random.default_rng(seed)
+    axis = Double(values=dict(truth), seed=seed, bristle=0.004, real_payload=0.4 + 0.05 * rng.normal())
+    axis.prepare(TrialSetup(payload_kg=0.4, start_position=0.25))
+    controller = ForceFreeController(file, limits=limits)
+    x = np.zeros((rows, 7), dtype=np.float32)
+    request = np.zeros(rows, dtype=int)
+    push, begins, ends, slow, pause, command, fault = 0.0, 80, 80, 1, 10, axis.q, 0
+    for k in range(rows):
+        if k >= ends + pause:
+            if rng.random() < 0.4:
+                request[k] = TARE
+            begins = k + int(rng.integers(1, 160))
+            ends = begins + int(rng.integers(20, 200))
+            slow, pause = int(rng.choice([1, 2, 8, 30])), int(rng.choice([10, 40]))
+            inwards = -np.sign(axis.q) if abs(axis.q) > 1.0 else rng.choice([-1.0, 1.0])
+            push = inwards * rng.uniform(0.01, 0.15 if slow < 8 else 0.4)
+        hand = push * min(max(min(k - begins, ends - k) / slow, 0.0), 1.0)
+        read = axis.step(command, hand)
+        x[k] = [read.position, read.velocity, read.current, 0.4, 0.0, 0.0, read.temperature]
+        if fault > 20:
+            request[k] = RECOVER
+            controller.recover()
+        elif request[k] == TARE:
+            controller.tare()
+        command = controller.step(*map(float, x[k]), time_s=period * (k + 1))
+        fault = fault + 1 if controller.status.fault else 0
+    time_us = np.round(1e6 * period * np.arange(1, rows + 1)).astype(np.int64)
+    return Samples(x, time_us, request)
+
+
+def off(values: dict[str, float], seed: int) -> dict[str, float]:
+    """The truth, up to 30 % beside the file."""
+    rng = np.random.default_rng(seed)
+    friction = ("coulomb", "static", "viscous", "bristle_damping")
+    return {k: v * (rng.uniform(0.7, 1.3) if k in friction else 1.0) for k, v in values.items()}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_guided_and_tared_as_python(seed: int, tmp_path: Path) -> None:
+    file = light()
+    samples = guided(file, off(BENCH, seed), STEPS, seed, limits=RANGE)
+    c = run_c(compile_c(file, tmp_path, limits=RANGE), samples)
+    python = run_python(file, samples, limits=RANGE)
+    assert_alike(c, python)
+    seen = Counter(python.state)
+    assert min(seen[state] for state in ("starting", "resting", "taring", "guiding", "stopping")) > 10
+    ends = [k for k in range(1, STEPS) if python.state[k - 1 : k + 1] == ["taring", "resting"]]
+    touched = {python.disturbed[k] for k in ends}
+    assert ends
+    assert seed > 0 or touched == {True, False}
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Samples:
+    """A guided run, from which `recover` every 251 steps starts anew."""
+    samples = guided(light(), off(BENCH, 7), STEPS, 7, limits=RANGE)
+    samples.request[251::251] = RECOVER
+    return samples
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_effects_step_as_python_does(case: str, recorded: Samples, tmp_path: Path) -> None:
+    """The law at work with every effect: the torque of one that the axis lacks is to it a hand's."""
+    file = light(**CASES[case])
+    c = run_c(compile_c(file, tmp_path), recorded)
+    python = run_python(file, recorded)
+    assert_alike(c, python)
+    assert min(Counter(python.state)[state] for state in ("resting", "guiding", "stopping")) > 10
+
+
+@pytest.mark.parametrize("change", [_linear, _arm, _rigid], ids=["linear", "arm", "rigid"])
+def test_other_axes(change: Callable[[Parameters], Parameters], recorded: Samples, tmp_path: Path) -> None:
+    file = change(light(inertia={"inertia": 0.02}))
+    if change is _linear:  # 0.1 m where the other moves by 1 rad
+        narrow = recorded.x.copy()
+        narrow[:, :2] *= np.float32(0.1)
+        recorded = replace(recorded, x=narrow)
+    c, python = run_c(compile_c(file, tmp_path), recorded), run_python(file, recorded)
+    assert_alike(c, python)
+    assert Counter(python.state)["guiding"] > 10
+
+
+@pytest.mark.parametrize("period", [0.002, 0.0103, 0.05])
+@pytest.mark.parametrize("clocked", [True, False], ids=["clock", "counted"])
+def test_other_periods(period: float, clocked: bool, recorded: Samples, tmp_path: Path) -> None:
+    """Times of the law are whole periods in C and sums of them in Python."""
+    file = light(transport_delay={"delay": 0.012})
+    time_us = (recorded.time_us * (period / GAINS.period)).astype(np.int64)
+    samples = replace(recorded, time_us=time_us, clocked=clocked)
+    program = compile_c(file, tmp_path, period_s=period)
+    c, python = run_c(program, samples), run_python(file, samples, period_s=period)
+    assert_alike(c, python)
+    assert sum(python.taring) >= 2
+
+
+def test_limits_cut_where_python_cuts(tmp_path: Path) -> None:
+    limits = Limits(-0.2, 0.6, margin=30.0, speed=0.15, command_step=0.01)
+    file = light()
+    samples = guided(file, off(BENCH, 4), STEPS, 4, limits=limits)
+    c, python = (
+        run_c(compile_c(file, tmp_path, limits=limits), samples),
+        run_python(file, samples, limits=limits),
+    )
+    assert_alike(c, python)
+    assert frozenset().union(*python.limited) == {"speed", "step", "range"}
+
+
+def test_faults_are_those_of_python_and_hold_until_recover(recorded: Samples, tmp_path: Path) -> None:
+    """Every kind, a payload that is dropped and a blow among them."""
+    limits = Limits(torque=1.0)
+    file = light(**EFFECTS)
+    samples = _break(replace(recorded, request=np.full(STEPS, STEP)), seed=8)
+    rng = np.random.default_rng(8)
+    for at in rng.integers(100, STEPS - 40, 40):  # the payload's weight, or three times it
+        samples.x[at : at + 30, 2] -= rng.choice([0.18, 0.53]) / 2.67
+        samples.request[at + 30] = RECOVER
+    c, python = (
+        run_c(compile_c(file, tmp_path, limits=limits), samples),
+        run_python(file, samples, limits=limits),
+    )
+    assert_alike(c, python)
+    assert {fault for fault in c.fault if fault} == {reason.value for reason in Reason}
+    for k in range(1, STEPS):
+        if c.fault[k] and c.fault[k - 1] and not samples.request[k]:
+            assert c.x[k, 0] == c.x[k - 1, 0], "the command is held"
+
+
+def test_a_limit_on_the_torque_holds_in_the_published_mode_too(tmp_path: Path) -> None:
+    limits = Limits(torque=0.4)
+    file = parameters(BENCH)
+    samples = motion(STEPS, 0.01, seed=12)
+    samples.request[50::50] = RECOVER
+    c, python = (
+        run_c(compile_c(file, tmp_path, limits=limits), samples),
+        run_python(file, samples, limits=limits),
+    )
+    assert_alike(c, python)
+    assert {fault for fault in c.fault if fault} == {"torque"}
+    assert min(Counter(python.state)[state] for state in ("resting", "guiding", "fault")) > 10
+
+
+@pytest.mark.parametrize("mode", ["paper", "light"])
+def test_nothing_undefined_is_done(mode: str, recorded: Samples, tmp_path: Path) -> None:
+    """Broken samples under the sanitizers of gcc: the same answers, and no report."""
+    file = light(**EFFECTS) if mode == "light" else parameters(BENCH, **EFFECTS)
+    samples = _break(recorded, seed=13)
+    plain = run_c(compile_c(file, tmp_path), samples)
+    checked = run_c(compile_c(file, tmp_path, sanitized=True), samples)
+    assert checked.state == plain.state
+    np.testing.assert_allclose(checked.x, plain.x, rtol=1e-5, atol=1e-6)
