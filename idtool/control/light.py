@@ -281,7 +281,7 @@ class LightLaw(Law):
                 changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
                 if changes and self._rested < _LISTEN_S:
                     # it changes: listen anew, unless that can only be a hand that pushes again
-                    if not self._sure and abs(self.raw) > self._gate():
+                    if not self._sure and abs(self.raw) > self._gate() + self._bent():
                         self.state, self._armed = State.RESTING, True
                         return self.anchor
                     self._count, self._since, self._mean = 0, stand, 0.0
@@ -308,6 +308,8 @@ class LightLaw(Law):
         against = self._rested < _LEAVE_S and (leant or self._quiet * self._pushed_way < 0.0)
         if against:
             start = self._gate() - self.doubt
+            if leant and self._quiet * self._pushed_way < 0.0:
+                start += self._bent()
         rate = start / _LEAVE_S if against else _TRACK_RATE * start
         slip = min(max(-self._quiet, -rate * self.period), rate * self.period)
         small = abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start
@@ -330,6 +332,10 @@ class LightLaw(Law):
         """More than this at rest is a hand, N m (N)."""
         return self.doubt + _GATE * self.settings.noise
 
+    def _bent(self) -> float:
+        """What a stop may leave in the bristle beyond the doubt, N m (N)."""
+        return _STOP_BOUND * self.model.friction_bound
+
     def _felt(self) -> float:
         """Mean torque at rest that the model does not explain, N m (N)."""
         load = self.model.load
@@ -340,8 +346,12 @@ class LightLaw(Law):
         settings, felt = self.settings, self._felt()
         self.state = State.RESTING
         self._armed = True
-        if not self._sure and abs(felt) > self._gate() and felt * self._fell < 0.0:
-            return  # more than the model can be wrong by: the hand is still there, or again
+        if not self._sure and abs(felt) > self._gate() and felt * self._pushed_way > 0.0:
+            # more than the model can be wrong by: the hand is still there, or again, unless the stop left the
+            # bristle bent by more than thought; nothing may start on that, so all of it is in doubt
+            if abs(felt) <= self._gate() + self._bent():
+                self._take(math.hypot(settings.noise, felt))
+            return
         self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
         self._take(settings.noise)
 
@@ -377,6 +387,8 @@ class LightLaw(Law):
             self._account = speed = 0.0
         self._w = speed
         self._since += self.period
+        if abs(speed) > self.rest_speed:
+            self._pushed_way = math.copysign(1.0, speed)
         level = abs(before)
         fall = level - math.copysign(self.raw, self.raw * before)
         fell = fall > max(_GONE * level, _FALL * self.settings.noise)
@@ -389,9 +401,8 @@ class LightLaw(Law):
             self._since = 0.0
             self._let_go, self._stalled = gone, early and not gone
             self._sure = False
-            self._pushed_way = math.copysign(1.0, self._w)
             self._fell = -math.copysign(1.0, before)
-            self._relief = self._pushed_way * self._relieve(level)
+            self._relief = math.copysign(self._relieve(level), self._w)
             return self._brake(sample)
         self.wanted = speed
         return self._follow(sample)
