@@ -91,6 +91,9 @@ _LEASH_S = 0.15
 TARE_CYCLES, TARE_NOISE, TARE_LATE = 2, 3.0, 0.5
 #: What a tare may leave, in torque noises, before a hand is thought to have touched.
 _TARE_LEFT = 4.0
+#: A tare leaves so many torque noises where the model holds; beyond that, what it leaves is a ripple that the
+#: model does not have, which can push on as a hand does.
+_TARE_NORMAL = 1.5
 
 
 @dataclass(frozen=True)
@@ -148,6 +151,7 @@ class LightLaw(Law):
     def reset(self) -> None:
         """What was learned and trimmed is forgotten too."""
         self._certainty.reset()
+        self._unexplained = 0.0
         self._lead_time = self.settings.servo_time
         self.begin(0.0)
 
@@ -249,7 +253,8 @@ class LightLaw(Law):
         if travel != 0.0:
             self._certainty.fade(1.0 / (1.0 + model.bristle_stiffness * abs(travel) / load.level))
         self.extra = self._certainty.correction(load.elastic, load.damping)
-        self.doubt = COVERAGE * self._certainty.deviation(load.elastic, load.damping)
+        known = self._certainty.deviation(load.elastic, load.damping)
+        self.doubt = COVERAGE * math.hypot(known, self._unexplained)
         self.raw = self.extra - left
         self._before = self._older
         self._older = self._old
@@ -392,7 +397,7 @@ class LightLaw(Law):
         level = abs(before)
         fall = level - math.copysign(self.raw, self.raw * before)
         fell = fall > max(_GONE * level, _FALL * self.settings.noise)
-        gone = fell and self._since > self._trusting and level > self.settings.start_torque + self.doubt
+        gone = fell and self._since > self._trusting
         early = self._since < _EARLY_S
         self._idle = self._idle + self.period if certain == 0.0 else 0.0
         faded = self._idle > (_FADE_S if early else 0.0)
@@ -468,9 +473,12 @@ class LightLaw(Law):
             self._count += 1
             self._square += (left - self._certainty.correction(load.elastic, load.damping)) ** 2
         if angle >= 2.0 * math.pi * TARE_CYCLES:
-            if self._square > self._count * (_TARE_LEFT * settings.noise) ** 2:
+            left = self._square / max(self._count, 1)
+            if left > (_TARE_LEFT * settings.noise) ** 2:
                 self._certainty = self._kept
                 self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
+            else:
+                self._unexplained = math.sqrt(max(left - (_TARE_NORMAL * settings.noise) ** 2, 0.0))
             self._w = 0.0
             self._sure = self._let_go = True
             self._stand(State.RESTING)
