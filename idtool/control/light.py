@@ -327,6 +327,7 @@ class LightLaw(Law):
         if self._pushed >= _START_SAMPLES:
             self.state = State.GUIDING
             self._x, self._w = self.anchor, 0.0
+            self._pushed_way = math.copysign(1.0, self.torque)
             # a hand that is back so soon never left: be slower to believe it the next time
             soon = self._let_go and self._rested < _SOON_S
             self._trusting = _SLOW_START_S if soon else _START_S
@@ -392,8 +393,6 @@ class LightLaw(Law):
             self._account = speed = 0.0
         self._w = speed
         self._since += self.period
-        if abs(speed) > self.rest_speed:
-            self._pushed_way = math.copysign(1.0, speed)
         level = abs(before)
         fall = level - math.copysign(self.raw, self.raw * before)
         fell = fall > max(_GONE * level, _FALL * self.settings.noise)
@@ -401,7 +400,9 @@ class LightLaw(Law):
         early = self._since < _EARLY_S
         self._idle = self._idle + self.period if certain == 0.0 else 0.0
         faded = self._idle > (_FADE_S if early else 0.0)
-        if gone or (faded and abs(speed) < self.rest_speed):
+        # friction turns round with the motion, and the model knows it least there: the way back is from rest
+        turned = speed * self._pushed_way < 0.0
+        if gone or turned or (faded and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
             self._since = 0.0
             self._let_go, self._stalled = gone, early and not gone
