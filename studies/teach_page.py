@@ -24,6 +24,7 @@ GOALS: tuple[tuple[str, str, Callable[[Guided], float], float], ...] = (
     ("stop after release", "ms", lambda r: r.stop, 48.0),
     ("drift without a hand, 2 s", "counts", lambda r: r.drift, 1.0),
     ("ripple at rest", "counts", lambda r: r.ripple, 1.0),
+    ("starts without a hand", "times", lambda r: float(r.starts), 0.0),
     ("speed ripple while pushed, rms", "mm/s", lambda r: r.swing, 2.0),
     ("energy given to the hand over a push", "mJ", lambda r: r.energy, 0.0),
 )

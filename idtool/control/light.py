@@ -91,9 +91,9 @@ _LEASH_S = 0.15
 TARE_CYCLES, TARE_NOISE, TARE_LATE = 2, 3.0, 0.5
 #: What a tare may leave, in torque noises, before a hand is thought to have touched.
 _TARE_LEFT = 4.0
-#: A tare leaves so many torque noises where the model holds; beyond that, what it leaves is a ripple that the
-#: model does not have, which can push on as a hand does.
-_TARE_NORMAL = 1.5
+#: A tare leaves so many torque noises where the model holds. Beyond that it met a ripple, say, that the model
+#: does not have, and that pushes a slow axis on as a hand does; from so many speeds of rest on, a hand leads.
+_TARE_NORMAL, _SLOW_SPEEDS = 1.8, 4.0
 
 
 @dataclass(frozen=True)
@@ -254,7 +254,8 @@ class LightLaw(Law):
             self._certainty.fade(1.0 / (1.0 + model.bristle_stiffness * abs(travel) / load.level))
         self.extra = self._certainty.correction(load.elastic, load.damping)
         known = self._certainty.deviation(load.elastic, load.damping)
-        self.doubt = COVERAGE * math.hypot(known, self._unexplained)
+        slow = max(1.0 - abs(self._w) / (_SLOW_SPEEDS * self.rest_speed), 0.0)
+        self.doubt = COVERAGE * math.hypot(known, slow * self._unexplained)
         self.raw = self.extra - left
         self._before = self._older
         self._older = self._old
