@@ -170,7 +170,7 @@ class LightLaw(Law):
         self._let_go = True
         self._trusting = _START_S
         self._sure = True
-        self._pushed_way = self._fell = self._idle = self._relief = 0.0
+        self._pushed_way = self._idle = self._relief = 0.0
         self._stalled = False
         self._tracked = 0.0
         self._stand(State.STARTING)
@@ -286,7 +286,8 @@ class LightLaw(Law):
             if self._since > stand:
                 changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
                 if changes and self._rested < _LISTEN_S:
-                    # it changes: listen anew, unless that can only be a hand that pushes again
+                    # it changes: listen anew, unless that can only be a hand that pushes again, as it is
+                    # more than a stop leaves
                     if not self._sure and abs(self.raw) > self._gate() + self._bent():
                         self.state, self._armed = State.RESTING, True
                         return self.anchor
@@ -300,7 +301,7 @@ class LightLaw(Law):
             # a hand that leant on the axis while it stopped leaves faster than one comes
             jump = self.raw - self._before
             if self._rested > _BRAKE_S and abs(jump) > _JUMP * self.settings.noise:
-                self._let_go, self._fell = True, math.copysign(1.0, jump)
+                self._let_go = True
                 self._stand(State.RESTING)
                 return self.anchor
             self._count += 1
@@ -408,7 +409,6 @@ class LightLaw(Law):
             self._since = 0.0
             self._let_go, self._stalled = gone, early and not gone
             self._sure = False
-            self._fell = -math.copysign(1.0, before)
             self._relief = math.copysign(self._relieve(level), self._w)
             return self._brake(sample)
         self.wanted = speed
@@ -454,6 +454,7 @@ class LightLaw(Law):
         if self._since > _EASED_S and abs(self.torque) > self._gate():
             self.state = State.GUIDING  # it was a hand that eased off, not one that left
             self._since, self._trusting, self._x = 0.0, _SLOW_START_S, sample.position
+            self._pushed_way = math.copysign(1.0, self.torque)
         if self._since < _KICK_S:
             return sample.position - _KICK_SHARE * self._lead_time * sample.velocity
         place = sample.position + _COAST_S * sample.velocity
@@ -475,12 +476,12 @@ class LightLaw(Law):
             self._count += 1
             self._square += (left - self._certainty.correction(load.elastic, load.damping)) ** 2
         if angle >= 2.0 * math.pi * TARE_CYCLES:
-            left = self._square / max(self._count, 1)
-            if left > (_TARE_LEFT * settings.noise) ** 2:
+            remains = self._square / max(self._count, 1)
+            if remains > (_TARE_LEFT * settings.noise) ** 2:
                 self._certainty = self._kept
                 self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
             else:
-                self._unexplained = math.sqrt(max(left - (_TARE_NORMAL * settings.noise) ** 2, 0.0))
+                self._unexplained = math.sqrt(max(remains - (_TARE_NORMAL * settings.noise) ** 2, 0.0))
             self._w = 0.0
             self._sure = self._let_go = True
             self._stand(State.RESTING)
