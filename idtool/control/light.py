@@ -91,6 +91,9 @@ _LEASH_S = 0.15
 TARE_CYCLES, TARE_NOISE, TARE_LATE = 2, 3.0, 0.5
 #: What a tare may leave, in torque noises, before a hand is thought to have touched.
 _TARE_LEFT = 4.0
+#: A tare leaves so many torque noises where the model holds. Beyond that it met a ripple, say, that the model
+#: does not have, and that pushes a slow axis on as a hand does; from so many speeds of rest on, a hand leads.
+_TARE_NORMAL, _SLOW_SPEEDS = 1.8, 4.0
 
 
 @dataclass(frozen=True)
@@ -148,6 +151,7 @@ class LightLaw(Law):
     def reset(self) -> None:
         """What was learned and trimmed is forgotten too."""
         self._certainty.reset()
+        self._unexplained = 0.0
         self._lead_time = self.settings.servo_time
         self.begin(0.0)
 
@@ -166,7 +170,7 @@ class LightLaw(Law):
         self._let_go = True
         self._trusting = _START_S
         self._sure = True
-        self._pushed_way = self._fell = self._idle = self._relief = 0.0
+        self._pushed_way = self._idle = self._relief = 0.0
         self._stalled = False
         self._tracked = 0.0
         self._stand(State.STARTING)
@@ -249,7 +253,9 @@ class LightLaw(Law):
         if travel != 0.0:
             self._certainty.fade(1.0 / (1.0 + model.bristle_stiffness * abs(travel) / load.level))
         self.extra = self._certainty.correction(load.elastic, load.damping)
-        self.doubt = COVERAGE * self._certainty.deviation(load.elastic, load.damping)
+        known = self._certainty.deviation(load.elastic, load.damping)
+        slow = max(1.0 - abs(self._w) / (_SLOW_SPEEDS * self.rest_speed), 0.0)
+        self.doubt = COVERAGE * math.hypot(known, slow * self._unexplained)
         self.raw = self.extra - left
         self._before = self._older
         self._older = self._old
@@ -280,8 +286,9 @@ class LightLaw(Law):
             if self._since > stand:
                 changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
                 if changes and self._rested < _LISTEN_S:
-                    # it changes: listen anew, unless that can only be a hand that pushes again
-                    if not self._sure and abs(self.raw) > self._gate():
+                    # it changes: listen anew, unless that can only be a hand that pushes again, as it is
+                    # more than a stop leaves
+                    if not self._sure and abs(self.raw) > self._gate() + self._bent():
                         self.state, self._armed = State.RESTING, True
                         return self.anchor
                     self._count, self._since, self._mean = 0, stand, 0.0
@@ -294,7 +301,7 @@ class LightLaw(Law):
             # a hand that leant on the axis while it stopped leaves faster than one comes
             jump = self.raw - self._before
             if self._rested > _BRAKE_S and abs(jump) > _JUMP * self.settings.noise:
-                self._let_go, self._fell = True, math.copysign(1.0, jump)
+                self._let_go = True
                 self._stand(State.RESTING)
                 return self.anchor
             self._count += 1
@@ -308,6 +315,8 @@ class LightLaw(Law):
         against = self._rested < _LEAVE_S and (leant or self._quiet * self._pushed_way < 0.0)
         if against:
             start = self._gate() - self.doubt
+            if leant and self._quiet * self._pushed_way < 0.0:
+                start += self._bent()
         rate = start / _LEAVE_S if against else _TRACK_RATE * start
         slip = min(max(-self._quiet, -rate * self.period), rate * self.period)
         small = abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start
@@ -320,6 +329,7 @@ class LightLaw(Law):
         if self._pushed >= _START_SAMPLES:
             self.state = State.GUIDING
             self._x, self._w = self.anchor, 0.0
+            self._pushed_way = math.copysign(1.0, self.torque)
             # a hand that is back so soon never left: be slower to believe it the next time
             soon = self._let_go and self._rested < _SOON_S
             self._trusting = _SLOW_START_S if soon else _START_S
@@ -329,6 +339,10 @@ class LightLaw(Law):
     def _gate(self) -> float:
         """More than this at rest is a hand, N m (N)."""
         return self.doubt + _GATE * self.settings.noise
+
+    def _bent(self) -> float:
+        """What a stop may leave in the bristle beyond the doubt, N m (N)."""
+        return _STOP_BOUND * self.model.friction_bound
 
     def _felt(self) -> float:
         """Mean torque at rest that the model does not explain, N m (N)."""
@@ -340,8 +354,12 @@ class LightLaw(Law):
         settings, felt = self.settings, self._felt()
         self.state = State.RESTING
         self._armed = True
-        if not self._sure and abs(felt) > self._gate() and felt * self._fell < 0.0:
-            return  # more than the model can be wrong by: the hand is still there, or again
+        if not self._sure and abs(felt) > self._gate() and felt * self._pushed_way > 0.0:
+            # more than the model can be wrong by: the hand is still there, or again, unless the stop left the
+            # bristle bent by more than thought; nothing may start on that, so all of it is in doubt
+            if abs(felt) <= self._gate() + self._bent():
+                self._take(math.hypot(settings.noise, felt))
+            return
         self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
         self._take(settings.noise)
 
@@ -380,18 +398,18 @@ class LightLaw(Law):
         level = abs(before)
         fall = level - math.copysign(self.raw, self.raw * before)
         fell = fall > max(_GONE * level, _FALL * self.settings.noise)
-        gone = fell and self._since > self._trusting and level > self.settings.start_torque + self.doubt
+        gone = fell and self._since > self._trusting
         early = self._since < _EARLY_S
         self._idle = self._idle + self.period if certain == 0.0 else 0.0
         faded = self._idle > (_FADE_S if early else 0.0)
-        if gone or (faded and abs(speed) < self.rest_speed):
+        # friction turns round with the motion, and the model knows it least there: the way back is from rest
+        turned = speed * self._pushed_way < 0.0
+        if gone or turned or (faded and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
             self._since = 0.0
             self._let_go, self._stalled = gone, early and not gone
             self._sure = False
-            self._pushed_way = math.copysign(1.0, self._w)
-            self._fell = -math.copysign(1.0, before)
-            self._relief = self._pushed_way * self._relieve(level)
+            self._relief = math.copysign(self._relieve(level), self._w)
             return self._brake(sample)
         self.wanted = speed
         return self._follow(sample)
@@ -436,6 +454,7 @@ class LightLaw(Law):
         if self._since > _EASED_S and abs(self.torque) > self._gate():
             self.state = State.GUIDING  # it was a hand that eased off, not one that left
             self._since, self._trusting, self._x = 0.0, _SLOW_START_S, sample.position
+            self._pushed_way = math.copysign(1.0, self.torque)
         if self._since < _KICK_S:
             return sample.position - _KICK_SHARE * self._lead_time * sample.velocity
         place = sample.position + _COAST_S * sample.velocity
@@ -457,9 +476,12 @@ class LightLaw(Law):
             self._count += 1
             self._square += (left - self._certainty.correction(load.elastic, load.damping)) ** 2
         if angle >= 2.0 * math.pi * TARE_CYCLES:
-            if self._square > self._count * (_TARE_LEFT * settings.noise) ** 2:
+            remains = self._square / max(self._count, 1)
+            if remains > (_TARE_LEFT * settings.noise) ** 2:
                 self._certainty = self._kept
                 self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
+            else:
+                self._unexplained = math.sqrt(max(remains - (_TARE_NORMAL * settings.noise) ** 2, 0.0))
             self._w = 0.0
             self._sure = self._let_go = True
             self._stand(State.RESTING)
