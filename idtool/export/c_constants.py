@@ -191,6 +191,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             NOISE=noise,
             COVERAGE=light.COVERAGE,
             GATE=light._GATE * noise,
+            BENT=light._STOP_BOUND * bound,
             STEADY=light._STEADY * noise,
             FALL=light._FALL * noise,
             GONE=light._GONE,
@@ -210,6 +211,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         _group(
             "light: motion",
             REST_SPEED=law.REST_COUNTS_PER_S * c.resolution,
+            SLOW_SPEED=light._SLOW_SPEEDS * its.rest_speed,
             SERVO_TIME=s.servo_time,
             TRIM=light._TRIM_RATE * period,
             TRIM_RANGE=light._TRIM_RANGE,
@@ -239,6 +241,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             TARE_VARIANCE=(light.TARE_NOISE * noise) ** 2,
             TARE_LATE=light.TARE_LATE**2,
             TARE_LEFT=(light._TARE_LEFT * noise) ** 2,
+            TARE_NORMAL=(light._TARE_NORMAL * noise) ** 2,
         ),
     ]
     jump = _group(
