@@ -397,14 +397,14 @@ class LightLaw(Law):
         self._since += self.period
         level = abs(before)
         fall = level - math.copysign(self.raw, self.raw * before)
-        fell = fall > max(_GONE * level, _FALL * self.settings.noise)
-        gone = fell and self._since > self._trusting
+        fell = fall > max(_GONE * level, _FALL * self.settings.noise) and self._since > self._trusting
+        gone = fell and level > self.settings.start_torque + self.doubt  # below that it may still lean on it
         early = self._since < _EARLY_S
         self._idle = self._idle + self.period if certain == 0.0 else 0.0
         faded = self._idle > (_FADE_S if early else 0.0)
         # friction turns round with the motion, and the model knows it least there: the way back is from rest
         turned = speed * self._pushed_way < 0.0
-        if gone or turned or (faded and abs(speed) < self.rest_speed):
+        if fell or turned or (faded and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
             self._since = 0.0
             self._let_go, self._stalled = gone, early and not gone

@@ -69,8 +69,10 @@ def drawn(kind: str, number: int, of: int) -> Case:
         drawn("unknown", 29, 40),
         # a push of 0.15 s ends: bent on, then back
         drawn("known", 169, 200),
+        # a hand that draws the other way while it stops, and then leaves
+        drawn("unknown", 146, 200),
     ],
-    ids=["corner", "leaning", "short push"],
+    ids=["corner", "leaning", "short push", "drawn back"],
 )
 def test_nothing_starts_on_what_a_stop_left(case: Case) -> None:
     run = guide(case, tared=True)
