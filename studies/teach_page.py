@@ -300,9 +300,9 @@ better, and may start again at once. The break-away forces above 1 N are such st
 that left a torque which friction or a leaning hand may have left.
 
 After a stop the bristle holds more than the doubt says on some axes, most where friction is 30 % off and
-the stop was short or turned round: 1.2 to 1.4 N on `sim:bench`. That looks like a hand, so nothing starts
-on it: the zero is taken with all of it in doubt. What the tare leaves beyond noise is doubt too, as long as
-the axis is slow.
+the stop was short or turned round: 1.2 to 1.4 N on `sim:bench`. That looks like a hand, so nothing is to
+start on it: the zero is taken with all of it in doubt. Where it is more than even that, the axis starts by
+itself; the tables count it. What the tare leaves beyond noise is doubt too, as long as the axis is slow.
 
 An axis that was let go at less than its doubt cannot see that. It runs on for 0.1 to 0.4 s and mostly less
 than 20 counts while the virtual mass stops; and where the file lacks a ripple or a spring that is more than
