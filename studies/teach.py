@@ -93,6 +93,13 @@ class Guided:
         return max(p.ripple for p in self.pushes)
 
     @property
+    def starts(self) -> int:
+        """How often it began to follow though nobody had touched it for the whole period before."""
+        hand = np.any(self.truth[3].reshape(len(self.felt), -1) != 0.0, axis=1)
+        guided = self.felt[:, 5] == list(State).index(State.GUIDING)
+        return int(np.sum(guided[1:] & ~guided[:-1] & ~hand[1:] & ~hand[:-1]))
+
+    @property
     def energy(self) -> float:
         """Most energy that a push gave to the hand, mJ; negative: the hand worked."""
         return max(p.energy for p in self.pushes)

@@ -22,7 +22,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from idtool.control.certainty import Certainty
+from idtool.control.certainty import DAMPING, Certainty
 from idtool.control.guard import Limits, Measurement, State
 from idtool.control.law import Law
 from idtool.control.online import OnlineModel
@@ -45,18 +45,30 @@ FOLLOWS_S = 0.025
 _START_S = 0.1
 #: One that pushes again so soon after never left; the next sign of it is then believed only after so long, s.
 _SOON_S, _SLOW_START_S = 0.5, 1.0
-#: A torque of which less than this share is left from one period to the next is a hand that let go.
-_GONE = 0.4
+#: A torque that falls by this share within three periods is a hand that let go.
+_GONE = 0.6
 #: It must fall by so many torque noises.
 _FALL = 4.5
 #: An axis brakes so long at least, then stands for so long, and then the zero is taken over so long, s.
 _BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
-#: So long the anchor follows an axis that was let go, s.
-_FOLLOW_S = 0.05
-#: The first moments of braking ask for the opposite speed, by this share of the servo's lag.
-_KICK_S, _KICK_SHARE = 0.025, 1.5
-#: How well a bristle is known after a stop: to so many encoder counts, at worst this share of the level.
-_STOP_COUNTS, _STOP_BOUND = 0.7, 0.3
+#: So long the anchor follows an axis that was let go, by this share of what it still creeps per sample, s.
+_FOLLOW_S, _FOLLOW_SHARE = 0.05, 0.2
+#: The first moment of braking asks for the opposite speed, by this share of the servo's lag.
+_KICK_S, _KICK_SHARE = 0.015, 0.7
+#: A braked axis comes to rest where it would be after so long at the speed that is read, s.
+_COAST_S = 0.008
+#: Velocity loop of a drive, s: its integrator takes up torque at inertia / (2 * this)^2 per rad.
+_DRIVE_S = 0.008
+#: An axis that does not come to rest within so long is still pushed, s.
+_EASED_S = 0.12
+#: A push younger than this still bends the bristle; it may fade for so long without ending, s.
+_EARLY_S, _FADE_S = 0.5, 0.05
+#: After an eased stop a change of so many torque noises is a hand that leaves; if nothing changed for so
+#: long, s, what is felt is taken for the zero, with all of it in doubt.
+_JUMP, _CALM_S = 4.5, 1.0
+#: How well a bristle is known after a stop, and after one of a push that had just begun: to so many encoder
+#: counts, at worst this share of the level.
+_STOP_COUNTS, _STALL_COUNTS, _STOP_BOUND = 0.7, 0.3, 0.3
 #: A torque this far from its mean, in torque noises, changes; a zero that waits for calm longer than this is
 #: taken as it comes (sensors noisier than thought), s.
 _STEADY, _LISTEN_S = 5.0, 2.0
@@ -79,6 +91,9 @@ _LEASH_S = 0.15
 TARE_CYCLES, TARE_NOISE, TARE_LATE = 2, 3.0, 0.5
 #: What a tare may leave, in torque noises, before a hand is thought to have touched.
 _TARE_LEFT = 4.0
+#: A tare leaves so many torque noises where the model holds. Beyond that it met a ripple, say, that the model
+#: does not have, and that pushes a slow axis on as a hand does; from so many speeds of rest on, a hand leads.
+_TARE_NORMAL, _SLOW_SPEEDS = 1.8, 4.0
 
 
 @dataclass(frozen=True)
@@ -136,6 +151,7 @@ class LightLaw(Law):
     def reset(self) -> None:
         """What was learned and trimmed is forgotten too."""
         self._certainty.reset()
+        self._unexplained = 0.0
         self._lead_time = self.settings.servo_time
         self.begin(0.0)
 
@@ -154,7 +170,8 @@ class LightLaw(Law):
         self._let_go = True
         self._trusting = _START_S
         self._sure = True
-        self._pushed_way = 0.0
+        self._pushed_way = self._idle = self._relief = 0.0
+        self._stalled = False
         self._tracked = 0.0
         self._stand(State.STARTING)
         self.limited = ()
@@ -236,7 +253,9 @@ class LightLaw(Law):
         if travel != 0.0:
             self._certainty.fade(1.0 / (1.0 + model.bristle_stiffness * abs(travel) / load.level))
         self.extra = self._certainty.correction(load.elastic, load.damping)
-        self.doubt = COVERAGE * self._certainty.deviation(load.elastic, load.damping)
+        known = self._certainty.deviation(load.elastic, load.damping)
+        slow = max(1.0 - abs(self._w) / (_SLOW_SPEEDS * self.rest_speed), 0.0)
+        self.doubt = COVERAGE * math.hypot(known, slow * self._unexplained)
         self.raw = self.extra - left
         self._before = self._older
         self._older = self._old
@@ -259,14 +278,17 @@ class LightLaw(Law):
         if not self._armed:
             self._since += self.period
             stand, length = (0.0, self.settings.settle) if starting else (_STAND_S, _ZERO_S)
-            if not starting and self._since <= _FOLLOW_S and self._let_go:
-                # the drive lets go of the torque that it held against the hand: do not pull the axis back
-                self.anchor = self.limits.clip(self._last.position if self._last else self.anchor)
+            if not starting and self._since <= _FOLLOW_S and self._let_go and self._last:
+                # the drive lets go of the torque that it held against the hand: give way to it a little
+                share = 1.0 if self._sure else _FOLLOW_SHARE
+                creep = self._last.position - self.anchor
+                self.anchor = self.limits.clip(self.anchor + share * creep)
             if self._since > stand:
                 changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
                 if changes and self._rested < _LISTEN_S:
-                    # it changes: listen anew, unless that can only be a hand that pushes again
-                    if not self._sure and abs(self.raw) > self._gate():
+                    # it changes: listen anew, unless that can only be a hand that pushes again, as it is
+                    # more than a stop leaves
+                    if not self._sure and abs(self.raw) > self._gate() + self._bent():
                         self.state, self._armed = State.RESTING, True
                         return self.anchor
                     self._count, self._since, self._mean = 0, stand, 0.0
@@ -275,12 +297,26 @@ class LightLaw(Law):
             if self._since >= stand + length:
                 self._zero()
             return self.anchor
+        if not self._let_go:
+            # a hand that leant on the axis while it stopped leaves faster than one comes
+            jump = self.raw - self._before
+            if self._rested > _BRAKE_S and abs(jump) > _JUMP * self.settings.noise:
+                self._let_go = True
+                self._stand(State.RESTING)
+                return self.anchor
+            self._count += 1
+            self._mean += (left - self._mean) / self._count
+            if self._rested > _CALM_S and not self._pushed:
+                self._calm()
         start = self.settings.start_torque
         # a hand that leant on the axis while it stopped leaves a torque against its push when it goes: for
-        # a while that way needs more, and the zero follows it
-        against = self._rested < _LEAVE_S and self._quiet * self._pushed_way < 0.0
+        # a while that way needs more, and the zero follows it; both ways, as long as it may be there
+        leant = not self._let_go and not self._stalled
+        against = self._rested < _LEAVE_S and (leant or self._quiet * self._pushed_way < 0.0)
         if against:
             start = self._gate() - self.doubt
+            if leant and self._quiet * self._pushed_way < 0.0:
+                start += self._bent()
         rate = start / _LEAVE_S if against else _TRACK_RATE * start
         slip = min(max(-self._quiet, -rate * self.period), rate * self.period)
         small = abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start
@@ -293,27 +329,52 @@ class LightLaw(Law):
         if self._pushed >= _START_SAMPLES:
             self.state = State.GUIDING
             self._x, self._w = self.anchor, 0.0
+            self._pushed_way = math.copysign(1.0, self.torque)
             # a hand that is back so soon never left: be slower to believe it the next time
             soon = self._let_go and self._rested < _SOON_S
             self._trusting = _SLOW_START_S if soon else _START_S
-            self._account = self._since = 0.0
+            self._account = self._since = self._idle = 0.0
         return self.anchor
 
     def _gate(self) -> float:
         """More than this at rest is a hand, N m (N)."""
         return self.doubt + _GATE * self.settings.noise
 
+    def _bent(self) -> float:
+        """What a stop may leave in the bristle beyond the doubt, N m (N)."""
+        return _STOP_BOUND * self.model.friction_bound
+
+    def _felt(self) -> float:
+        """Mean torque at rest that the model does not explain, N m (N)."""
+        load = self.model.load
+        return self._certainty.correction(load.elastic, load.damping) - self._mean
+
     def _zero(self) -> None:
         """What the motor carries now is no hand: learn from it, and put what is left on the bristle."""
-        load, settings = self.model.load, self.settings
+        settings, felt = self.settings, self._felt()
         self.state = State.RESTING
         self._armed = True
-        felt = self._certainty.correction(load.elastic, load.damping) - self._mean
-        if not self._sure and abs(felt) > self._gate():
-            return  # more than the model can be wrong by: the hand is still there, or again
+        if not self._sure and abs(felt) > self._gate() and felt * self._pushed_way > 0.0:
+            # more than the model can be wrong by: the hand is still there, or again, unless the stop left the
+            # bristle bent by more than thought; nothing may start on that, so all of it is in doubt
+            if abs(felt) <= self._gate() + self._bent():
+                self._take(math.hypot(settings.noise, felt))
+            return
         self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
-        self._certainty.learn(self._mean, load.elastic, load.damping, settings.noise)
-        rest = self._mean - self._certainty.correction(load.elastic, load.damping)
+        self._take(settings.noise)
+
+    def _calm(self) -> None:
+        """Nothing changed since the hand eased off: what is felt may be all its, or none."""
+        self._let_go = True
+        felt = self._felt()
+        if abs(felt) <= self._gate():
+            self._take(math.hypot(self.settings.noise, felt))
+
+    def _take(self, noise: float) -> None:
+        """Make the mean torque at rest the zero; `noise` says how much of it may be a hand, N m (N)."""
+        load = self.model.load
+        self._certainty.learn(self._mean, load.elastic, load.damping, noise)
+        rest = -self._felt()
         # where a hand may still lean on the axis, nothing must start when it leaves
         self._certainty.shift(rest, 0.0 if self._sure else abs(rest) / COVERAGE)
         self._tracked = 0.0
@@ -334,19 +395,34 @@ class LightLaw(Law):
             self._account = speed = 0.0
         self._w = speed
         self._since += self.period
-        remains = self.raw if before > 0.0 else -self.raw
         level = abs(before)
-        fell = remains < min(_GONE * level, level - _FALL * self.settings.noise)
-        gone = fell and self._since > self._trusting and level > self.settings.start_torque + self.doubt
-        if gone or (certain == 0.0 and abs(speed) < self.rest_speed):
+        fall = level - math.copysign(self.raw, self.raw * before)
+        fell = fall > max(_GONE * level, _FALL * self.settings.noise) and self._since > self._trusting
+        gone = fell and level > self.settings.start_torque + self.doubt  # below that it may still lean on it
+        early = self._since < _EARLY_S
+        self._idle = self._idle + self.period if certain == 0.0 else 0.0
+        faded = self._idle > (_FADE_S if early else 0.0)
+        # friction turns round with the motion, and the model knows it least there: the way back is from rest
+        turned = speed * self._pushed_way < 0.0
+        if fell or turned or (faded and abs(speed) < self.rest_speed):
             self.state = State.STOPPING
             self._since = 0.0
-            self._let_go = gone
+            self._let_go, self._stalled = gone, early and not gone
             self._sure = False
-            self._pushed_way = math.copysign(1.0, self._w)
+            self._relief = math.copysign(self._relieve(level), self._w)
             return self._brake(sample)
         self.wanted = speed
         return self._follow(sample)
+
+    def _relieve(self, hand: float) -> float:
+        """How far to turn the drive's reference round, rad (m): it holds friction that goes with speed, less
+        what the hand held, and creeps on until its integrator has let go of that."""
+        model = self.model
+        if not model.inertia > 0.0:
+            return 0.0
+        viscous = abs(model.load.damping * (1.0 + self._certainty.mean[DAMPING]))
+        turned = (2.0 * _DRIVE_S) ** 2 * max(viscous - hand, 0.0) / model.inertia
+        return min(turned, 2.0 * abs(self._w) * self.period)
 
     def _follow(self, sample: Measurement) -> float:
         """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
@@ -364,22 +440,27 @@ class LightLaw(Law):
         return self._x + self._lead_time * speed
 
     def _brake(self, sample: Measurement) -> float:
-        """No lead until the axis stands; then the anchor is where it stands."""
+        """Ask for the opposite speed for a moment, then for the place where the axis comes to rest."""
         self._since += self.period
         self._w = 0.0
         if abs(sample.velocity) <= self.rest_speed and self._since >= _BRAKE_S:
             self._stand(State.RESTING)
             self._armed = not self._let_go  # a hand that eased off may still lean on the axis: no zero then
             bound, model = _STOP_BOUND * self.model.friction_bound, self.model
-            self._certainty.shift(0.0, min(_STOP_COUNTS * self.resolution * model.bristle_stiffness, bound))
+            counts = _STALL_COUNTS if self._stalled else _STOP_COUNTS
+            self._certainty.shift(0.0, min(counts * self.resolution * model.bristle_stiffness, bound))
             self.anchor = self.limits.clip(sample.position)
             return self.anchor
-        if self._since > 2.0 * _BRAKE_S and abs(self.torque) > self._gate():
+        if self._since > _EASED_S and abs(self.torque) > self._gate():
             self.state = State.GUIDING  # it was a hand that eased off, not one that left
             self._since, self._trusting, self._x = 0.0, _SLOW_START_S, sample.position
-        # the drive's integrator still pushes as against friction at speed: turn its reference round
-        back = _KICK_SHARE * self._lead_time if self._since < _KICK_S else 0.0
-        return sample.position - back * sample.velocity
+            self._pushed_way = math.copysign(1.0, self.torque)
+        if self._since < _KICK_S:
+            return sample.position - _KICK_SHARE * self._lead_time * sample.velocity
+        place = sample.position + _COAST_S * sample.velocity
+        if self._since < _KICK_S + self.period:
+            place -= self._lead_time / self.period * self._relief
+        return place
 
     def _tare(self, sample: Measurement, left: float) -> float:
         """Move to and fro, learn at every sample; forget it all if something touched the axis."""
@@ -395,9 +476,12 @@ class LightLaw(Law):
             self._count += 1
             self._square += (left - self._certainty.correction(load.elastic, load.damping)) ** 2
         if angle >= 2.0 * math.pi * TARE_CYCLES:
-            if self._square > self._count * (_TARE_LEFT * settings.noise) ** 2:
+            remains = self._square / max(self._count, 1)
+            if remains > (_TARE_LEFT * settings.noise) ** 2:
                 self._certainty = self._kept
                 self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
+            else:
+                self._unexplained = math.sqrt(max(remains - (_TARE_NORMAL * settings.noise) ** 2, 0.0))
             self._w = 0.0
             self._sure = self._let_go = True
             self._stand(State.RESTING)

@@ -174,7 +174,10 @@ def _paper(c: ForceFreeController, its: PaperLaw, window: int) -> Groups:
 def _light(c: ForceFreeController, its: LightLaw) -> Groups:
     period, model, s = c.period, c.model, its.settings
     noise, bound = s.noise, model.friction_bound
-    stop = min(light._STOP_COUNTS * c.resolution * model.bristle_stiffness, light._STOP_BOUND * bound)
+    count = c.resolution * model.bristle_stiffness
+    stop = min(light._STOP_COUNTS * count, light._STOP_BOUND * bound)
+    stall = min(light._STALL_COUNTS * count, light._STOP_BOUND * bound)
+    relief = (2.0 * light._DRIVE_S) ** 2 / (model.inertia * period) if model.inertia > 0.0 else 0.0
     middle = 0.5 * (c.limits.position_min + c.limits.position_max)
     reach = 0.5 * s.tare_travel
     turn = s.tare_speed / reach
@@ -188,9 +191,11 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             NOISE=noise,
             COVERAGE=light.COVERAGE,
             GATE=light._GATE * noise,
+            BENT=light._STOP_BOUND * bound,
             STEADY=light._STEADY * noise,
             FALL=light._FALL * noise,
             GONE=light._GONE,
+            JUMP=light._JUMP * noise,
             TRACK_RATE=light._TRACK_RATE * s.start_torque * period,
             LEAVE_RATE=period / light._LEAVE_S,
             TRACK_MOST=light._TRACK_SHARE * s.start_torque,
@@ -206,17 +211,22 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         _group(
             "light: motion",
             REST_SPEED=law.REST_COUNTS_PER_S * c.resolution,
+            SLOW_SPEED=light._SLOW_SPEEDS * its.rest_speed,
             SERVO_TIME=s.servo_time,
             TRIM=light._TRIM_RATE * period,
             TRIM_RANGE=light._TRIM_RANGE,
             LEASH=light._LEASH_S,
             LEASH_LEAST=4.0 * c.resolution,
+            FOLLOW_SHARE=light._FOLLOW_SHARE,
             KICK=light._KICK_SHARE,
+            COAST=light._COAST_S,
+            RELIEF=relief,
         ),
         _group(
             "light: variances before anything is learned, and what is added to them",
             **{f"{name}_PRIOR": deviation**2 for name, deviation in prior.items()},
             STOP_VARIANCE=stop**2,
+            STALL_VARIANCE=stall**2,
             LOAD_DRIFT=(light._DRIFT_LOAD * noise) ** 2,
             FRICTION_DRIFT=light._DRIFT_FRICTION**2,
             NOISE_VARIANCE=noise**2,
@@ -231,6 +241,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             TARE_VARIANCE=(light.TARE_NOISE * noise) ** 2,
             TARE_LATE=light.TARE_LATE**2,
             TARE_LEFT=(light._TARE_LEFT * noise) ** 2,
+            TARE_NORMAL=(light._TARE_NORMAL * noise) ** 2,
         ),
     ]
     jump = _group(
@@ -256,8 +267,13 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         "TRUST": periods(period, lambda t: t > light._START_S),
         "TRUST_LATE": periods(period, lambda t: t > light._SLOW_START_S),
         "BRAKE": periods(period, lambda t: t >= light._BRAKE_S),
-        "BRAKE_TWICE": periods(period, lambda t: t > 2.0 * light._BRAKE_S),
+        "LEAN": periods(period, lambda t: t > light._BRAKE_S),
+        "EASED": periods(period, lambda t: t > light._EASED_S),
+        "EARLY": periods(period, lambda t: t >= light._EARLY_S),
+        "FADE": periods(period, lambda t: t > light._FADE_S),
+        "CALM": periods(period, lambda t: t > light._CALM_S),
         "KICK_END": periods(period, lambda t: t >= light._KICK_S),
+        "RELIEF_END": periods(period, lambda t: t >= light._KICK_S + period),
         "TARE_LAST": periods(period, lambda t: turn * t > last),
         "TARE_END": periods(period, lambda t: turn * t >= whole),
         "LOST_PERIODS": guard._LOST_PERIODS,

@@ -17,9 +17,10 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
     certainty.c  reset_certainty, unsettle_bristle, fade_bristle, drift, correction, learn
                                                   Certainty.reset, .unsettle_bristle, .fade, ...
                  variance, spread_out             the square of Certainty.deviation, two ways
-    light.c      begin, observe, stand, zero      LightLaw.begin, ._observe, ._stand, ._zero
+    light.c      begin, observe, stand            LightLaw.begin, ._observe, ._stand
+                 felt_at_rest, take, zero, calm   ._felt, ._take, ._zero, ._calm
                  hold, await_zero                 ._rest, the part of it before the zero is taken
-                 guide, follow, brake             ._guide, ._follow, ._brake
+                 guide, follow, brake, relieve    ._guide, ._follow, ._brake, ._relieve
                  tare, sweep, wish                .tare, ._tare, .wish
     force_free.c bounded, fail, NAME_reset, NAME_recover, NAME_step, NAME_ready, NAME_tare
                                                   ForceFreeController

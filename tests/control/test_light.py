@@ -13,7 +13,7 @@ from idtool.parameters import Controller
 from idtool.rig.base import TrialSetup
 from idtool.rig.numbers import plant_numbers
 from studies.guided_axis import NO_HAND, GuidedAxis
-from studies.guided_plants import AXES, Case, corner, file_of, plant_of
+from studies.guided_plants import AXES, Case, corner, file_of, plant_of, random_case
 from studies.teach import COUNT, GAINS, at_rest, guide
 
 CORNERS = [(1, 1, 1), (-1, -1, -1), (1, -1, 1), (-1, 1, -1)]
@@ -50,6 +50,51 @@ def test_without_a_tare_it_is_heavier_but_never_pushes(axis: str, signs: tuple[i
     assert run.energy < 0.0
     assert run.drift < 1.0
     assert run.force < 5.56
+
+
+def drawn(kind: str, number: int, of: int) -> Case:
+    """An axis of the study: the `number`th of a kind of which there are `of`."""
+    rng = np.random.default_rng(0)
+    kinds = ("none", "known", "unknown")
+    cases = [random_case(rng, GAINS, effects=k) for k in kinds[: kinds.index(kind) + 1] for _ in range(of)]
+    return cases[of * kinds.index(kind) + number]
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        # a stop leaves 1.2 N in the bristle of an axis whose friction is 30 % off
+        corner("bench", GAINS, (1, 1, -1), stiff=False, delay=0.02, late=False),
+        # a hand that leant leaves just after the stop, 1.4 N of the bristle stay
+        drawn("unknown", 29, 40),
+        # a push of 0.15 s ends: bent on, then back
+        drawn("known", 169, 200),
+        # a hand that draws the other way while it stops, and then leaves
+        drawn("unknown", 146, 200),
+    ],
+    ids=["corner", "leaning", "short push", "drawn back"],
+)
+def test_nothing_starts_on_what_a_stop_left(case: Case) -> None:
+    run = guide(case, tared=True)
+    assert run.starts == 0
+    assert run.ripple < 1.0
+    assert run.energy < 0.0
+
+
+def test_a_motion_does_not_turn_round_without_a_rest() -> None:
+    """The friction that turns round with it, 27 % off, would look like a hand that draws it back."""
+    run = guide(drawn("none", 118, 200), tared=True)
+    guided = run.felt[:, 5] == list(State).index(State.GUIDING)
+    ways = np.sign(run.felt[:, 4])
+    turned = guided[1:] & guided[:-1] & (ways[1:] * ways[:-1] < 0.0)
+    assert np.any(guided)
+    assert not np.any(turned)
+
+
+def test_a_ripple_that_the_tare_met_moves_nothing() -> None:
+    run = guide(drawn("unknown", 137, 200), tared=True)
+    assert run.drift < 1.0
+    assert run.starts == 0
 
 
 def test_a_tare_learns_what_is_wrong() -> None:
