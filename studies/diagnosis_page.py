@@ -78,6 +78,11 @@ def _goals(
         ("one effect: named first and alone", "at least 95 %", _share(one, lambda r: r.named)),
         ("two or three: the exact set", "at least 85 %", _share(several, lambda r: r.named)),
         (
+            "the same where each adds 1 noise or more",
+            "at least 85 %",
+            _share([r for r in several if min(r.size) >= 1.0], lambda r: r.named),
+        ),
+        (
             "not in the library: unexplained, right variable",
             "at least 90 %",
             _share(unknown, _right_variable),

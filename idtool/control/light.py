@@ -354,10 +354,10 @@ class LightLaw(Law):
         settings, felt = self.settings, self._felt()
         self.state = State.RESTING
         self._armed = True
-        if not self._sure and abs(felt) > self._gate() and felt * self._pushed_way > 0.0:
+        if not self._sure and abs(felt) > self._gate():
             # more than the model can be wrong by: the hand is still there, or again, unless the stop left the
             # bristle bent by more than thought; nothing may start on that, so all of it is in doubt
-            if abs(felt) <= self._gate() + self._bent():
+            if felt * self._pushed_way > 0.0 and abs(felt) <= self._gate() + self._bent():
                 self._take(math.hypot(settings.noise, felt))
             return
         self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
