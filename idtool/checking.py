@@ -206,10 +206,10 @@ def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[li
         short = next((one for one in lacking if set(names) & set(one.parameters)), None)
         if lack:
             cannot.append(Verdict(what, lack, run))
+        elif short is not None and short.code == "at_bound":  # no run is known to mend that
+            cannot.append(Verdict(what, f"{short.why}; {short.remedy}"))
         elif short is not None:
-            cannot.append(
-                Verdict(what, short.why if short.run else f"{short.why}; {short.remedy}", short.run)
-            )
+            cannot.append(Verdict(what, short.why, short.run or short.remedy))
         else:
             can.append(Verdict(what, why))
 

@@ -123,13 +123,13 @@ def for_parameter(fit: JointFit, coordinate: str) -> Following | None:
     name = coordinate.replace("_", " ").replace(".", ": ")
     why = (
         f"{name} is not determined by these logs; this run of {recipe.duration_s:.0f} s "
-        f"would make its standard error {_times(1.0 / share)} smaller."
+        f"would make its standard error {_times(share)} smaller."
     )
     return Following(document, (), why)
 
 
-def _times(factor: float) -> str:
-    return "over 100 times" if factor > 100.0 else f"about {factor:.2g} times"
+def _times(share: float) -> str:
+    return "over 100 times" if share < 0.01 else f"about {1.0 / share:.2g} times"
 
 
 def _difference(one: JointFit, other: JointFit, recipe: Recipe) -> float:

@@ -124,7 +124,7 @@ def test_whose_session_it_is_and_when(
     [
         ("unit = 3", "A/session.toml, unit: 3 is no unit; write unit"),
         ('date = "soon"', "A/session.toml, date: 'soon' is no date; write unit"),
-        ("colour = 1", "A/session.toml, colour: unknown key; write unit"),
+        ("colour = 1", "A/session.toml, colour: unknown key; known are date, unit"),
         ("unit", "A/session.toml: is not TOML; write unit"),
     ],
 )
