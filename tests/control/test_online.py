@@ -84,6 +84,27 @@ def _motion(rows: int = 400) -> Motion:
     )
 
 
+def _totals(model: OnlineModel, motion: Motion) -> np.ndarray:
+    """What the model carries at every sample, N m."""
+    assert motion.temperature is not None
+    return np.array(
+        [
+            model.update(
+                motion.time[k],
+                motion.step[k],
+                motion.position[k],
+                motion.velocity[k],
+                motion.acceleration[k],
+                0.4,
+                0.3,
+                -0.1,
+                motion.temperature[k],
+            ).total
+            for k in range(len(motion))
+        ]
+    )
+
+
 @pytest.mark.parametrize("values", [PAPER, BENCH], ids=["paper", "bench"])
 @pytest.mark.parametrize("names", [[], *[[name] for name in EFFECTS], list(EFFECTS)], ids=str)
 def test_agrees_with_the_batch_model(values: dict[str, float], names: list[str]) -> None:
@@ -101,21 +122,7 @@ def test_agrees_with_the_batch_model(values: dict[str, float], names: list[str])
     wanted = predict(motion, friction, effect, np.zeros(1))
 
     model = OnlineModel(file)
-    got = []
-    for k in range(len(motion)):
-        assert motion.temperature is not None
-        load = model.update(
-            motion.time[k],
-            motion.step[k],
-            motion.position[k],
-            motion.velocity[k],
-            motion.acceleration[k],
-            0.4,
-            0.3,
-            -0.1,
-            motion.temperature[k],
-        )
-        got.append(load.total)
+    got = _totals(model, motion)
     np.testing.assert_allclose(got, wanted.torque, rtol=1e-9, atol=1e-12)
     assert model.bristle == pytest.approx(wanted.bristle[-1], rel=1e-9)
 
@@ -156,49 +163,12 @@ def test_an_effect_that_is_not_compiled_is_asked_by_its_own_class(monkeypatch: p
     file = parameters(BENCH, **EFFECTS)
     motion = _motion(120)
 
-    def torques(model: OnlineModel) -> list[float]:
-        assert motion.temperature is not None
-        return [
-            model.update(
-                motion.time[k],
-                motion.step[k],
-                motion.position[k],
-                motion.velocity[k],
-                motion.acceleration[k],
-                0.4,
-                0.3,
-                -0.1,
-                motion.temperature[k],
-            ).total
-            for k in range(len(motion))
-        ]
-
-    fast = torques(OnlineModel(file))
+    fast = _totals(OnlineModel(file), motion)
     monkeypatch.setattr(compiled, "compiled", lambda effect: False)
     slow = OnlineModel(file)
-    np.testing.assert_allclose(torques(slow), fast, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(_totals(slow, motion), fast, rtol=1e-9, atol=1e-12)
     slow.drop("position_ripple", "for a test")
     assert not slow.uses("position_ripple")
-
-
-def _totals(model: OnlineModel, motion: Motion) -> np.ndarray:
-    assert motion.temperature is not None
-    return np.array(
-        [
-            model.update(
-                motion.time[k],
-                motion.step[k],
-                motion.position[k],
-                motion.velocity[k],
-                motion.acceleration[k],
-                0.4,
-                0.3,
-                -0.1,
-                motion.temperature[k],
-            ).total
-            for k in range(len(motion))
-        ]
-    )
 
 
 @pytest.mark.parametrize("variable", ["position", "velocity", "acceleration", "temperature"])
