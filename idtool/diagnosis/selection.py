@@ -35,6 +35,7 @@ from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
 from idtool.fit.starts import with_starts
+from idtool.holm import holm
 from idtool.model.motion import Array
 
 #: Family-wise error of the score tests of one round (Holm).
@@ -205,7 +206,7 @@ def _round(
         item = min((_score(effect, background, backgrounds) for background in backgrounds), key=_Scored.left)
         candidate.gain, candidate.p_value = 1.0 - item.left() / fit.sse, item.p_value
         scored.append(item)
-    promising = _holm(selection, scored)
+    promising = _promising(selection, scored)
     left_out = left_out_errors(fit)
     trials: list[Trial] = []
     for item in promising[:_REFITTED]:
@@ -259,22 +260,19 @@ def _with_its_own_load(fit: JointFit) -> JointFit:
     return replace(fit, model=with_starts(loaded, model.starts))
 
 
-def _holm(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
+def _promising(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
     """Candidates whose score stands out of chance, best gain first."""
-    order = sorted(scored, key=lambda item: item.p_value)
+    chance = holm({item.effect.name: item.p_value for item in scored})
     passed = []
-    open_tests = len(order)
-    for rank, item in enumerate(order):
+    for item in scored:
         candidate = selection.candidates[item.effect.name]
-        if item.p_value > _ALPHA / (open_tests - rank):
-            for loser in order[rank:]:
-                selection.candidates[loser.effect.name].why = "its relation to the residual may be chance"
-            break
         gain = candidate.gain or 0.0
-        if gain < LEAST_GAIN:
+        if chance[item.effect.name] > _ALPHA:
+            candidate.why = "its relation to the residual may be chance"
+        elif gain < LEAST_GAIN:
             candidate.why = f"would lower the squared error by {100 * max(gain, 0.0):.2g} % only"
-            continue
-        passed.append(item)
+        else:
+            passed.append(item)
     return sorted(passed, key=_Scored.left)
 
 
