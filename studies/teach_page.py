@@ -286,23 +286,26 @@ A hand that lets go shows at best in the first reading of the current taken afte
 drive cannot be faster than its limit of {limit:.0f} rad/s^2. No law that reads only this current stops an
 axis sooner than that: {low:.0f} to {high:.0f} ms, below 48 ms on {possible} of {axes} axes, so the limit
 alone excludes no other. {met} stop within 48 ms. The brake asks for the opposite speed for one period, then
-for the place where the axis comes to rest; one period longer where the friction that goes with speed is
-more than the hand held, as the drive's integrator still pushes against it and would creep on. What it
-creeps all the same, a count or two where `sim:paper` has high viscous friction, makes most of the stops of
-50 to 75 ms. Longer ones were not seen as a hand that lets go, and the axis stopped as the estimate of the
+for the place where the axis comes to rest; two periods longer where the friction that goes with speed is
+more than the hand held, as the drive's integrator still pushes against it and would creep on. Where that
+takes in a little too much or too little, the axis still moves by one count at 50 ms. Longer stops were not
+seen as a hand that lets go (it held less than the noise of the current hides, or let go within the second
+in which a motion that began anew at once is not believed), and the axis stopped as the estimate of the
 force faded.
 
 At rest a hand that leant on the axis while it stopped is looked for: where the torque changes at once, it
-left, and what is left is the zero. Where nothing changes for a second, what is felt is taken for the zero
-with all of it in doubt, so that nothing starts by itself when it goes. Until then both ways need 0.7 N
-more. An axis whose push ends within half a second of its start has only bent its bristle; it knows that one
-better, and may start again at once. The break-away forces above 1 N are such stalls in a row, and stops
+left, and what is left is the zero. Where nothing changes for a second, what is felt then is taken for the
+zero with all of it in doubt, so that nothing starts by itself when it goes. Until then both ways need 0.7 N
+more. An axis whose push ends within a second of its start has only bent its bristle; it knows that one
+better, and may start again after 0.1 s. The break-away forces above 1 N are such stalls in a row, and stops
 that left a torque which friction or a leaning hand may have left.
 
 After a stop the bristle holds more than the doubt says on some axes, most where friction is 30 % off and
 the stop was short or turned round: 1.2 to 1.4 N on `sim:bench`. That looks like a hand, so nothing is to
-start on it: the zero is taken with all of it in doubt. Where it is more than even that, the axis starts by
-itself; the tables count it. What the tare leaves beyond noise is doubt too, as long as the axis is slow.
+start on it: the zero is taken with all of it in doubt, and a hand that turned round at once and pushes back
+that lightly must push so much more. Where it is more than even that, or where a periodic torque that the
+file lacks comes on top, the axis starts by itself; the tables count it. What the tare leaves beyond noise is
+doubt too, as long as the axis is slow.
 
 An axis that was let go at less than its doubt cannot see that. It runs on for 0.1 to 0.4 s and mostly less
 than 20 counts while the virtual mass stops; and where the file lacks a ripple or a spring that is more than

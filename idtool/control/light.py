@@ -65,10 +65,10 @@ _DRIVE_S = 0.008
 #: An axis that does not come to rest within so long is still pushed, s.
 _EASED_S = 0.12
 #: A push younger than this still bends the bristle; it may fade for so long without ending, s.
-_EARLY_S, _FADE_S = 0.5, 0.05
+_EARLY_S, _FADE_S = 1.0, 0.2
 #: After an eased stop a change of so many torque noises is a hand that leaves; if nothing changed for so
-#: long, s, what is felt is taken for the zero, with all of it in doubt.
-_JUMP, _CALM_S = 4.5, 1.0
+#: long, s, what is felt of late, s, is taken for the zero, with all of it in doubt.
+_JUMP, _CALM_S, _LATE_S = 4.5, 1.0, 0.2
 #: How well a bristle is known after a stop, and after one of a push that had just begun: to so many encoder
 #: counts, at worst this share of the level.
 _STOP_COUNTS, _STALL_COUNTS, _STOP_BOUND = 0.7, 0.3, 0.3
@@ -148,6 +148,7 @@ class LightLaw(Law):
         self._slow = 1.0 - math.exp(-period / _SLOW_S)
         self._follows = 1.0 - math.exp(-period / FOLLOWS_S)
         self._virtual = 1.0 - math.exp(-period / VIRTUAL_S)
+        self._late_samples = max(round(_LATE_S / period), 1)
         self._line = DelayLine()
         self.reset()
 
@@ -307,7 +308,7 @@ class LightLaw(Law):
                 self._let_go = True
                 self._stand(State.RESTING)
                 return self.anchor
-            self._count += 1
+            self._count = min(self._count + 1, self._late_samples)
             self._mean += (left - self._mean) / self._count
             if self._rested > _CALM_S and not self._pushed:
                 self._calm()
@@ -326,9 +327,9 @@ class LightLaw(Law):
         if against or small:
             self._tracked += 0.0 if against else slip
             self._certainty.shift(slip)
-        # a hard push is taken at once, a light one after a longer look
+        # a hard push is taken at once, a light one after a longer look, either not before the stop has calmed
         pushed = abs(self.torque) > 2.0 * start + self.doubt or abs(self._quiet) > start + self.doubt
-        self._pushed = self._pushed + 1 if pushed else 0
+        self._pushed = self._pushed + 1 if pushed and self._rested > _STAND_S else 0
         if self._pushed >= _START_SAMPLES:
             self.state = State.GUIDING
             self._x, self._w = self.anchor, 0.0
