@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from typing import final
 
 from idtool.control.certainty import DAMPING, Certainty
-from idtool.control.doubt import FADE, LEARN_EVERY, TURNS, Doubt
+from idtool.control.doubt import FADE, LEARN_EVERY, SHORT_TURNS, TURNS, Doubt
 from idtool.control.guard import Limits, Measurement, State
 from idtool.control.law import Law
 from idtool.control.online import OnlineModel
@@ -431,7 +431,7 @@ class LightLaw(Law):
         leash = _LEASH_S * abs(speed) + 4.0 * self.resolution
         if abs(behind) > leash:
             self._x = sample.position + math.copysign(leash, behind)
-        if self._doubt.turn == FADE and abs(speed) > 2.0 * self.rest_speed:
+        if self._doubt.turn in SHORT_TURNS and abs(speed) > 2.0 * self.rest_speed:
             late = min(max(behind / (speed * self._lead_time), -1.0), 1.0)
             lead = self._lead_time * (1.0 + TURNS * _TRIM_RATE * self.period * late)
             servo = self.settings.servo_time
@@ -487,5 +487,6 @@ class LightLaw(Law):
             self._sure = self._let_go = True
             self._stand(State.RESTING)
             return self.anchor
+        place = self._follow(sample)
         self._w = self._way * settings.tare_speed * math.sin(angle)
-        return self._follow(sample)
+        return place
