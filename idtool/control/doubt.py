@@ -21,8 +21,6 @@ from idtool.control.certainty import BRISTLE, Certainty
 COVERAGE = 2.0
 #: The turns. What is learned takes those from LEARN to LEARNT.
 FADE, VARIANCE, DEVIATION, LEARN, LEARNT = 0, 1, 2, 3, 8
-#: Those that leave time for something else.
-SHORT_TURNS = (FADE, LEARN)
 #: So many samples from a turn to the next of its kind; so many between two that an axis in motion learns from.
 TURNS, LEARN_EVERY = 3, 7
 

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from typing import final
 
 from idtool.control.certainty import DAMPING, Certainty
-from idtool.control.doubt import FADE, LEARN_EVERY, SHORT_TURNS, TURNS, Doubt
+from idtool.control.doubt import FADE, LEARN_EVERY, TURNS, Doubt
 from idtool.control.guard import Limits, Measurement, State
 from idtool.control.law import Law
 from idtool.control.online import OnlineModel
@@ -257,7 +257,10 @@ class LightLaw(Law):
         self._before = self._older
         self._older = self._old
         self._old = self.torque
-        self.torque += self._fast * (self.raw - self.torque)
+        if self.state is State.TARING:
+            self.torque = self.raw  # of no hand
+        else:
+            self.torque += self._fast * (self.raw - self.torque)
         if self.state in (State.GUIDING, State.TARING):
             self._quiet = self.torque  # only a rest asks for it
         else:
@@ -424,18 +427,23 @@ class LightLaw(Law):
         return min(turned, 2.0 * abs(self._w) * self.period)
 
     def _follow(self, sample: Measurement) -> float:
-        """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
+        """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way.
+
+        What is told to the place and the lag can wait for the turn that leaves time for it.
+        """
         speed = self._w
         self._x += speed * self.period
-        behind = self._x - sample.position
-        leash = _LEASH_S * abs(speed) + 4.0 * self.resolution
-        if abs(behind) > leash:
-            self._x = sample.position + math.copysign(leash, behind)
-        if self._doubt.turn in SHORT_TURNS and abs(speed) > 2.0 * self.rest_speed:
-            late = min(max(behind / (speed * self._lead_time), -1.0), 1.0)
-            lead = self._lead_time * (1.0 + TURNS * _TRIM_RATE * self.period * late)
-            servo = self.settings.servo_time
-            self._lead_time = min(max(lead, servo / _TRIM_RANGE), servo * _TRIM_RANGE)
+        if self._doubt.turn == FADE:
+            behind = self._x - sample.position
+            leash = _LEASH_S * abs(speed) + 4.0 * self.resolution
+            if abs(behind) > leash:
+                self._x = sample.position + math.copysign(leash, behind)
+            if abs(speed) > 2.0 * self.rest_speed:
+                late = min(max(behind / (speed * self._lead_time), -1.0), 1.0)
+                rate = _TRIM_RATE * (LEARN_EVERY if self.state is State.TARING else TURNS)
+                lead = self._lead_time * (1.0 + rate * self.period * late)
+                servo = self.settings.servo_time
+                self._lead_time = min(max(lead, servo / _TRIM_RANGE), servo * _TRIM_RANGE)
         return self._x + self._lead_time * speed
 
     def _brake(self, sample: Measurement) -> float:

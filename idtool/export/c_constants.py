@@ -218,6 +218,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             SLOW_SPEED=light._SLOW_SPEEDS * its.rest_speed,
             SERVO_TIME=s.servo_time,
             TRIM=TURNS * light._TRIM_RATE * period,
+            TRIM_TARE=LEARN_EVERY * light._TRIM_RATE * period,
             TRIM_RANGE=light._TRIM_RANGE,
             LEASH=light._LEASH_S,
             LEASH_LEAST=4.0 * c.resolution,
