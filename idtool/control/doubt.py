@@ -4,7 +4,7 @@ The covariance of `Certainty` is most of the light law's arithmetic, more than a
 one period. Little of it is urgent: what the axis learns lasts for minutes, and the doubt of a motion changes
 as slowly as the motion does. So each sample takes one turn of it,
 
-    FADE, VARIANCE, DEVIATION, FADE, ...      what the bristle forgot; the doubt of this motion
+    FADE, SPARE, VARIANCE, DEVIATION, FADE, ...     what the bristle forgot; nothing; the doubt of this motion
 
 and what is learned takes the turns from LEARN to LEARNT, after which it counts. Only the mean, which the
 hand's torque is read with, fades at every sample. Until the turn comes a new doubt is stated by its bound.
@@ -20,9 +20,9 @@ from idtool.control.certainty import BRISTLE, Certainty
 #: So many standard deviations are left for the hand to carry.
 COVERAGE = 2.0
 #: The turns. What is learned takes those from LEARN to LEARNT.
-FADE, VARIANCE, DEVIATION, LEARN, LEARNT = 0, 1, 2, 3, 8
+FADE, SPARE, VARIANCE, DEVIATION, LEARN, LEARNT = 0, 1, 2, 3, 4, 9
 #: So many samples from a turn to the next of its kind; so many between two that an axis in motion learns from.
-TURNS, LEARN_EVERY = 3, 7
+TURNS, LEARN_EVERY = 4, 8
 
 
 @final
@@ -67,7 +67,9 @@ class Doubt:
         """
         self.certainty.mean[BRISTLE] *= kept
         self._kept *= kept
-        if self._held is not None:
+        if self.turn == FADE:
+            self.turn = SPARE
+        elif self._held is not None:
             self.turn = max(self.turn + 1, LEARN)
         else:
             self.turn = self.turn + 1 if self.turn < DEVIATION else FADE
@@ -133,3 +135,4 @@ class Doubt:
         self.certainty = certainty
         self._held = None
         self._kept = 1.0
+        self.turn = LEARNT

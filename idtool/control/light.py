@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from typing import final
 
 from idtool.control.certainty import DAMPING, Certainty
-from idtool.control.doubt import FADE, LEARN_EVERY, TURNS, Doubt
+from idtool.control.doubt import FADE, LEARN_EVERY, SPARE, TURNS, Doubt
 from idtool.control.guard import Limits, Measurement, State
 from idtool.control.law import Law
 from idtool.control.online import OnlineModel
@@ -433,7 +433,7 @@ class LightLaw(Law):
         """
         speed = self._w
         self._x += speed * self.period
-        if self._doubt.turn == FADE:
+        if self._doubt.turn == SPARE:
             behind = self._x - sample.position
             leash = _LEASH_S * abs(speed) + 4.0 * self.resolution
             if abs(behind) > leash:
