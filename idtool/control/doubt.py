@@ -19,6 +19,8 @@ from idtool.control.certainty import BRISTLE, Certainty
 
 #: So many standard deviations are left for the hand to carry.
 COVERAGE = 2.0
+#: How stiff a bristle is, is not known well: the doubt forgets this share of what the mean does.
+FORGETS = 0.75
 #: The turns. What is learned takes those from LEARN to LEARNT.
 FADE, SPARE, VARIANCE, DEVIATION, LEARN, LEARNT = 0, 1, 2, 3, 4, 9
 #: So many samples from a turn to the next of its kind; so many between two that an axis in motion learns from.
@@ -32,7 +34,7 @@ class Doubt:
     Attributes:
         certainty: what is known.
         value: COVERAGE standard deviations of the corrected model, N m (N).
-        unexplained: what an axis that hardly moves may be wrong by beside that, as a standard deviation, N m (N).
+        unexplained: what an axis that hardly moves may be wrong by beside that, a deviation too, N m (N).
         turn: which this sample took.
     """
 
@@ -83,7 +85,7 @@ class Doubt:
             self.finish()
 
     def _fade(self) -> None:
-        self.certainty.fade_covariance(self._kept)
+        self.certainty.fade_covariance(1.0 - FORGETS * (1.0 - self._kept))
         self._kept = 1.0
 
     def learn(self, surprise: float, elastic: float, damping: float, noise: float) -> None:

@@ -471,7 +471,7 @@ class LightLaw(Law):
         return place
 
     def _tare(self, sample: Measurement) -> float:
-        """Move to and fro, learn from one sample in LEARN_EVERY; forget it all if something touched the axis."""
+        """Move to and fro, learn from one sample in LEARN_EVERY; forget all if something touched the axis."""
         settings, load = self.settings, self.model.load
         self._since += self.period
         angle = settings.tare_speed / (0.5 * settings.tare_travel) * self._since

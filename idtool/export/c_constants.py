@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from idtool.control import certainty, force_free, guard, law, light, load, paper, sensing
-from idtool.control.doubt import COVERAGE, LEARN_EVERY, TURNS
+from idtool.control.doubt import COVERAGE, FORGETS, LEARN_EVERY, TURNS
 from idtool.control.force_free import ForceFreeController
 from idtool.control.light import LightLaw
 from idtool.control.paper import PaperLaw
@@ -194,6 +194,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             START_TORQUE=s.start_torque,
             NOISE=noise,
             COVERAGE=COVERAGE,
+            FORGETS=FORGETS,
             GATE=light._GATE * noise,
             BENT=light._STOP_BOUND * bound,
             STEADY=light._STEADY * noise,
