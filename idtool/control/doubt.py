@@ -23,7 +23,7 @@ COVERAGE = 2.0
 FORGETS = 0.75
 #: The turns. What is learned takes those from LEARN to LEARNT.
 FADE, SPARE, VARIANCE, DEVIATION, LEARN, LEARNT = 0, 1, 2, 3, 4, 9
-#: So many samples from a turn to the next of its kind; so many between two that an axis in motion learns from.
+#: So many samples from a turn to the next of its kind, and from one that a motion teaches to the next.
 TURNS, LEARN_EVERY = 4, 8
 
 

@@ -139,8 +139,7 @@ class LightLaw(Law):
             settings.damping_doubt,
             _BRISTLE_PRIOR * model.friction_bound,
         )
-        self._certainty = Certainty(*self.prior)
-        self._doubt = Doubt(self._certainty)
+        self._doubt = Doubt(Certainty(*self.prior))
         self._fast = 1.0 - math.exp(-period / FAST_S)
         self._slow = 1.0 - math.exp(-period / _SLOW_S)
         self._follows = 1.0 - math.exp(-period / FOLLOWS_S)
@@ -178,7 +177,7 @@ class LightLaw(Law):
     @property
     def learned(self) -> tuple[float, float, float]:
         """Load that nobody told of (N m or N); friction level and viscous friction over the file's."""
-        load, level, viscous, _ = self._certainty.mean
+        load, level, viscous, _ = self._doubt.certainty.mean
         return load, 1.0 + level, 1.0 + viscous
 
     @property
@@ -193,7 +192,7 @@ class LightLaw(Law):
         middle = 0.5 * (self.limits.position_min + self.limits.position_max)
         self._way = 1.0 if not middle < self.anchor else -1.0  # NaN: no limits on either side
         self._doubt.finish()
-        self._kept = self._certainty.copy()
+        self._kept = self._doubt.certainty.copy()
         self._since = self._square = 0.0
         self._count = 0
         self._w = self._nominal = 0.0
@@ -245,7 +244,7 @@ class LightLaw(Law):
         slow = max(1.0 - abs(self._w) / (_SLOW_SPEEDS * self.rest_speed), 0.0)
         self._doubt.follow(load.kept, load.elastic, load.damping, slow)
         self.doubt = self._doubt.value
-        self.extra = self._certainty.correction(load.elastic, load.damping)
+        self.extra = self._doubt.certainty.correction(load.elastic, load.damping)
         carried = load.total + self.extra
         if load.delay > 0.0:
             motor = self._line.delayed(sample.time, motor, load.delay)
@@ -257,14 +256,11 @@ class LightLaw(Law):
         self._before = self._older
         self._older = self._old
         self._old = self.torque
-        if self.state is State.TARING:
-            self.torque = self.raw  # of no hand
-        else:
-            self.torque += self._fast * (self.raw - self.torque)
-        if self.state in (State.GUIDING, State.TARING):
+        taring = self.state is State.TARING  # by no hand
+        self.torque += (1.0 if taring else self._fast) * (self.raw - self.torque)
+        self._quiet += self._slow * (self.raw - self._quiet)
+        if taring or self.state is State.GUIDING:
             self._quiet = self.torque  # only a rest asks for it
-        else:
-            self._quiet += self._slow * (self.raw - self._quiet)
 
     def _stand(self, state: State) -> None:
         """Rest from now on, and take the zero once the drive stands too."""
@@ -325,7 +321,7 @@ class LightLaw(Law):
         small = abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start
         if against or small:
             self._tracked += 0.0 if against else slip
-            self._certainty.shift(slip)
+            self._doubt.certainty.shift(slip)
         # a hard push is taken at once, a light one after a longer look
         pushed = abs(self.torque) > 2.0 * start + self.doubt or abs(self._quiet) > start + self.doubt
         self._pushed = self._pushed + 1 if pushed else 0
@@ -350,7 +346,7 @@ class LightLaw(Law):
     def _felt(self) -> float:
         """Mean torque at rest that the model does not explain, N m (N)."""
         load = self.model.load
-        return self._certainty.correction(load.elastic, load.damping) - self._mean
+        return self._doubt.certainty.correction(load.elastic, load.damping) - self._mean
 
     def _zero(self) -> None:
         """What the motor carries now is no hand: learn from it, and put what is left on the bristle."""
@@ -422,15 +418,12 @@ class LightLaw(Law):
         model = self.model
         if not model.inertia > 0.0:
             return 0.0
-        viscous = abs(model.load.damping * (1.0 + self._certainty.mean[DAMPING]))
+        viscous = abs(model.load.damping * (1.0 + self._doubt.certainty.mean[DAMPING]))
         turned = (2.0 * _DRIVE_S) ** 2 * max(viscous - hand, 0.0) / model.inertia
         return min(turned, 2.0 * abs(self._w) * self.period)
 
     def _follow(self, sample: Measurement) -> float:
-        """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way.
-
-        What is told to the place and the lag can wait for the turn that leaves time for it.
-        """
+        """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
         speed = self._w
         self._x += speed * self.period
         if self._doubt.turn == SPARE:
@@ -486,7 +479,6 @@ class LightLaw(Law):
         if angle >= 2.0 * math.pi * TARE_CYCLES:
             remains = self._square / max(self._count, 1)
             if remains > (_TARE_LEFT * settings.noise) ** 2:
-                self._certainty = self._kept
                 self._doubt.restore(self._kept)
                 self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
             else:
