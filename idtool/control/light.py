@@ -54,6 +54,9 @@ _BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
 _FOLLOW_S, _FOLLOW_SHARE = 0.05, 0.2
 #: The first moment of braking asks for the opposite speed, by this share of the servo's lag.
 _KICK_S, _KICK_SHARE = 0.015, 0.7
+#: Share of the reference that is turned round for one period more: what the friction that goes with speed
+#: held back meanwhile.
+_RELIEF_AGAIN = 0.2
 #: A braked axis comes to rest where it would be after so long at the speed that is read, s.
 _COAST_S = 0.008
 #: Velocity loop of a drive, s: its integrator takes up torque at inertia / (2 * this)^2 per rad.
@@ -356,8 +359,12 @@ class LightLaw(Law):
         if not self._sure and abs(felt) > self._gate():
             # more than the model can be wrong by: the hand is still there, or again, unless the stop left the
             # bristle bent by more than thought; nothing may start on that, so all of it is in doubt
-            if felt * self._pushed_way > 0.0 and abs(felt) <= self._gate() + self._bent():
+            if abs(felt) <= self._gate() + self._bent():
                 self._take(math.hypot(settings.noise, felt))
+                # against the push it may be a hand that turned round: look out for its leaving
+                if felt * self._pushed_way < 0.0:
+                    self._let_go = False
+                    self._count, self._mean = 0, 0.0
             return
         self._doubt.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
         self._take(settings.noise)
@@ -459,8 +466,9 @@ class LightLaw(Law):
         if self._since < _KICK_S:
             return sample.position - _KICK_SHARE * self._lead_time * sample.velocity
         place = sample.position + _COAST_S * sample.velocity
-        if self._since < _KICK_S + self.period:
-            place -= self._lead_time / self.period * self._relief
+        if self._since < _KICK_S + 2.0 * self.period:
+            share = 1.0 if self._since < _KICK_S + self.period else _RELIEF_AGAIN
+            place -= share * self._lead_time / self.period * self._relief
         return place
 
     def _tare(self, sample: Measurement) -> float:

@@ -227,6 +227,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             KICK=light._KICK_SHARE,
             COAST=light._COAST_S,
             RELIEF=relief,
+            RELIEF_AGAIN=light._RELIEF_AGAIN,
         ),
         _group(
             "light: variances before anything is learned, and what is added to them; as everything of the"
@@ -281,6 +282,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         "CALM": periods(period, lambda t: t > light._CALM_S),
         "KICK_END": periods(period, lambda t: t >= light._KICK_S),
         "RELIEF_END": periods(period, lambda t: t >= light._KICK_S + period),
+        "RELIEF_LAST": periods(period, lambda t: t >= light._KICK_S + 2.0 * period),
         "TARE_LAST": periods(period, lambda t: turn * t > last),
         "TARE_END": periods(period, lambda t: turn * t >= whole),
         "LOST_PERIODS": guard._LOST_PERIODS,
