@@ -45,8 +45,12 @@ class Certainty:
 
     def fade(self, share: float) -> None:
         """After a travel that keeps `share` of a bristle's deflection."""
-        p = self._cov
         self.mean[BRISTLE] *= share
+        self.fade_covariance(share)
+
+    def fade_covariance(self, share: float) -> None:
+        """The part of `fade` that can wait."""
+        p = self._cov
         last = p[BRISTLE]
         for k in range(3):
             last[k] *= share
@@ -79,6 +83,10 @@ class Certainty:
 
     def deviation(self, elastic: float, damping: float) -> float:
         """Standard deviation of the corrected model, N m (N), at these friction torques."""
+        return math.sqrt(self.variance(elastic, damping))
+
+    def variance(self, elastic: float, damping: float) -> float:
+        """The same, squared."""
         a, b, c, d = self._cov
         variance = (
             a[0]
@@ -87,7 +95,7 @@ class Certainty:
             + elastic * (elastic * b[1] + 2.0 * (a[1] + b[3]))
             + damping * (damping * c[2] + 2.0 * (a[2] + c[3] + elastic * b[2]))
         )
-        return math.sqrt(variance) if variance > 0.0 else 0.0
+        return max(variance, 0.0)
 
     def learn(self, left: float, elastic: float, damping: float, noise: float) -> None:
         """Take in what is left of the uncorrected model while no hand touches.
@@ -97,14 +105,18 @@ class Certainty:
             elastic, damping: the model's friction torques, N m (N).
             noise: standard deviation of `left`, N m (N).
         """
+        self.take_in(left - self.correction(elastic, damping), elastic, damping, noise)
+
+    def take_in(self, surprise: float, elastic: float, damping: float, noise: float) -> float:
+        """`learn` from what is left of the corrected model; what of that is left then, N m (N)."""
         p, row = self._cov, (1.0, elastic, damping, 1.0)
         spread = [sum(p[j][k] * row[k] for k in range(4)) for j in range(4)]
         total = sum(row[k] * spread[k] for k in range(4)) + noise * noise
         if not total > 0.0:
-            return
-        surprise = left - self.correction(elastic, damping)
+            return surprise
         for j in range(4):
             gain = spread[j] / total
             self.mean[j] += gain * surprise
             for k in range(4):
                 p[j][k] -= gain * spread[k]
+        return surprise * noise * noise / total

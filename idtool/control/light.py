@@ -23,13 +23,12 @@ from dataclasses import dataclass
 from typing import final
 
 from idtool.control.certainty import DAMPING, Certainty
+from idtool.control.doubt import FADE, LEARN_EVERY, SPARE, TURNS, Doubt
 from idtool.control.guard import Limits, Measurement, State
 from idtool.control.law import Law
 from idtool.control.online import OnlineModel
 from idtool.control.sensing import DelayLine
 
-#: So many standard deviations are left for the hand to carry.
-COVERAGE = 2.0
 #: Share of the level that a bristle at rest may hold without our knowing, as a standard deviation.
 _BRISTLE_PRIOR = 0.6
 #: Filters of the hand's torque: while it moves, and at rest, s.
@@ -143,7 +142,7 @@ class LightLaw(Law):
             settings.damping_doubt,
             _BRISTLE_PRIOR * model.friction_bound,
         )
-        self._certainty = Certainty(*self.prior)
+        self._doubt = Doubt(Certainty(*self.prior))
         self._fast = 1.0 - math.exp(-period / FAST_S)
         self._slow = 1.0 - math.exp(-period / _SLOW_S)
         self._follows = 1.0 - math.exp(-period / FOLLOWS_S)
@@ -154,8 +153,7 @@ class LightLaw(Law):
 
     def reset(self) -> None:
         """What was learned and trimmed is forgotten too."""
-        self._certainty.reset()
-        self._unexplained = 0.0
+        self._doubt.reset()
         self._lead_time = self.settings.servo_time
         self.begin(0.0)
 
@@ -163,7 +161,7 @@ class LightLaw(Law):
         """The bristle is unknown, what was learned of load and friction still holds."""
         self.model.reset()
         self._line.clear()
-        self._certainty.unsettle_bristle()
+        self._doubt.begin()
         self.anchor = self._x = self.limits.clip(position)
         self._w = self._nominal = self._seen = 0.0
         self._last: Measurement | None = None
@@ -183,7 +181,7 @@ class LightLaw(Law):
     @property
     def learned(self) -> tuple[float, float, float]:
         """Load that nobody told of (N m or N); friction level and viscous friction over the file's."""
-        load, level, viscous, _ = self._certainty.mean
+        load, level, viscous, _ = self._doubt.certainty.mean
         return load, 1.0 + level, 1.0 + viscous
 
     @property
@@ -197,7 +195,8 @@ class LightLaw(Law):
             return False
         middle = 0.5 * (self.limits.position_min + self.limits.position_max)
         self._way = 1.0 if not middle < self.anchor else -1.0  # NaN: no limits on either side
-        self._kept = self._certainty.copy()
+        self._doubt.finish()
+        self._kept = self._doubt.certainty.copy()
         self._since = self._square = 0.0
         self._count = 0
         self._w = self._nominal = 0.0
@@ -210,17 +209,17 @@ class LightLaw(Law):
         """Hold the anchor, or lead the law's own motion."""
         self.limited = ()
         self.wanted = 0.0
-        left = self._observe(sample)
+        self._observe(sample)
         if self.state is State.GUIDING:
             return self._guide(sample)
         if self.state is State.STOPPING:
             return self._brake(sample)
         if self.state is State.TARING:
-            return self._tare(sample, left)
-        return self._rest(left)
+            return self._tare(sample)
+        return self._rest()
 
-    def _observe(self, sample: Measurement) -> float:
-        """Update the estimate of the hand; what K i leaves of the model before anything was learned."""
+    def _observe(self, sample: Measurement) -> None:
+        """Update the estimate of the hand."""
         last = self._last or sample
         self._last = sample
         step = sample.time - last.time
@@ -246,27 +245,26 @@ class LightLaw(Law):
         )
         motor = model.torque_constant * sample.current
         motor *= 1.0 - load.saturation * abs(motor)
-        carried = load.total
+        slow = max(1.0 - abs(self._w) / (_SLOW_SPEEDS * self.rest_speed), 0.0)
+        self._doubt.follow(load.kept, load.elastic, load.damping, slow)
+        self.doubt = self._doubt.value
+        self.extra = self._doubt.certainty.correction(load.elastic, load.damping)
+        carried = load.total + self.extra
         if load.delay > 0.0:
             motor = self._line.delayed(sample.time, motor, load.delay)
         elif load.delay < 0.0:
             carried = self._line.delayed(sample.time, carried, -load.delay)
-        left = motor - carried
-        if not math.isfinite(left):
-            left = 0.0  # only a file edited into absurdity gets here
-        if travel != 0.0:
-            self._certainty.fade(1.0 / (1.0 + model.bristle_stiffness * abs(travel) / load.level))
-        self.extra = self._certainty.correction(load.elastic, load.damping)
-        known = self._certainty.deviation(load.elastic, load.damping)
-        slow = max(1.0 - abs(self._w) / (_SLOW_SPEEDS * self.rest_speed), 0.0)
-        self.doubt = COVERAGE * math.hypot(known, slow * self._unexplained)
-        self.raw = self.extra - left
+        self.raw = carried - motor
+        if not math.isfinite(self.raw):
+            self.raw = 0.0  # only a file edited into absurdity gets here
         self._before = self._older
         self._older = self._old
         self._old = self.torque
-        self.torque += self._fast * (self.raw - self.torque)
+        taring = self.state is State.TARING  # by no hand
+        self.torque += (1.0 if taring else self._fast) * (self.raw - self.torque)
         self._quiet += self._slow * (self.raw - self._quiet)
-        return left
+        if taring or self.state is State.GUIDING:
+            self._quiet = self.torque  # only a rest asks for it
 
     def _stand(self, state: State) -> None:
         """Rest from now on, and take the zero once the drive stands too."""
@@ -275,8 +273,9 @@ class LightLaw(Law):
         self._since = self._rested = self._mean = 0.0
         self._count = self._pushed = 0
 
-    def _rest(self, left: float) -> float:
+    def _rest(self) -> float:
         """Hold the anchor, take the zero, wait for a hand."""
+        left = self.extra - self.raw  # of the model before anything was learned
         starting = self.state is State.STARTING
         self._rested += self.period
         if not self._armed:
@@ -304,7 +303,7 @@ class LightLaw(Law):
         if not self._let_go:
             # a hand that leant on the axis while it stopped leaves faster than one comes
             jump = self.raw - self._before
-            if self._rested > _BRAKE_S and abs(jump) > _JUMP * self.settings.noise:
+            if self._rested > _STAND_S and abs(jump) > _JUMP * self.settings.noise:
                 self._let_go = True
                 self._stand(State.RESTING)
                 return self.anchor
@@ -326,7 +325,7 @@ class LightLaw(Law):
         small = abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start
         if against or small:
             self._tracked += 0.0 if against else slip
-            self._certainty.shift(slip)
+            self._doubt.certainty.shift(slip)
         # a hard push is taken at once, a light one after a longer look, either not before the stop has calmed
         pushed = abs(self.torque) > 2.0 * start + self.doubt or abs(self._quiet) > start + self.doubt
         self._pushed = self._pushed + 1 if pushed and self._rested > _STAND_S else 0
@@ -351,7 +350,7 @@ class LightLaw(Law):
     def _felt(self) -> float:
         """Mean torque at rest that the model does not explain, N m (N)."""
         load = self.model.load
-        return self._certainty.correction(load.elastic, load.damping) - self._mean
+        return self._doubt.certainty.correction(load.elastic, load.damping) - self._mean
 
     def _zero(self) -> None:
         """What the motor carries now is no hand: learn from it, and put what is left on the bristle."""
@@ -368,7 +367,7 @@ class LightLaw(Law):
                     self._let_go = False
                     self._count, self._mean = 0, 0.0
             return
-        self._certainty.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
+        self._doubt.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
         self._take(settings.noise)
 
     def _calm(self) -> None:
@@ -381,10 +380,9 @@ class LightLaw(Law):
     def _take(self, noise: float) -> None:
         """Make the mean torque at rest the zero; `noise` says how much of it may be a hand, N m (N)."""
         load = self.model.load
-        self._certainty.learn(self._mean, load.elastic, load.damping, noise)
-        rest = -self._felt()
         # where a hand may still lean on the axis, nothing must start when it leaves
-        self._certainty.shift(rest, 0.0 if self._sure else abs(rest) / COVERAGE)
+        self._doubt.settle(-self._felt(), load.elastic, load.damping, noise, sure=self._sure)
+        self.doubt = self._doubt.value
         self._tracked = 0.0
         self.torque = self._quiet = 0.0
 
@@ -428,7 +426,7 @@ class LightLaw(Law):
         model = self.model
         if not model.inertia > 0.0:
             return 0.0
-        viscous = abs(model.load.damping * (1.0 + self._certainty.mean[DAMPING]))
+        viscous = abs(model.load.damping * (1.0 + self._doubt.certainty.mean[DAMPING]))
         turned = (2.0 * _DRIVE_S) ** 2 * max(viscous - hand, 0.0) / model.inertia
         return min(turned, 2.0 * abs(self._w) * self.period)
 
@@ -436,15 +434,17 @@ class LightLaw(Law):
         """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
         speed = self._w
         self._x += speed * self.period
-        behind = self._x - sample.position
-        leash = _LEASH_S * abs(speed) + 4.0 * self.resolution
-        if abs(behind) > leash:
-            self._x = sample.position + math.copysign(leash, behind)
-        if abs(speed) > 2.0 * self.rest_speed:
-            late = min(max(behind / (speed * self._lead_time), -1.0), 1.0)
-            lead = self._lead_time * (1.0 + _TRIM_RATE * self.period * late)
-            servo = self.settings.servo_time
-            self._lead_time = min(max(lead, servo / _TRIM_RANGE), servo * _TRIM_RANGE)
+        if self._doubt.turn == SPARE:
+            behind = self._x - sample.position
+            leash = _LEASH_S * abs(speed) + 4.0 * self.resolution
+            if abs(behind) > leash:
+                self._x = sample.position + math.copysign(leash, behind)
+            if abs(speed) > 2.0 * self.rest_speed:
+                late = min(max(behind / (speed * self._lead_time), -1.0), 1.0)
+                rate = _TRIM_RATE * (LEARN_EVERY if self.state is State.TARING else TURNS)
+                lead = self._lead_time * (1.0 + rate * self.period * late)
+                servo = self.settings.servo_time
+                self._lead_time = min(max(lead, servo / _TRIM_RANGE), servo * _TRIM_RANGE)
         return self._x + self._lead_time * speed
 
     def _brake(self, sample: Measurement) -> float:
@@ -456,7 +456,8 @@ class LightLaw(Law):
             self._armed = not self._let_go  # a hand that eased off may still lean on the axis: no zero then
             bound, model = _STOP_BOUND * self.model.friction_bound, self.model
             counts = _STALL_COUNTS if self._stalled else _STOP_COUNTS
-            self._certainty.shift(0.0, min(counts * self.resolution * model.bristle_stiffness, bound))
+            self._doubt.unsettle(min(counts * self.resolution * model.bristle_stiffness, bound))
+            self.doubt = self._doubt.value
             self.anchor = self.limits.clip(sample.position)
             return self.anchor
         if self._since > _EASED_S and abs(self.torque) > self._gate():
@@ -471,31 +472,30 @@ class LightLaw(Law):
             place -= share * self._lead_time / self.period * self._relief
         return place
 
-    def _tare(self, sample: Measurement, left: float) -> float:
-        """Move to and fro, learn at every sample; forget it all if something touched the axis."""
+    def _tare(self, sample: Measurement) -> float:
+        """Move to and fro, learn from one sample in LEARN_EVERY; forget all if something touched the axis."""
         settings, load = self.settings, self.model.load
-        reach = 0.5 * settings.tare_travel
-        turn = settings.tare_speed / reach
         self._since += self.period
-        angle = turn * self._since
+        angle = settings.tare_speed / (0.5 * settings.tare_travel) * self._since
         # readings that come late turn damping into what looks elastic, the same way all through
         late = TARE_LATE * load.damping
-        self._certainty.learn(left, load.elastic, load.damping, math.hypot(TARE_NOISE * settings.noise, late))
+        if self._doubt.turn == FADE:
+            noise = math.hypot(TARE_NOISE * settings.noise, late) / math.sqrt(LEARN_EVERY)
+            self._doubt.learn(-self.raw, load.elastic, load.damping, noise)
         if angle > 2.0 * math.pi * (TARE_CYCLES - 1):
             self._count += 1
-            self._square += (left - self._certainty.correction(load.elastic, load.damping)) ** 2
+            self._square += self.raw**2
         if angle >= 2.0 * math.pi * TARE_CYCLES:
             remains = self._square / max(self._count, 1)
             if remains > (_TARE_LEFT * settings.noise) ** 2:
-                self._certainty = self._kept
+                self._doubt.restore(self._kept)
                 self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
             else:
-                self._unexplained = math.sqrt(max(remains - (_TARE_NORMAL * settings.noise) ** 2, 0.0))
+                self._doubt.unexplained = math.sqrt(max(remains - (_TARE_NORMAL * settings.noise) ** 2, 0.0))
             self._w = 0.0
             self._sure = self._let_go = True
             self._stand(State.RESTING)
             return self.anchor
-        place = self.anchor + self._way * reach * (1.0 - math.cos(angle))
+        place = self._follow(sample)
         self._w = self._way * settings.tare_speed * math.sin(angle)
-        self._x = place - self._w * self.period
-        return self._follow(sample)
+        return place

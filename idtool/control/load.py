@@ -168,7 +168,7 @@ def carry(
     tilt_beta: float,
     temperature: float,
     travel: float,
-) -> tuple[float, float, float, float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float, float, float, float]:
     """Advance the bristle over the step that ends now and return what the motor carries.
 
     Args:
@@ -183,7 +183,8 @@ def carry(
 
     Returns:
         Gravity, elastic and damping share of the friction, additive effects, friction level (N m or N);
-        saturation (per N m), delay (s), deflection z (rad or m).
+        saturation (per N m), delay (s), deflection z (rad or m), and the share of it before that the step's
+        travel kept.
     """
     upright = gravity_of(n, position, payload)
     factor = math.cos(tilt_alpha) * math.cos(tilt_beta)
@@ -236,6 +237,7 @@ def carry(
         pull = -n[OMEGA] * n[OMEGA] * m[TWIST] - 2.0 * n[DAMPING] * n[OMEGA] * m[TWIST_RATE]
         torque += n[LOAD_INERTIA] * (pull - acceleration)
 
+    decay = 1.0
     level = _level(n, velocity, level_change, level_torque, static_change, exponent_change)
     if m[BEGUN] != 0.0:
         # the bristle sees the mean of the step's two ends, as in the batch model
@@ -264,7 +266,7 @@ def carry(
     elastic = (1.0 + bristle_change) * n[SIGMA0] * z
     damping = (1.0 + bristle_change) * n[SIGMA1] * rate + n[VISCOUS] * (1.0 + viscous_change) * velocity
     saturation = n[SATURATION] + m[OUTSIDE + 8]
-    return load, elastic, damping, torque, level, saturation, n[DELAY] + m[OUTSIDE + 7], z
+    return load, elastic, damping, torque, level, saturation, n[DELAY] + m[OUTSIDE + 7], z, decay
 
 
 assert FIELDS == (

@@ -35,6 +35,7 @@ class Load:
         level: friction level g at the present speed, effects included.
         saturation: relative loss of motor torque per torque, 1/(N m).
         delay: by how much position and velocity lag the current, s.
+        kept: share of the bristle's deflection that outlived the travel since the sample before.
     """
 
     gravity: float = 0.0
@@ -44,6 +45,7 @@ class Load:
     level: float = 0.0
     saturation: float = 0.0
     delay: float = 0.0
+    kept: float = 1.0
 
     @property
     def friction(self) -> float:
@@ -204,6 +206,7 @@ class OnlineModel:
             load.saturation,
             load.delay,
             self._bristle,
+            load.kept,
         ) = compiled.carry(
             self._numbers,
             self._memory,

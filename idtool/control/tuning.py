@@ -28,6 +28,7 @@ import numpy as np
 
 from idtool.control import light
 from idtool.control.certainty import Certainty
+from idtool.control.doubt import COVERAGE, LEARN_EVERY
 from idtool.control.force_free import COMMAND_GAIN, ForceFreeController
 from idtool.control.online import OnlineModel
 from idtool.errors import InputError
@@ -185,22 +186,23 @@ def doubt_after_tare(parameters: Parameters, speed: float, period: float) -> flo
         angle = turn * k * period
         now = reach * (1.0 - math.cos(angle))
         load = _move(model, certainty, now, settings.tare_speed * math.sin(angle), now - place, k, period)
-        noise = math.hypot(light.TARE_NOISE * settings.noise, light.TARE_LATE * load.damping)
-        certainty.learn(0.0, load.elastic, load.damping, noise)
+        if k % LEARN_EVERY == 0:
+            noise = math.hypot(light.TARE_NOISE * settings.noise, light.TARE_LATE * load.damping)
+            certainty.learn(0.0, load.elastic, load.damping, noise / math.sqrt(LEARN_EVERY))
         place = now
     # and a push of a second at the speed, in which the bristle bends over
     worst = 0.0
     for k in range(round(1.0 / period)):
         load = _move(model, certainty, place, speed, speed * period, k, period)
         worst = max(worst, certainty.deviation(load.elastic, load.damping))
-    return light.COVERAGE * worst
+    return COVERAGE * worst
 
 
 def _move(
     model: OnlineModel, certainty: Certainty, place: float, speed: float, travel: float, k: int, period: float
 ) -> Any:
     load = model.update(k * period, period, place, speed, 0.0, 0.0, 0.0, 0.0, None, travel)
-    certainty.fade(1.0 / (1.0 + model.bristle_stiffness * abs(travel) / load.level))
+    certainty.fade(load.kept)
     return load
 
 

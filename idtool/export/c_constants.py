@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from idtool.control import certainty, force_free, guard, law, light, load, paper, sensing
+from idtool.control.doubt import COVERAGE, FORGETS, LEARN_EVERY, TURNS
 from idtool.control.force_free import ForceFreeController
 from idtool.control.light import LightLaw
 from idtool.control.paper import PaperLaw
@@ -120,6 +121,9 @@ def _axis(parameters: Parameters, c: ForceFreeController, used: frozenset[str]) 
         "LEVEL_FLOOR": load._LEVEL_FLOOR * min(model.coulomb, model.static) + 1e-12,
         "FRICTION_BOUND": model.friction_bound,
     }
+    # where the exponent is the square, its parts are that of the speed in these units
+    parts = 1.0 if "exponent_change" in used else math.sqrt(2.0**24 / math.log(2.0))
+    friction["PER_SPEED"] = parts / model.stribeck_velocity
     if "exponent_change" in used:
         friction["EXPONENT"] = EXPONENT
     bounds = {
@@ -189,7 +193,8 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             YIELDING=s.yielding,
             START_TORQUE=s.start_torque,
             NOISE=noise,
-            COVERAGE=light.COVERAGE,
+            COVERAGE=COVERAGE,
+            FORGETS=FORGETS,
             GATE=light._GATE * noise,
             BENT=light._STOP_BOUND * bound,
             STEADY=light._STEADY * noise,
@@ -213,7 +218,8 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             REST_SPEED=law.REST_COUNTS_PER_S * c.resolution,
             SLOW_SPEED=light._SLOW_SPEEDS * its.rest_speed,
             SERVO_TIME=s.servo_time,
-            TRIM=light._TRIM_RATE * period,
+            TRIM=TURNS * light._TRIM_RATE * period,
+            TRIM_TARE=LEARN_EVERY * light._TRIM_RATE * period,
             TRIM_RANGE=light._TRIM_RANGE,
             LEASH=light._LEASH_S,
             LEASH_LEAST=4.0 * c.resolution,
@@ -224,13 +230,14 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             RELIEF_AGAIN=light._RELIEF_AGAIN,
         ),
         _group(
-            "light: variances before anything is learned, and what is added to them",
-            **{f"{name}_PRIOR": deviation**2 for name, deviation in prior.items()},
-            STOP_VARIANCE=stop**2,
-            STALL_VARIANCE=stall**2,
-            LOAD_DRIFT=(light._DRIFT_LOAD * noise) ** 2,
-            FRICTION_DRIFT=light._DRIFT_FRICTION**2,
-            NOISE_VARIANCE=noise**2,
+            "light: variances before anything is learned, and what is added to them; as everything of the"
+            " covariance those of the doubt, COVERAGE^2 times as large",
+            **{f"{name}_PRIOR": (COVERAGE * deviation) ** 2 for name, deviation in prior.items()},
+            STOP_DOUBT=COVERAGE * stop,
+            STALL_DOUBT=COVERAGE * stall,
+            LOAD_DRIFT=(COVERAGE * light._DRIFT_LOAD * noise) ** 2,
+            FRICTION_DRIFT=(COVERAGE * light._DRIFT_FRICTION) ** 2,
+            NOISE_VARIANCE=(COVERAGE * noise) ** 2,
         ),
         _group(
             "light: tare",
@@ -239,8 +246,8 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             TARE_REACH=reach,
             TARE_SPEED=s.tare_speed,
             TARE_TURN=turn * period,
-            TARE_VARIANCE=(light.TARE_NOISE * noise) ** 2,
-            TARE_LATE=light.TARE_LATE**2,
+            TARE_VARIANCE=(COVERAGE * light.TARE_NOISE * noise) ** 2 / LEARN_EVERY,
+            TARE_LATE=(COVERAGE * light.TARE_LATE) ** 2 / LEARN_EVERY,
             TARE_LEFT=(light._TARE_LEFT * noise) ** 2,
             TARE_NORMAL=(light._TARE_NORMAL * noise) ** 2,
         ),
@@ -268,7 +275,6 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         "TRUST": periods(period, lambda t: t > light._START_S),
         "TRUST_LATE": periods(period, lambda t: t > light._SLOW_START_S),
         "BRAKE": periods(period, lambda t: t >= light._BRAKE_S),
-        "LEAN": periods(period, lambda t: t > light._BRAKE_S),
         "EASED": periods(period, lambda t: t > light._EASED_S),
         "EARLY": periods(period, lambda t: t >= light._EARLY_S),
         "FADE": periods(period, lambda t: t > light._FADE_S),

@@ -14,9 +14,11 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
                  remainder_torque                 HandSense._remainder, the middle of LightLaw._observe
     paper.c      listen, settle, feel, rest_friction, rests                       HandSense
                  begin, lead, brake, wish         PaperLaw.begin, ._lead, ._brake, .wish
-    certainty.c  reset_certainty, unsettle_bristle, fade_bristle, drift, correction, learn
-                                                  Certainty.reset, .unsettle_bristle, .fade, ...
-                 variance, spread_out             the square of Certainty.deviation, two ways
+    certainty.c  reset_certainty, drift, correction
+                                                  Certainty.reset, .drift, .correction
+                 fade_covariance, half_variance   .fade_covariance, half of .variance
+    doubt.c      take_turn                        Doubt.follow, a stage of .finish at each turn of learning
+                 learn, settle, unsettle, finish  .learn, .settle, .unsettle, .finish
     light.c      begin, observe, stand            LightLaw.begin, ._observe, ._stand
                  felt_at_rest, take, zero, calm   ._felt, ._take, ._zero, ._calm
                  hold, await_zero                 ._rest, the part of it before the zero is taken
@@ -27,7 +29,8 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
 
 Where the C differs in form: times are whole periods (`c_constants.periods` counts them as Python adds
 them up); of the law's own place it keeps how far that is ahead of the measured one, which single
-precision holds better; the covariance is its upper half.
+precision holds better; the bristle is kept as the torque that it holds, the covariance as its upper half
+and COVERAGE^2 times as large.
 """
 
 from __future__ import annotations
