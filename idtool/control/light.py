@@ -28,6 +28,7 @@ from idtool.control.guard import Limits, Measurement, State
 from idtool.control.law import Law
 from idtool.control.online import OnlineModel
 from idtool.control.sensing import DelayLine
+from idtool.control.tare import Tare
 
 #: Share of the level that a bristle at rest may hold without our knowing, as a standard deviation.
 _BRISTLE_PRIOR = 0.6
@@ -88,14 +89,20 @@ _DRIFT_LOAD, _DRIFT_FRICTION = 0.3, 0.01
 _TRIM_RATE, _TRIM_RANGE = 3.0, 4.0
 #: The law's own motion is never farther from the measured one than it moves in this time, s.
 _LEASH_S = 0.15
-#: A tare moves to and fro so often. Its errors are alike from sample to sample, so each sample counts less:
-#: noise in torque noises, and what comes late as a share of the damping.
-TARE_CYCLES, TARE_NOISE, TARE_LATE = 2, 3.0, 0.5
-#: What a tare may leave, in torque noises, before a hand is thought to have touched.
+#: The errors of a tare are alike from sample to sample, so each sample counts less: noise in torque noises,
+#: and what comes late as a share of the damping.
+TARE_NOISE, TARE_LATE = 3.0, 0.5
+#: What a tare may leave, in torque noises, whatever it is.
 _TARE_LEFT = 4.0
 #: A tare leaves so many torque noises where the model holds. Beyond that it met a ripple, say, that the model
 #: does not have, and that pushes a slow axis on as a hand does; from so many speeds of rest on, a hand leads.
 _TARE_NORMAL, _SLOW_SPEEDS = 1.8, 4.0
+
+_TOUCHED = "the tare was disturbed and is not used: keep hands off and call tare() again"
+_NOT_EXPLAINED = (
+    "the tare met more than load and friction can explain, both times alike, and is not used: the axis stays "
+    "heavier; a diagnosis of its logs may find the effect that the parameter file lacks"
+)
 
 
 @dataclass(frozen=True)
@@ -147,6 +154,7 @@ class LightLaw(Law):
         self._slow = 1.0 - math.exp(-period / _SLOW_S)
         self._follows = 1.0 - math.exp(-period / FOLLOWS_S)
         self._virtual = 1.0 - math.exp(-period / VIRTUAL_S)
+        self._tare = Tare(settings.tare_travel, settings.tare_speed, period, settings.noise)
         self._late_samples = max(round(_LATE_S / period), 1)
         self._line = DelayLine()
         self.reset()
@@ -194,11 +202,9 @@ class LightLaw(Law):
         if not self.ready:
             return False
         middle = 0.5 * (self.limits.position_min + self.limits.position_max)
-        self._way = 1.0 if not middle < self.anchor else -1.0  # NaN: no limits on either side
+        self._tare.begin(1.0 if not middle < self.anchor else -1.0)  # NaN: no limits on either side
         self._doubt.finish()
         self._kept = self._doubt.certainty.copy()
-        self._since = self._square = 0.0
-        self._count = 0
         self._w = self._nominal = 0.0
         self._x = self.anchor
         self.state = State.TARING
@@ -215,7 +221,7 @@ class LightLaw(Law):
         if self.state is State.STOPPING:
             return self._brake(sample)
         if self.state is State.TARING:
-            return self._tare(sample)
+            return self._sweep(sample)
         return self._rest()
 
     def _observe(self, sample: Measurement) -> None:
@@ -472,30 +478,25 @@ class LightLaw(Law):
             place -= share * self._lead_time / self.period * self._relief
         return place
 
-    def _tare(self, sample: Measurement) -> float:
-        """Move to and fro, learn from one sample in LEARN_EVERY; forget all if something touched the axis."""
-        settings, load = self.settings, self.model.load
-        self._since += self.period
-        angle = settings.tare_speed / (0.5 * settings.tare_travel) * self._since
+    def _sweep(self, sample: Measurement) -> float:
+        """The tare: learn from one sample in LEARN_EVERY; forget all if something touched the axis."""
+        settings, load, tare = self.settings, self.model.load, self._tare
         # readings that come late turn damping into what looks elastic, the same way all through
         late = TARE_LATE * load.damping
         if self._doubt.turn == FADE:
             noise = math.hypot(TARE_NOISE * settings.noise, late) / math.sqrt(LEARN_EVERY)
             self._doubt.learn(-self.raw, load.elastic, load.damping, noise)
-        if angle > 2.0 * math.pi * (TARE_CYCLES - 1):
-            self._count += 1
-            self._square += self.raw**2
-        if angle >= 2.0 * math.pi * TARE_CYCLES:
-            remains = self._square / max(self._count, 1)
-            if remains > (_TARE_LEFT * settings.noise) ** 2:
-                self._doubt.restore(self._kept)
-                self.note = "the tare was disturbed and is not used: keep hands off and call tare() again"
-            else:
-                self._doubt.unexplained = math.sqrt(max(remains - (_TARE_NORMAL * settings.noise) ** 2, 0.0))
-            self._w = 0.0
-            self._sure = self._let_go = True
-            self._stand(State.RESTING)
-            return self.anchor
-        place = self._follow(sample)
-        self._w = self._way * settings.tare_speed * math.sin(angle)
-        return place
+        if not tare.next(self.model.torque_constant * sample.current, self.raw):
+            place = self._follow(sample)
+            self._w = tare.speed
+            return place
+        if tare.touched or tare.remains > (_TARE_LEFT * settings.noise) ** 2:
+            self._doubt.restore(self._kept)
+            self.note = _TOUCHED if tare.touched else _NOT_EXPLAINED
+        else:
+            unexplained = tare.remains - (_TARE_NORMAL * settings.noise) ** 2
+            self._doubt.unexplained = math.sqrt(max(unexplained, 0.0))
+        self._w = 0.0
+        self._sure = self._let_go = True
+        self._stand(State.RESTING)
+        return self.anchor

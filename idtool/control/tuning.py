@@ -31,6 +31,7 @@ from idtool.control.certainty import Certainty
 from idtool.control.doubt import COVERAGE, LEARN_EVERY
 from idtool.control.force_free import COMMAND_GAIN, ForceFreeController
 from idtool.control.online import OnlineModel
+from idtool.control.tare import Tare
 from idtool.errors import InputError
 from idtool.model.motion import Array
 from idtool.parameters import Controller, Parameters
@@ -178,14 +179,12 @@ def doubt_after_tare(parameters: Parameters, speed: float, period: float) -> flo
     assert isinstance(law, light.LightLaw)
     settings, model = law.settings, OnlineModel(parameters)
     certainty = Certainty(*law.prior)
-    reach = 0.5 * settings.tare_travel
-    turn = settings.tare_speed / reach
-    steps = math.ceil(2.0 * math.pi * light.TARE_CYCLES / (turn * period))
+    tare = Tare(settings.tare_travel, settings.tare_speed, period, settings.noise)
     place = 0.0
-    for k in range(steps + 1):
-        angle = turn * k * period
-        now = reach * (1.0 - math.cos(angle))
-        load = _move(model, certainty, now, settings.tare_speed * math.sin(angle), now - place, k, period)
+    for k in range(tare.samples + 1):
+        angle = tare.turn * k
+        now = 0.5 * settings.tare_travel * (1.0 - math.cos(angle))
+        load = _move(model, certainty, now, tare.top * math.sin(angle), now - place, k, period)
         if k % LEARN_EVERY == 0:
             noise = math.hypot(light.TARE_NOISE * settings.noise, light.TARE_LATE * load.damping)
             certainty.learn(0.0, load.elastic, load.damping, noise / math.sqrt(LEARN_EVERY))

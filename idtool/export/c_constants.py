@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from idtool.control import certainty, force_free, guard, law, light, load, paper, sensing
+from idtool.control import certainty, force_free, guard, law, light, load, paper, sensing, tare
 from idtool.control.doubt import COVERAGE, FORGETS, LEARN_EVERY, TURNS
 from idtool.control.force_free import ForceFreeController
 from idtool.control.light import LightLaw
@@ -183,8 +183,6 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
     stall = min(light._STALL_COUNTS * count, light._STOP_BOUND * bound)
     relief = (2.0 * light._DRIVE_S) ** 2 / (model.inertia * period) if model.inertia > 0.0 else 0.0
     middle = 0.5 * (c.limits.position_min + c.limits.position_max)
-    reach = 0.5 * s.tare_travel
-    turn = s.tare_speed / reach
     prior = dict(zip(("LOAD", "LEVEL", "DAMPING", "BRISTLE"), its.prior, strict=True))
     assert list(prior) == ["LOAD", "LEVEL", "DAMPING", "BRISTLE"] == _names_of_certainty()
     numbers = [
@@ -243,9 +241,9 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             "light: tare",
             # no limits: to the right
             TARE_MIDDLE=math.inf if math.isnan(middle) else middle,
-            TARE_REACH=reach,
-            TARE_SPEED=s.tare_speed,
-            TARE_TURN=turn * period,
+            TARE_SPEED=its._tare.top,
+            TARE_TURN=its._tare.turn,
+            TARE_APART=its._tare.apart / model.torque_constant,
             TARE_VARIANCE=(COVERAGE * light.TARE_NOISE * noise) ** 2 / LEARN_EVERY,
             TARE_LATE=(COVERAGE * light.TARE_LATE) ** 2 / LEARN_EVERY,
             TARE_LEFT=(light._TARE_LEFT * noise) ** 2,
@@ -260,8 +258,6 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         CONFIRM_MOST=guard._CONFIRM_SHARES[1],
     )
     stand, zero = light._STAND_S, light._STAND_S + light._ZERO_S
-    whole = 2.0 * math.pi * light.TARE_CYCLES
-    last = 2.0 * math.pi * (light.TARE_CYCLES - 1)
     counts = {
         "START_SAMPLES": light._START_SAMPLES,
         "SETTLE": periods(period, lambda t: t >= s.settle),
@@ -283,8 +279,10 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         "KICK_END": periods(period, lambda t: t >= light._KICK_S),
         "RELIEF_END": periods(period, lambda t: t >= light._KICK_S + period),
         "RELIEF_LAST": periods(period, lambda t: t >= light._KICK_S + 2.0 * period),
-        "TARE_LAST": periods(period, lambda t: turn * t > last),
-        "TARE_END": periods(period, lambda t: turn * t >= whole),
+        "TARE_PART": its._tare.part,
+        "TARE_PARTS": tare.PARTS,
+        "TARE_CYCLE": its._tare.cycle,
+        "TARE_END": its._tare.samples,
         "LOST_PERIODS": guard._LOST_PERIODS,
         "CONFIRM_PERIODS": guard._CONFIRM_PERIODS,
     }

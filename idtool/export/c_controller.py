@@ -48,7 +48,8 @@ from idtool.atomic import atomic_write, cannot_write, refuse_existing
 from idtool.control import guard, sensing
 from idtool.control.force_free import ForceFreeController
 from idtool.control.guard import Limits, Reason
-from idtool.control.light import TARE_CYCLES, LightLaw
+from idtool.control.light import LightLaw
+from idtool.control.tare import PARTS
 from idtool.effects import registry
 from idtool.errors import InputError, UsageError, nearest, sentence
 from idtool.export.c_constants import constants, microseconds, settle_s, tables
@@ -254,12 +255,12 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
 
 
 def _tare_words(c: ForceFreeController, kind: Kind) -> dict[str, str]:
-    """How long a tare takes and how far it moves, for the header."""
+    """How long a tare takes, how far it moves and in how many parts, for the header."""
     if not isinstance(c.law, LightLaw):
         return {}
-    its = c.law.settings
-    time = TARE_CYCLES * math.pi * its.tare_travel / its.tare_speed
-    return {"tare_s": f"{time:.1f}", "tare_travel": f"{its.tare_travel:g} {unit_text('position', kind)}"}
+    time = c.law._tare.samples * c.period
+    travel = f"{c.law.settings.tare_travel:g} {unit_text('position', kind)}"
+    return {"tare_s": f"{time:.1f}", "tare_travel": travel, "tare_parts": str(PARTS)}
 
 
 def _comment(text: str) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from idtool.control import ForceFreeController, Limits, Reason
-from idtool.parameters import Controller, Parameters
+from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
 from idtool.rig.base import TrialSetup
 from tests.control.double import BENCH, Double, parameters
 
@@ -21,6 +21,8 @@ from .twin import RECOVER, STEP, TARE, Samples, compile_c, motion, run_c, run_py
 
 GAINS = Controller(command_gain=2.05, loop_gain=8.0, period=0.01, mode="light")
 RANGE = Limits(-2.3, 2.3, speed=1.2)
+#: Of the axis of the recordings.
+INERTIA = Double().inertia
 
 
 def light(values: dict[str, float] = BENCH, **effects: dict[str, float]) -> Parameters:
@@ -127,10 +129,32 @@ def test_effects_step_as_python_does(case: str, recorded: Samples, tmp_path: Pat
     assert min(Counter(python.state)[state] for state in ("resting", "guiding", "stopping")) > 10
 
 
-@pytest.mark.parametrize("change", [_linear, _arm, _rigid], ids=["linear", "arm", "rigid"])
+def _narrow(file: Parameters) -> Parameters:
+    """The same axis as a linear one: 0.1 m where the other moves by 1 rad."""
+    per_length = {
+        "viscous": 10.0,
+        "stribeck_velocity": 0.1,
+        "bristle_stiffness": 10.0,
+        "bristle_damping": 10.0,
+    }
+
+    def of(table: dict[str, Parameter]) -> dict[str, Parameter]:
+        return {name: Parameter(p.value * per_length.get(name, 1.0)) for name, p in table.items()}
+
+    effects = {"inertia": {"inertia": Parameter(10.0 * INERTIA)}}
+    return replace(
+        _linear(file),
+        static=of(file.static),
+        dynamic=of(file.dynamic),
+        effects=tuple(EffectEntry(name, numbers) for name, numbers in effects.items()),
+        controller=replace(GAINS, loop_gain=0.1 * GAINS.loop_gain),
+    )
+
+
+@pytest.mark.parametrize("change", [_narrow, _arm, _rigid], ids=["linear", "arm", "rigid"])
 def test_other_axes(change: Callable[[Parameters], Parameters], recorded: Samples, tmp_path: Path) -> None:
-    file = change(light(inertia={"inertia": 0.008}))
-    if change is _linear:  # 0.1 m where the other moves by 1 rad
+    file = change(light(inertia={"inertia": INERTIA}))
+    if change is _narrow:
         narrow = recorded.x.copy()
         narrow[:, :2] *= np.float32(0.1)
         recorded = replace(recorded, x=narrow)

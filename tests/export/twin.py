@@ -131,7 +131,7 @@ def run_python(
         answers.limited.append(frozenset(s.limited))
         answers.valid.append(s.command_valid)
         answers.ready.append(controller.ready)
-        answers.disturbed.append(any("tare was disturbed" in note for note in s.notes))
+        answers.disturbed.append(any("is not used" in note for note in s.notes))
         load, level, damping = controller.learned or (0.0, 1.0, 1.0)
         rows.append(
             (
