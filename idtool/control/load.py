@@ -14,7 +14,9 @@ import numba
 import numpy as np
 
 from idtool.effects.backlash import free_share
+from idtool.effects.breakaway_dwell import aged
 from idtool.effects.compliance import swing
+from idtool.effects.hysteresis import stretched
 from idtool.model.contribution import FIELDS
 from idtool.model.motion import Array
 from idtool.model.stribeck import EXPONENT
@@ -39,12 +41,15 @@ GAP, SHARE_BEHIND, SHARE_AT_ONCE, SHARE_UNDER_LOAD, LOAD_SCALE = range(32, 37)
 LOAD_INERTIA, OMEGA, DAMPING = range(37, 40)
 CYCLES, SIN_1, COS_1, SIN_2, COS_2 = range(40, 45)
 FREQUENCY, SIN, COS = range(45, 48)
-NUMBERS = 48
+YIELD, REACH = range(48, 50)
+GAIN, DWELL_TIME, REST_SPEED, WEAR = range(50, 54)
+NUMBERS = 54
 
 # Entries of `memory`; the last ones are what effects from outside add, in the order of FIELDS.
 BEGUN, BRISTLE, LAST_VELOCITY, BEHIND, TWIST, TWIST_RATE, LAST_ACCELERATION = range(7)
-LAST_CHANGES = 7  # four numbers: what changes the friction level at the sample before
-OUTSIDE = 11
+STRETCH, LAST_POSITION, AGE = range(7, 10)
+LAST_CHANGES = 10  # four numbers: what changes the friction level at the sample before
+OUTSIDE = 14
 MEMORY = OUTSIDE + len(FIELDS)
 
 #: effect -> value of the fit -> entry of `numbers`
@@ -82,7 +87,17 @@ _EFFECTS: dict[str, dict[str, int]] = {
     "compliance": {"load_inertia": LOAD_INERTIA, "log_omega": OMEGA, "damping_ratio": DAMPING},
     "position_ripple": {"cycles": CYCLES, "sin_1": SIN_1, "cos_1": COS_1, "sin_2": SIN_2, "cos_2": COS_2},
     "external_periodic": {"frequency": FREQUENCY, "sin": SIN, "cos": COS},
+    "hysteresis": {"yield": YIELD, "log_reach": REACH},
+    "breakaway_dwell": {
+        "gain": GAIN,
+        "log_time_constant": DWELL_TIME,
+        "rest_speed": REST_SPEED,
+        "log_wear": WEAR,
+    },
 }
+#: Entries that a fit holds as logarithms, and those that something is divided by.
+_LOGARITHMS = (GAP, OMEGA, REACH, DWELL_TIME, WEAR)
+_NEVER_ZERO = [HALF_STROKE, WARM_TIME, OMEGA, REACH, DWELL_TIME, WEAR]
 
 
 def compiled(effect: str) -> bool:
@@ -105,7 +120,7 @@ def numbers_of(parameters: Parameters) -> Array:
     else:
         n[SIGMA0] = max(n[COULOMB], n[STATIC], 1e-9) / _RIGID_PRESLIDING
     n[FLOOR] = _LEVEL_FLOOR * min(n[COULOMB], n[STATIC]) + 1e-12
-    n[[HALF_STROKE, WARM_TIME, OMEGA]] = 1.0
+    n[_NEVER_ZERO] = 1.0
     return n
 
 
@@ -118,20 +133,17 @@ def set_effect(numbers: Array, effect: str, values: dict[str, float], torque_con
         numbers[EXPONENT_CHANGE] -= EXPONENT
     elif effect == "torque_constant_saturation":
         numbers[SATURATION] /= torque_constant
-    elif effect == "backlash":
-        numbers[GAP] = math.exp(numbers[GAP])
-        if "share_under_load" not in values:
-            numbers[LOAD_SCALE] = 0.0
-    elif effect == "compliance":
-        numbers[OMEGA] = math.exp(numbers[OMEGA])
+    elif effect == "backlash" and "share_under_load" not in values:
+        numbers[LOAD_SCALE] = 0.0
+    for entry in _EFFECTS[effect].values():
+        if entry in _LOGARITHMS:
+            numbers[entry] = math.exp(numbers[entry])
 
 
 def clear_effect(numbers: Array, effect: str) -> None:
     """Take an effect out again."""
     for entry in _EFFECTS[effect].values():
-        numbers[entry] = 0.0
-    if effect in ("position_dependent_friction", "thermal_drift", "compliance"):
-        numbers[{"p": HALF_STROKE, "t": WARM_TIME, "c": OMEGA}[effect[0]]] = 1.0
+        numbers[entry] = 1.0 if entry in _NEVER_ZERO else 0.0
 
 
 @numba.njit(cache=True)
@@ -236,6 +248,13 @@ def carry(
         m[LAST_ACCELERATION] = acceleration
         pull = -n[OMEGA] * n[OMEGA] * m[TWIST] - 2.0 * n[DAMPING] * n[OMEGA] * m[TWIST_RATE]
         torque += n[LOAD_INERTIA] * (pull - acceleration)
+    if n[YIELD] != 0.0:
+        m[STRETCH] = 0.0 if m[BEGUN] == 0.0 else stretched(m[STRETCH], position - m[LAST_POSITION], n[REACH])
+        m[LAST_POSITION] = position
+        torque += n[YIELD] * m[STRETCH]
+    if n[GAIN] != 0.0:
+        m[AGE] = 0.0 if m[BEGUN] == 0.0 else aged(m[AGE], w, step, n[REST_SPEED], n[WEAR], n[DWELL_TIME])
+        static_change += n[GAIN] * m[AGE]
 
     decay = 1.0
     level = _level(n, velocity, level_change, level_torque, static_change, exponent_change)

@@ -23,6 +23,16 @@ _TIME_CONSTANTS = (0.4, 1.5, 6.0)
 
 
 @numba.njit(cache=True)
+def aged(
+    age: float, speed: float, step: float, rest_speed: float, wear: float, time_constant: float
+) -> float:
+    """How far the contact has aged after a step: towards 0 when sliding, towards 1 at rest."""
+    if speed < rest_speed:
+        return age - (1.0 - age) * math.expm1(-step / time_constant)
+    return age * math.exp(-step * speed / wear)
+
+
+@numba.njit(cache=True)
 def _rested(
     velocity: Array,
     first: NDArray[np.bool_],
@@ -33,16 +43,13 @@ def _rested(
     memory: Array,
     out: Array,
 ) -> None:
-    """How far the contact has aged: 0 when sliding, towards 1 at rest."""
+    """How far the contact has aged at every sample."""
     age = memory[0]
     for k in range(velocity.shape[0]):
-        speed = abs(velocity[k])
         if first[k]:
             age = 0.0
-        elif speed < rest_speed:
-            age += (1.0 - age) * -math.expm1(-step[k] / time_constant)
         else:
-            age *= math.exp(-step[k] * speed / wear)
+            age = aged(age, abs(velocity[k]), step[k], rest_speed, wear, time_constant)
         out[k] = age
     memory[0] = age
 

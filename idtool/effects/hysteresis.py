@@ -21,6 +21,12 @@ _LONGEST = 0.4
 
 
 @numba.njit(cache=True)
+def stretched(stretch: float, travel: float, reach: float) -> float:
+    """Stretch after a travel, in units of the stretch `reach` at which the element yields."""
+    return min(max(stretch + travel / reach, -1.0), 1.0)
+
+
+@numba.njit(cache=True)
 def _stretch(
     position: Array, first: NDArray[np.bool_], start: Array, reach: float, memory: Array, out: Array
 ) -> None:
@@ -32,7 +38,7 @@ def _stretch(
             stretch = start[begun]
             begun += 1
         else:
-            stretch = min(max(stretch + (position[k] - last) / reach, -1.0), 1.0)
+            stretch = stretched(stretch, position[k] - last, reach)
         last = position[k]
         out[k] = stretch
     memory[0], memory[1] = stretch, last
