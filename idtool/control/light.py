@@ -68,7 +68,7 @@ _EASED_S = 0.12
 _EARLY_S, _FADE_S = 1.0, 0.2
 #: After an eased stop a change of so many torque noises is a hand that leaves; if nothing changed for so
 #: long, s, what is felt of late, s, is taken for the zero, with all of it in doubt.
-_JUMP, _CALM_S, _LATE_S = 4.5, 1.0, 0.2
+_JUMP, _CALM_S, _LATE_S = 4.5, 1.0, 0.1
 #: How well a bristle is known after a stop, and after one of a push that had just begun: to so many encoder
 #: counts, at worst this share of the level.
 _STOP_COUNTS, _STALL_COUNTS, _STOP_BOUND = 0.7, 0.3, 0.3
@@ -155,7 +155,7 @@ class LightLaw(Law):
         self._follows = 1.0 - math.exp(-period / FOLLOWS_S)
         self._virtual = 1.0 - math.exp(-period / VIRTUAL_S)
         self._tare = Tare(settings.tare_travel, settings.tare_speed, period, settings.noise)
-        self._late_samples = max(round(_LATE_S / period), 1)
+        self._lately = 1.0 - math.exp(-period / _LATE_S)
         self._line = DelayLine()
         self.reset()
 
@@ -313,8 +313,7 @@ class LightLaw(Law):
                 self._let_go = True
                 self._stand(State.RESTING)
                 return self.anchor
-            self._count = min(self._count + 1, self._late_samples)
-            self._mean += (left - self._mean) / self._count
+            self._mean += self._lately * (left - self._mean)
             if self._rested > _CALM_S and not self._pushed:
                 self._calm()
         start = self.settings.start_torque
@@ -371,7 +370,7 @@ class LightLaw(Law):
                 # against the push it may be a hand that turned round: look out for its leaving
                 if felt * self._pushed_way < 0.0:
                     self._let_go = False
-                    self._count, self._mean = 0, 0.0
+                    self._mean = 0.0
             return
         self._doubt.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
         self._take(settings.noise)

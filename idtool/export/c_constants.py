@@ -209,6 +209,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             SLOW=its._slow,
             FOLLOWS=its._follows,
             VIRTUAL=its._virtual,
+            LATELY=its._lately,
             VELOCITY_GAIN=light.VELOCITY_GAIN,
         ),
         _group(
@@ -274,7 +275,6 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         "EASED": periods(period, lambda t: t > light._EASED_S),
         "EARLY": periods(period, lambda t: t >= light._EARLY_S),
         "FADE": periods(period, lambda t: t > light._FADE_S),
-        "LATELY": its._late_samples,
         "CALM": periods(period, lambda t: t > light._CALM_S),
         "KICK_END": periods(period, lambda t: t >= light._KICK_S),
         "RELIEF_END": periods(period, lambda t: t >= light._KICK_S + period),
