@@ -292,7 +292,9 @@ class LightLaw(Law):
                 share = 1.0 if self._sure else _FOLLOW_SHARE
                 creep = self._last.position - self.anchor
                 self.anchor = self.limits.clip(self.anchor + share * creep)
-            if self._since > stand:
+            if self._since >= stand + length and self._count > 0:
+                self._zero()
+            elif self._since > stand:
                 changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
                 if changes and self._rested < _LISTEN_S:
                     # it changes: listen anew, unless that can only be a hand that pushes again, as it is
@@ -303,8 +305,6 @@ class LightLaw(Law):
                     self._count, self._since, self._mean = 0, stand, 0.0
                 self._count += 1
                 self._mean += (left - self._mean) / self._count
-            if self._since >= stand + length:
-                self._zero()
             return self.anchor
         if not self._let_go:
             # a hand that leant on the axis while it stopped leaves faster than one comes

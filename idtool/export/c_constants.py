@@ -243,7 +243,6 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             # no limits: to the right
             TARE_MIDDLE=math.inf if math.isnan(middle) else middle,
             TARE_SPEED=its._tare.top,
-            TARE_TURN=its._tare.turn,
             TARE_APART=its._tare.apart / model.torque_constant,
             TARE_VARIANCE=(COVERAGE * light.TARE_NOISE * noise) ** 2 / LEARN_EVERY,
             TARE_LATE=(COVERAGE * light.TARE_LATE) ** 2 / LEARN_EVERY,
@@ -279,6 +278,7 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         "KICK_END": periods(period, lambda t: t >= light._KICK_S),
         "RELIEF_END": periods(period, lambda t: t >= light._KICK_S + period),
         "RELIEF_LAST": periods(period, lambda t: t >= light._KICK_S + 2.0 * period),
+        "TARE_TURN": round(2**32 / its._tare.cycle),  # in 1/2^32 of a turn per sample
         "TARE_PART": its._tare.part,
         "TARE_PARTS": tare.PARTS,
         "TARE_CYCLE": its._tare.cycle,
