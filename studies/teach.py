@@ -281,7 +281,7 @@ TITLES = {
 @click.option("--seed", default=0, show_default=True)
 def main(axes: int, out: Path, seed: int) -> None:
     """Run the study and write its page."""
-    from studies import teach_page, teach_paper
+    from studies import teach_page, teach_paper, teach_tare
     from studies.teach_effects import effects_section
 
     rng = np.random.default_rng(seed)
@@ -292,13 +292,17 @@ def main(axes: int, out: Path, seed: int) -> None:
         click.echo("\n".join([title, *teach_page.goals_table(groups[title][True])]))
     ends = [guide(case, tared=True) for case in corners()]
     click.echo("\n".join(["corners", *teach_page.goals_table(ends)]))
+    some = [run.case for group in groups.values() for run in group[True][::4]]
+    touched = teach_tare.table(some, rng)
+    click.echo("\n".join(touched))
     images = out.parent / "images"
     images.mkdir(parents=True, exist_ok=True)
     teach_page.draw_spread(groups, images / "teach_spread.png")
     tared = [run for group in groups.values() for run in group[True]]
     teach_page.draw_run(max(tared, key=lambda r: r.most), images / "teach_worst.png", until=15.0)
     out.write_text(
-        teach_page.page(groups, ends, teach_paper.section(images), effects_section()), encoding="utf-8"
+        teach_page.page(groups, ends, teach_paper.section(images), effects_section(), touched),
+        encoding="utf-8",
     )
 
 

@@ -200,6 +200,7 @@ def page(
     corners: list[Guided],
     reproduction: list[str],
     effects: list[str],
+    touched: list[str],
 ) -> str:
     """docs/teach.md."""
     tared = [r for group in groups.values() for r in group[True]]
@@ -233,6 +234,7 @@ def page(
         *goals_table(fresh),
         "",
     ]
+    lines += ["## A hand in the tare", "", _TOUCHED, *touched, ""]
     lines += effects
     return "\n".join(lines).rstrip() + "\n"
 
@@ -311,6 +313,12 @@ An axis that was let go at less than its doubt cannot see that. It runs on for 0
 than 20 counts while the virtual mass stops; and where the file lacks a ripple or a spring that is more than
 the doubt at that place, which no tare of 9 mm has met, for as long as that pushes. A ripple at rest of more
 than a count is such an axis.
+"""
+_TOUCHED = """An axis repeats itself and a hand does not: the mean current of every eighth of the tare's
+second cycle is compared with that of the first (`idtool/control/tare.py`). A hand pushes for 0.3 to 1.5 s
+somewhere in the tare of every fourth axis from above; what a touch that was not found taught is the force by
+which the axis is then wrong, at rest or at 19.2 mm/s. A tare whose two cycles are alike and of which more is
+left than noise can be is not used either: the file lacks an effect that the axis has.
 """
 _FRESH = """The controller then knows no more than the file and 0.2 s at rest, and leaves to the hand what it
 cannot know. The force falls with every stop that it learns from.
