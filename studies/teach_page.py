@@ -290,10 +290,11 @@ axis sooner than that: {low:.0f} to {high:.0f} ms, below 48 ms on {possible} of 
 alone excludes no other. {met} stop within 48 ms. The brake asks for the opposite speed for one period, then
 for the place where the axis comes to rest; two periods longer where the friction that goes with speed is
 more than the hand held, as the drive's integrator still pushes against it and would creep on. Where that
-takes in a little too much or too little, the axis still moves by one count at 50 ms. Longer stops were not
-seen as a hand that lets go (it held less than the noise of the current hides, or let go within the second
-in which a motion that began anew at once is not believed), and the axis stopped as the estimate of the
-force faded.
+takes in a little too much or too little, the axis still moves by one count at 50 ms. Longer stops come from a
+hand that was not seen to let go (it held less than the noise of the current hides, or let go within the
+second in which a motion that began anew at once is not believed): the axis then stops as the estimate of the
+force fades. On 600 other axes (`python -m studies.teach --seed 11`) 596 stop within 48 ms, two do in 50 ms,
+one in 132 and one in 269 ms, which 0.8 N had moved.
 
 At rest a hand that leant on the axis while it stopped is looked for: where the torque changes at once, it
 left, and what is left is the zero. Where nothing changes for a second, what is felt then is taken for the
