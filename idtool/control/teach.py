@@ -36,6 +36,10 @@ _SPEED_TOLERANCE = 0.5
 _LOG_EVERY = 25
 #: No tare takes longer, s.
 _TARE_AT_MOST_S = 30.0
+_NOT_TARED = (
+    "the axis was not tared: it is heavier than it need be, and where the file's friction is wrong a push "
+    "may run on; let it learn with --tare, hands off"
+)
 
 
 @dataclass(frozen=True)
@@ -148,7 +152,10 @@ def teach(
         figures = measure(
             record, hand, resolution=controller.resolution, travel_ratio=travel_per_position(parameters)
         )
-    return TeachResult(record, figures, tuple(controller.status.notes), interrupted)
+    notes = list(controller.status.notes)
+    if controller.mode == "light" and not tare:
+        notes.append(_NOT_TARED)
+    return TeachResult(record, figures, tuple(notes), interrupted)
 
 
 def _tare(

@@ -30,10 +30,16 @@ def test_writes_the_gains_and_teach_takes_them(params: Path) -> None:
     assert controller.loop_gain == pytest.approx(document["controller"]["loop_gain"])
     guided = ffc_id("teach", "-p", params, "--tare", "--rig", "sim:paper,sensors=dynamixel", "--json")
     assert guided.returncode == 0, guided.stderr
-    figures = json.loads(guided.stdout)["figures"]
+    told = json.loads(guided.stdout)
+    assert not told["notes"]
+    figures = told["figures"]
     assert figures["force_n"] == pytest.approx(2.0, rel=0.15)
     assert figures["speed_mm_s"] == pytest.approx(19.2, rel=0.05)
     assert figures["stop_ms"] <= 48.0
+
+    untared = ffc_id("teach", "-p", params, "--rig", "sim:paper,sensors=dynamixel", "--json")
+    (note,) = json.loads(untared.stdout)["notes"]
+    assert note.startswith("the axis was not tared")
 
 
 def test_refuses_and_leaves_the_file_alone(params: Path) -> None:
