@@ -22,6 +22,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
+from idtool.control import feel
 from idtool.control.certainty import DAMPING, Certainty
 from idtool.control.doubt import FADE, LEARN_EVERY, SPARE, TURNS, Doubt
 from idtool.control.guard import Limits, Measurement, State
@@ -29,74 +30,6 @@ from idtool.control.law import Law
 from idtool.control.online import OnlineModel
 from idtool.control.sensing import DelayLine
 from idtool.control.tare import Tare
-
-#: Share of the level that a bristle at rest may hold without our knowing, as a standard deviation.
-_BRISTLE_PRIOR = 0.6
-#: Filters of the hand's torque: while it moves, and at rest, s.
-FAST_S, _SLOW_S = 0.01, 0.05
-#: Time constant of the virtual mass, s.
-VIRTUAL_S = 0.12
-#: Share of the velocity's innovation that the estimate takes: what an axis was told to do is smooth and
-#: not late, what it is measured to do is neither.
-VELOCITY_GAIN = 0.15
-#: How fast a servo's velocity follows, s.
-FOLLOWS_S = 0.025
-#: While an axis starts, friction that is not as modelled can look like a hand that lets go, s.
-_START_S = 0.1
-#: One that pushes again so soon after never left; the next sign of it is then believed only after so long, s.
-_SOON_S, _SLOW_START_S = 0.5, 1.0
-#: A torque that falls by this share within three periods is a hand that let go.
-_GONE = 0.6
-#: It must fall by so many torque noises.
-_FALL = 4.5
-#: An axis brakes so long at least, then stands for so long, and then the zero is taken over so long, s.
-_BRAKE_S, _STAND_S, _ZERO_S = 0.03, 0.1, 0.12
-#: So long the anchor follows an axis that was let go, by this share of what it still creeps per sample, s.
-_FOLLOW_S, _FOLLOW_SHARE = 0.05, 0.2
-#: The first moment of braking asks for the opposite speed, by this share of the servo's lag.
-_KICK_S, _KICK_SHARE = 0.015, 0.7
-#: Share of the reference that is turned round for one period more: what the friction that goes with speed
-#: held back meanwhile.
-_RELIEF_AGAIN = 0.2
-#: A braked axis comes to rest where it would be after so long at the speed that is read, s.
-_COAST_S = 0.008
-#: Velocity loop of a drive, s: its integrator takes up torque at inertia / (2 * this)^2 per rad.
-_DRIVE_S = 0.008
-#: An axis that does not come to rest within so long is still pushed, s.
-_EASED_S = 0.12
-#: A push younger than this still bends the bristle; it may fade for so long without ending, s.
-_EARLY_S, _FADE_S = 1.0, 0.2
-#: After an eased stop a change of so many torque noises is a hand that leaves; if nothing changed for so
-#: long, s, what is felt of late, s, is taken for the zero, with all of it in doubt.
-_JUMP, _CALM_S, _LATE_S = 4.5, 1.0, 0.1
-#: How well a bristle is known after a stop, and after one of a push that had just begun: to so many encoder
-#: counts, at worst this share of the level.
-_STOP_COUNTS, _STALL_COUNTS, _STOP_BOUND = 0.7, 0.3, 0.3
-#: A torque this far from its mean, in torque noises, changes; a zero that waits for calm longer than this is
-#: taken as it comes (sensors noisier than thought), s.
-_STEADY, _LISTEN_S = 5.0, 2.0
-#: At rest, a torque beyond the doubt by so many torque noises is a hand and never taken for the zero.
-_GATE = 4.0
-#: So long after a stop a torque against the push may be a hand that leaves, s.
-_LEAVE_S = 3.0
-#: So many samples above the starting torque start a motion.
-_START_SAMPLES = 2
-#: How fast the zero follows at rest, in starting torques per second, and up to which share of it.
-_TRACK_RATE, _TRACK_SHARE = 0.15, 0.6
-#: What the model drifts by from one rest to the next: load, in torque noises; friction, relatively.
-_DRIFT_LOAD, _DRIFT_FRICTION = 0.3, 0.01
-#: How fast the servo's time constant is trimmed, 1/s, and by how much at most.
-_TRIM_RATE, _TRIM_RANGE = 3.0, 4.0
-#: The law's own motion is never farther from the measured one than it moves in this time, s.
-_LEASH_S = 0.15
-#: The errors of a tare are alike from sample to sample, so each sample counts less: noise in torque noises,
-#: and what comes late as a share of the damping.
-TARE_NOISE, TARE_LATE = 3.0, 0.5
-#: What a tare may leave, in torque noises, whatever it is.
-_TARE_LEFT = 4.0
-#: A tare leaves so many torque noises where the model holds. Beyond that it met a ripple, say, that the model
-#: does not have, and that pushes a slow axis on as a hand does; from so many speeds of rest on, a hand leads.
-_TARE_NORMAL, _SLOW_SPEEDS = 1.8, 4.0
 
 _TOUCHED = "the tare was disturbed and is not used: keep hands off and call tare() again"
 _NOT_EXPLAINED = (
@@ -147,15 +80,15 @@ class LightLaw(Law):
             settings.load_doubt,
             settings.level_doubt,
             settings.damping_doubt,
-            _BRISTLE_PRIOR * model.friction_bound,
+            feel.BRISTLE_PRIOR * model.friction_bound,
         )
         self._doubt = Doubt(Certainty(*self.prior))
-        self._fast = 1.0 - math.exp(-period / FAST_S)
-        self._slow = 1.0 - math.exp(-period / _SLOW_S)
-        self._follows = 1.0 - math.exp(-period / FOLLOWS_S)
-        self._virtual = 1.0 - math.exp(-period / VIRTUAL_S)
+        self._fast = 1.0 - math.exp(-period / feel.FAST_S)
+        self._slow = 1.0 - math.exp(-period / feel.SLOW_S)
+        self._follows = 1.0 - math.exp(-period / feel.FOLLOWS_S)
+        self._virtual = 1.0 - math.exp(-period / feel.VIRTUAL_S)
         self._tare = Tare(settings.tare_travel, settings.tare_speed, period, settings.noise)
-        self._lately = 1.0 - math.exp(-period / _LATE_S)
+        self._lately = 1.0 - math.exp(-period / feel.LATE_S)
         self._line = DelayLine()
         self.reset()
 
@@ -178,7 +111,7 @@ class LightLaw(Law):
         self.wanted = self.extra = self.doubt = 0.0
         self._account = 0.0
         self._let_go = True
-        self._trusting = _START_S
+        self._trusting = feel.START_S
         self._sure = True
         self._pushed_way = self._idle = self._relief = 0.0
         self._stalled = False
@@ -234,7 +167,7 @@ class LightLaw(Law):
         nominal = self._nominal
         self._nominal += self._follows * (self._w - nominal)
         predicted = before + self._nominal - nominal
-        self._seen = predicted + VELOCITY_GAIN * (sample.velocity - predicted)
+        self._seen = predicted + feel.VELOCITY_GAIN * (sample.velocity - predicted)
         travel = sample.position - last.position
         model = self.model
         load = model.update(
@@ -251,7 +184,7 @@ class LightLaw(Law):
         )
         motor = model.torque_constant * sample.current
         motor *= 1.0 - load.saturation * abs(motor)
-        slow = max(1.0 - abs(self._w) / (_SLOW_SPEEDS * self.rest_speed), 0.0)
+        slow = max(1.0 - abs(self._w) / (feel.SLOW_SPEEDS * self.rest_speed), 0.0)
         self._doubt.follow(load.kept, load.elastic, load.damping, slow)
         self.doubt = self._doubt.value
         self.extra = self._doubt.certainty.correction(load.elastic, load.damping)
@@ -286,17 +219,17 @@ class LightLaw(Law):
         self._rested += self.period
         if not self._armed:
             self._since += self.period
-            stand, length = (0.0, self.settings.settle) if starting else (_STAND_S, _ZERO_S)
-            if not starting and self._since <= _FOLLOW_S and self._let_go and self._last:
+            stand, length = (0.0, self.settings.settle) if starting else (feel.STAND_S, feel.ZERO_S)
+            if not starting and self._since <= feel.FOLLOW_S and self._let_go and self._last:
                 # the drive lets go of the torque that it held against the hand: give way to it a little
-                share = 1.0 if self._sure else _FOLLOW_SHARE
+                share = 1.0 if self._sure else feel.FOLLOW_SHARE
                 creep = self._last.position - self.anchor
                 self.anchor = self.limits.clip(self.anchor + share * creep)
             if self._since >= stand + length and self._count > 0:
                 self._zero()
             elif self._since > stand:
-                changes = self._count > 2 and abs(left - self._mean) > _STEADY * self.settings.noise
-                if changes and self._rested < _LISTEN_S:
+                changes = self._count > 2 and abs(left - self._mean) > feel.STEADY * self.settings.noise
+                if changes and self._rested < feel.LISTEN_S:
                     # it changes: listen anew, unless that can only be a hand that pushes again, as it is
                     # more than a stop leaves
                     if not self._sure and abs(self.raw) > self._gate() + self._bent():
@@ -309,48 +242,51 @@ class LightLaw(Law):
         if not self._let_go:
             # a hand that leant on the axis while it stopped leaves faster than one comes
             jump = self.raw - self._before
-            if self._rested > _STAND_S and abs(jump) > _JUMP * self.settings.noise:
+            if self._rested > feel.STAND_S and abs(jump) > feel.JUMP * self.settings.noise:
                 self._let_go = True
                 self._stand(State.RESTING)
                 return self.anchor
             self._mean += self._lately * (left - self._mean)
-            if self._rested > _CALM_S and not self._pushed:
+            if self._rested > feel.CALM_S and not self._pushed:
                 self._calm()
         start = self.settings.start_torque
         # a hand that leant on the axis while it stopped leaves a torque against its push when it goes: for
         # a while that way needs more, and the zero follows it; both ways, as long as it may be there
         leant = not self._let_go and not self._stalled
-        against = self._rested < _LEAVE_S and (leant or self._quiet * self._pushed_way < 0.0)
+        against = self._rested < feel.LEAVE_S and (leant or self._quiet * self._pushed_way < 0.0)
         if against:
             start = self._gate() - self.doubt
             if leant and self._quiet * self._pushed_way < 0.0:
                 start += self._bent()
-        rate = start / _LEAVE_S if against else _TRACK_RATE * start
+        rate = start / feel.LEAVE_S if against else feel.TRACK_RATE * start
         slip = min(max(-self._quiet, -rate * self.period), rate * self.period)
-        small = abs(self._quiet) < _TRACK_SHARE * start and abs(self._tracked + slip) < _TRACK_SHARE * start
+        small = (
+            abs(self._quiet) < feel.TRACK_SHARE * start
+            and abs(self._tracked + slip) < feel.TRACK_SHARE * start
+        )
         if against or small:
             self._tracked += 0.0 if against else slip
             self._doubt.certainty.shift(slip)
         # a hard push is taken at once, a light one after a longer look, either not before the stop has calmed
         pushed = abs(self.torque) > 2.0 * start + self.doubt or abs(self._quiet) > start + self.doubt
-        self._pushed = self._pushed + 1 if pushed and self._rested > _STAND_S else 0
-        if self._pushed >= _START_SAMPLES:
+        self._pushed = self._pushed + 1 if pushed and self._rested > feel.STAND_S else 0
+        if self._pushed >= feel.START_SAMPLES:
             self.state = State.GUIDING
             self._x, self._w = self.anchor, 0.0
             self._pushed_way = math.copysign(1.0, self.torque)
             # a hand that is back so soon never left: be slower to believe it the next time
-            soon = self._let_go and self._rested < _SOON_S
-            self._trusting = _SLOW_START_S if soon else _START_S
+            soon = self._let_go and self._rested < feel.SOON_S
+            self._trusting = feel.SLOW_START_S if soon else feel.START_S
             self._account = self._since = self._idle = 0.0
         return self.anchor
 
     def _gate(self) -> float:
         """More than this at rest is a hand, N m (N)."""
-        return self.doubt + _GATE * self.settings.noise
+        return self.doubt + feel.GATE * self.settings.noise
 
     def _bent(self) -> float:
         """What a stop may leave in the bristle beyond the doubt, N m (N)."""
-        return _STOP_BOUND * self.model.friction_bound
+        return feel.STOP_BOUND * self.model.friction_bound
 
     def _felt(self) -> float:
         """Mean torque at rest that the model does not explain, N m (N)."""
@@ -372,7 +308,7 @@ class LightLaw(Law):
                     self._let_go = False
                     self._mean = 0.0
             return
-        self._doubt.drift(_DRIFT_LOAD * settings.noise, _DRIFT_FRICTION)
+        self._doubt.drift(feel.DRIFT_LOAD * settings.noise, feel.DRIFT_FRICTION)
         self._take(settings.noise)
 
     def _calm(self) -> None:
@@ -408,11 +344,11 @@ class LightLaw(Law):
         self._since += self.period
         level = abs(before)
         fall = level - math.copysign(self.raw, self.raw * before)
-        fell = fall > max(_GONE * level, _FALL * self.settings.noise) and self._since > self._trusting
+        fell = fall > max(feel.GONE * level, feel.FALL * self.settings.noise) and self._since > self._trusting
         gone = fell and level > self.settings.start_torque + self.doubt  # below that it may still lean on it
-        early = self._since < _EARLY_S
+        early = self._since < feel.EARLY_S
         self._idle = self._idle + self.period if certain == 0.0 else 0.0
-        faded = self._idle > (_FADE_S if early else 0.0)
+        faded = self._idle > (feel.FADE_S if early else 0.0)
         # friction turns round with the motion, and the model knows it least there: the way back is from rest
         turned = speed * self._pushed_way < 0.0
         if fell or turned or (faded and abs(speed) < self.rest_speed):
@@ -432,7 +368,7 @@ class LightLaw(Law):
         if not model.inertia > 0.0:
             return 0.0
         viscous = abs(model.load.damping * (1.0 + self._doubt.certainty.mean[DAMPING]))
-        turned = (2.0 * _DRIVE_S) ** 2 * max(viscous - hand, 0.0) / model.inertia
+        turned = (2.0 * feel.DRIVE_S) ** 2 * max(viscous - hand, 0.0) / model.inertia
         return min(turned, 2.0 * abs(self._w) * self.period)
 
     def _follow(self, sample: Measurement) -> float:
@@ -441,39 +377,39 @@ class LightLaw(Law):
         self._x += speed * self.period
         if self._doubt.turn == SPARE:
             behind = self._x - sample.position
-            leash = _LEASH_S * abs(speed) + 4.0 * self.resolution
+            leash = feel.LEASH_S * abs(speed) + 4.0 * self.resolution
             if abs(behind) > leash:
                 self._x = sample.position + math.copysign(leash, behind)
             if abs(speed) > 2.0 * self.rest_speed:
                 late = min(max(behind / (speed * self._lead_time), -1.0), 1.0)
-                rate = _TRIM_RATE * (LEARN_EVERY if self.state is State.TARING else TURNS)
+                rate = feel.TRIM_RATE * (LEARN_EVERY if self.state is State.TARING else TURNS)
                 lead = self._lead_time * (1.0 + rate * self.period * late)
                 servo = self.settings.servo_time
-                self._lead_time = min(max(lead, servo / _TRIM_RANGE), servo * _TRIM_RANGE)
+                self._lead_time = min(max(lead, servo / feel.TRIM_RANGE), servo * feel.TRIM_RANGE)
         return self._x + self._lead_time * speed
 
     def _brake(self, sample: Measurement) -> float:
         """Ask for the opposite speed for a moment, then for the place where the axis comes to rest."""
         self._since += self.period
         self._w = 0.0
-        if abs(sample.velocity) <= self.rest_speed and self._since >= _BRAKE_S:
+        if abs(sample.velocity) <= self.rest_speed and self._since >= feel.BRAKE_S:
             self._stand(State.RESTING)
             self._armed = not self._let_go  # a hand that eased off may still lean on the axis: no zero then
-            bound, model = _STOP_BOUND * self.model.friction_bound, self.model
-            counts = _STALL_COUNTS if self._stalled else _STOP_COUNTS
+            bound, model = feel.STOP_BOUND * self.model.friction_bound, self.model
+            counts = feel.STALL_COUNTS if self._stalled else feel.STOP_COUNTS
             self._doubt.unsettle(min(counts * self.resolution * model.bristle_stiffness, bound))
             self.doubt = self._doubt.value
             self.anchor = self.limits.clip(sample.position)
             return self.anchor
-        if self._since > _EASED_S and abs(self.torque) > self._gate():
+        if self._since > feel.EASED_S and abs(self.torque) > self._gate():
             self.state = State.GUIDING  # it was a hand that eased off, not one that left
-            self._since, self._trusting, self._x = 0.0, _SLOW_START_S, sample.position
+            self._since, self._trusting, self._x = 0.0, feel.SLOW_START_S, sample.position
             self._pushed_way = math.copysign(1.0, self.torque)
-        if self._since < _KICK_S:
-            return sample.position - _KICK_SHARE * self._lead_time * sample.velocity
-        place = sample.position + _COAST_S * sample.velocity
-        if self._since < _KICK_S + 2.0 * self.period:
-            share = 1.0 if self._since < _KICK_S + self.period else _RELIEF_AGAIN
+        if self._since < feel.KICK_S:
+            return sample.position - feel.KICK_SHARE * self._lead_time * sample.velocity
+        place = sample.position + feel.COAST_S * sample.velocity
+        if self._since < feel.KICK_S + 2.0 * self.period:
+            share = 1.0 if self._since < feel.KICK_S + self.period else feel.RELIEF_AGAIN
             place -= share * self._lead_time / self.period * self._relief
         return place
 
@@ -481,19 +417,19 @@ class LightLaw(Law):
         """The tare: learn from one sample in LEARN_EVERY; forget all if something touched the axis."""
         settings, load, tare = self.settings, self.model.load, self._tare
         # readings that come late turn damping into what looks elastic, the same way all through
-        late = TARE_LATE * load.damping
+        late = feel.TARE_LATE * load.damping
         if self._doubt.turn == FADE:
-            noise = math.hypot(TARE_NOISE * settings.noise, late) / math.sqrt(LEARN_EVERY)
+            noise = math.hypot(feel.TARE_NOISE * settings.noise, late) / math.sqrt(LEARN_EVERY)
             self._doubt.learn(-self.raw, load.elastic, load.damping, noise)
         if not tare.next(self.model.torque_constant * sample.current, self.raw):
             place = self._follow(sample)
             self._w = tare.speed
             return place
-        if tare.touched or tare.remains > (_TARE_LEFT * settings.noise) ** 2:
+        if tare.touched or tare.remains > (feel.TARE_LEFT * settings.noise) ** 2:
             self._doubt.restore(self._kept)
             self.note = _TOUCHED if tare.touched else _NOT_EXPLAINED
         else:
-            unexplained = tare.remains - (_TARE_NORMAL * settings.noise) ** 2
+            unexplained = tare.remains - (feel.TARE_NORMAL * settings.noise) ** 2
             self._doubt.unexplained = math.sqrt(max(unexplained, 0.0))
         self._w = 0.0
         self._sure = self._let_go = True

@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from idtool.control import light
+from idtool.control import feel, light
 from idtool.control.certainty import Certainty
 from idtool.control.doubt import COVERAGE, LEARN_EVERY
 from idtool.control.force_free import COMMAND_GAIN, ForceFreeController
@@ -186,7 +186,7 @@ def doubt_after_tare(parameters: Parameters, speed: float, period: float) -> flo
         now = 0.5 * settings.tare_travel * (1.0 - math.cos(angle))
         load = _move(model, certainty, now, tare.top * math.sin(angle), now - place, k, period)
         if k % LEARN_EVERY == 0:
-            noise = math.hypot(light.TARE_NOISE * settings.noise, light.TARE_LATE * load.damping)
+            noise = math.hypot(feel.TARE_NOISE * settings.noise, feel.TARE_LATE * load.damping)
             certainty.learn(0.0, load.elastic, load.damping, noise / math.sqrt(LEARN_EVERY))
         place = now
     # and a push of a second at the speed, in which the bristle bends over
@@ -257,8 +257,8 @@ def loop_gain(
     drag = model.viscous + model.bristle_damping
     known = model.inertia * s + drag
     true = model.inertia * s + friction * drag
-    pace = -math.log(1.0 - light.VELOCITY_GAIN) / period
-    nominal = s / (s + pace) / (1.0 + light.FOLLOWS_S * s) + pace / (s + pace) * servo * late
-    law = gain / (1.0 + light.VIRTUAL_S * s) / (1.0 + light.FAST_S * s)
+    pace = -math.log(1.0 - feel.VELOCITY_GAIN) / period
+    nominal = s / (s + pace) / (1.0 + feel.FOLLOWS_S * s) + pace / (s + pace) * servo * late
+    law = gain / (1.0 + feel.VIRTUAL_S * s) / (1.0 + feel.FAST_S * s)
     result: Array = law * ((stiffness / s + damping + true) * servo * late - known * nominal)
     return result

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from idtool.control import certainty, force_free, guard, law, light, load, paper, sensing, tare
+from idtool.control import certainty, feel, force_free, guard, law, load, paper, sensing, tare
 from idtool.control.doubt import COVERAGE, FORGETS, LEARN_EVERY, TURNS
 from idtool.control.force_free import ForceFreeController
 from idtool.control.light import LightLaw
@@ -179,9 +179,9 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
     period, model, s = c.period, c.model, its.settings
     noise, bound = s.noise, model.friction_bound
     count = c.resolution * model.bristle_stiffness
-    stop = min(light._STOP_COUNTS * count, light._STOP_BOUND * bound)
-    stall = min(light._STALL_COUNTS * count, light._STOP_BOUND * bound)
-    relief = (2.0 * light._DRIVE_S) ** 2 / (model.inertia * period) if model.inertia > 0.0 else 0.0
+    stop = min(feel.STOP_COUNTS * count, feel.STOP_BOUND * bound)
+    stall = min(feel.STALL_COUNTS * count, feel.STOP_BOUND * bound)
+    relief = (2.0 * feel.DRIVE_S) ** 2 / (model.inertia * period) if model.inertia > 0.0 else 0.0
     middle = 0.5 * (c.limits.position_min + c.limits.position_max)
     prior = dict(zip(("LOAD", "LEVEL", "DAMPING", "BRISTLE"), its.prior, strict=True))
     assert list(prior) == ["LOAD", "LEVEL", "DAMPING", "BRISTLE"] == _names_of_certainty()
@@ -193,15 +193,15 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             NOISE=noise,
             COVERAGE=COVERAGE,
             FORGETS=FORGETS,
-            GATE=light._GATE * noise,
-            BENT=light._STOP_BOUND * bound,
-            STEADY=light._STEADY * noise,
-            FALL=light._FALL * noise,
-            GONE=light._GONE,
-            JUMP=light._JUMP * noise,
-            TRACK_RATE=light._TRACK_RATE * s.start_torque * period,
-            LEAVE_RATE=period / light._LEAVE_S,
-            TRACK_MOST=light._TRACK_SHARE * s.start_torque,
+            GATE=feel.GATE * noise,
+            BENT=feel.STOP_BOUND * bound,
+            STEADY=feel.STEADY * noise,
+            FALL=feel.FALL * noise,
+            GONE=feel.GONE,
+            JUMP=feel.JUMP * noise,
+            TRACK_RATE=feel.TRACK_RATE * s.start_torque * period,
+            LEAVE_RATE=period / feel.LEAVE_S,
+            TRACK_MOST=feel.TRACK_SHARE * s.start_torque,
         ),
         _group(
             "light: shares per period of the filters and of the virtual mass",
@@ -210,23 +210,23 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             FOLLOWS=its._follows,
             VIRTUAL=its._virtual,
             LATELY=its._lately,
-            VELOCITY_GAIN=light.VELOCITY_GAIN,
+            VELOCITY_GAIN=feel.VELOCITY_GAIN,
         ),
         _group(
             "light: motion",
             REST_SPEED=law.REST_COUNTS_PER_S * c.resolution,
-            SLOW_SPEED=light._SLOW_SPEEDS * its.rest_speed,
+            SLOW_SPEED=feel.SLOW_SPEEDS * its.rest_speed,
             SERVO_TIME=s.servo_time,
-            TRIM=TURNS * light._TRIM_RATE * period,
-            TRIM_TARE=LEARN_EVERY * light._TRIM_RATE * period,
-            TRIM_RANGE=light._TRIM_RANGE,
-            LEASH=light._LEASH_S,
+            TRIM=TURNS * feel.TRIM_RATE * period,
+            TRIM_TARE=LEARN_EVERY * feel.TRIM_RATE * period,
+            TRIM_RANGE=feel.TRIM_RANGE,
+            LEASH=feel.LEASH_S,
             LEASH_LEAST=4.0 * c.resolution,
-            FOLLOW_SHARE=light._FOLLOW_SHARE,
-            KICK=light._KICK_SHARE,
-            COAST=light._COAST_S,
+            FOLLOW_SHARE=feel.FOLLOW_SHARE,
+            KICK=feel.KICK_SHARE,
+            COAST=feel.COAST_S,
             RELIEF=relief,
-            RELIEF_AGAIN=light._RELIEF_AGAIN,
+            RELIEF_AGAIN=feel.RELIEF_AGAIN,
         ),
         _group(
             "light: variances before anything is learned, and what is added to them; as everything of the"
@@ -234,8 +234,8 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             **{f"{name}_PRIOR": (COVERAGE * deviation) ** 2 for name, deviation in prior.items()},
             STOP_DOUBT=COVERAGE * stop,
             STALL_DOUBT=COVERAGE * stall,
-            LOAD_DRIFT=(COVERAGE * light._DRIFT_LOAD * noise) ** 2,
-            FRICTION_DRIFT=(COVERAGE * light._DRIFT_FRICTION) ** 2,
+            LOAD_DRIFT=(COVERAGE * feel.DRIFT_LOAD * noise) ** 2,
+            FRICTION_DRIFT=(COVERAGE * feel.DRIFT_FRICTION) ** 2,
             NOISE_VARIANCE=(COVERAGE * noise) ** 2,
         ),
         _group(
@@ -244,10 +244,10 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
             TARE_MIDDLE=math.inf if math.isnan(middle) else middle,
             TARE_SPEED=its._tare.top,
             TARE_APART=its._tare.apart / model.torque_constant,
-            TARE_VARIANCE=(COVERAGE * light.TARE_NOISE * noise) ** 2 / LEARN_EVERY,
-            TARE_LATE=(COVERAGE * light.TARE_LATE) ** 2 / LEARN_EVERY,
-            TARE_LEFT=(light._TARE_LEFT * noise) ** 2,
-            TARE_NORMAL=(light._TARE_NORMAL * noise) ** 2,
+            TARE_VARIANCE=(COVERAGE * feel.TARE_NOISE * noise) ** 2 / LEARN_EVERY,
+            TARE_LATE=(COVERAGE * feel.TARE_LATE) ** 2 / LEARN_EVERY,
+            TARE_LEFT=(feel.TARE_LEFT * noise) ** 2,
+            TARE_NORMAL=(feel.TARE_NORMAL * noise) ** 2,
         ),
     ]
     jump = _group(
@@ -257,27 +257,27 @@ def _light(c: ForceFreeController, its: LightLaw) -> Groups:
         CONFIRM_LEAST=guard._CONFIRM_SHARES[0],
         CONFIRM_MOST=guard._CONFIRM_SHARES[1],
     )
-    stand, zero = light._STAND_S, light._STAND_S + light._ZERO_S
+    stand, zero = feel.STAND_S, feel.STAND_S + feel.ZERO_S
     counts = {
-        "START_SAMPLES": light._START_SAMPLES,
+        "START_SAMPLES": feel.START_SAMPLES,
         "SETTLE": periods(period, lambda t: t >= s.settle),
-        "FOLLOW": periods(period, lambda t: t > light._FOLLOW_S),
+        "FOLLOW": periods(period, lambda t: t > feel.FOLLOW_S),
         "STAND": periods(period, lambda t: t > stand),
         "STAND_AND_ZERO": periods(period, lambda t: t >= zero),
         "ZERO_AGAIN": periods(period, lambda t: t >= zero, stand),
-        "LISTEN": periods(period, lambda t: t >= light._LISTEN_S),
-        "LEAVE": periods(period, lambda t: t >= light._LEAVE_S),
-        "SOON": periods(period, lambda t: t >= light._SOON_S),
-        "TRUST": periods(period, lambda t: t > light._START_S),
-        "TRUST_LATE": periods(period, lambda t: t > light._SLOW_START_S),
-        "BRAKE": periods(period, lambda t: t >= light._BRAKE_S),
-        "EASED": periods(period, lambda t: t > light._EASED_S),
-        "EARLY": periods(period, lambda t: t >= light._EARLY_S),
-        "FADE": periods(period, lambda t: t > light._FADE_S),
-        "CALM": periods(period, lambda t: t > light._CALM_S),
-        "KICK_END": periods(period, lambda t: t >= light._KICK_S),
-        "RELIEF_END": periods(period, lambda t: t >= light._KICK_S + period),
-        "RELIEF_LAST": periods(period, lambda t: t >= light._KICK_S + 2.0 * period),
+        "LISTEN": periods(period, lambda t: t >= feel.LISTEN_S),
+        "LEAVE": periods(period, lambda t: t >= feel.LEAVE_S),
+        "SOON": periods(period, lambda t: t >= feel.SOON_S),
+        "TRUST": periods(period, lambda t: t > feel.START_S),
+        "TRUST_LATE": periods(period, lambda t: t > feel.SLOW_START_S),
+        "BRAKE": periods(period, lambda t: t >= feel.BRAKE_S),
+        "EASED": periods(period, lambda t: t > feel.EASED_S),
+        "EARLY": periods(period, lambda t: t >= feel.EARLY_S),
+        "FADE": periods(period, lambda t: t > feel.FADE_S),
+        "CALM": periods(period, lambda t: t > feel.CALM_S),
+        "KICK_END": periods(period, lambda t: t >= feel.KICK_S),
+        "RELIEF_END": periods(period, lambda t: t >= feel.KICK_S + period),
+        "RELIEF_LAST": periods(period, lambda t: t >= feel.KICK_S + 2.0 * period),
         "TARE_TURN": round(2**32 / its._tare.cycle),  # in 1/2^32 of a turn per sample
         "TARE_PART": its._tare.part,
         "TARE_PARTS": tare.PARTS,
