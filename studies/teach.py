@@ -113,21 +113,7 @@ class Guided:
 def guide(case: Case, *, tared: bool, controller: Controller = GAINS, ramps: bool = True) -> Guided:
     """Run the whole sequence on one axis."""
     ratio = case.ratio
-    numbers = plant_numbers(case.truth, TrialSetup(payload_kg=case.payload))
-    axis = GuidedAxis(
-        numbers,
-        at_rest(case, numbers),
-        PERIOD,
-        case.motion_delay,
-        case.current_delay,
-        case.seed,
-    )
-    limits = case.truth.limits
-    law = ForceFreeController(
-        case.file,
-        PERIOD,
-        limits=Limits(limits["lowest_rad"], limits["highest_rad"], speed=limits["speed_rad_s"]),
-    )
+    axis, law = set_up(case)
     session = _Session(axis, law, ratio)
     session.run(0.6, lambda _: NO_HAND)
     if tared:
@@ -148,6 +134,17 @@ def guide(case: Case, *, tared: bool, controller: Controller = GAINS, ramps: boo
         np.concatenate(axis.truth, axis=1),
         np.array(session.rows),
     )
+
+
+def set_up(case: Case) -> tuple[GuidedAxis, ForceFreeController]:
+    """The axis, at rest, and its controller."""
+    numbers = plant_numbers(case.truth, TrialSetup(payload_kg=case.payload))
+    axis = GuidedAxis(
+        numbers, at_rest(case, numbers), PERIOD, case.motion_delay, case.current_delay, case.seed
+    )
+    limits = case.truth.limits
+    reach = Limits(limits["lowest_rad"], limits["highest_rad"], speed=limits["speed_rad_s"])
+    return axis, ForceFreeController(case.file, PERIOD, limits=reach)
 
 
 def at_rest(case: Case, p: plant.PlantNumbers) -> Array:

@@ -6,29 +6,18 @@ import math
 
 import numpy as np
 
-from idtool.control import ForceFreeController, Limits
+from idtool.control import ForceFreeController
 from idtool.control.online import OnlineModel
-from idtool.rig.base import TrialSetup
-from idtool.rig.numbers import plant_numbers
-from studies.guided_axis import NO_HAND, GuidedAxis
+from studies.guided_axis import NO_HAND
 from studies.guided_plants import PAYLOAD_KG, Case
-from studies.teach import PERIOD, SPEED, at_rest
+from studies.teach import PERIOD, SPEED, set_up
 
 FORCES_N = (0.3, 0.45, 0.6, 1.0, 2.0, 5.0)
 
 
 def tared(case: Case, newton: float, begin: float, seconds: float) -> ForceFreeController:
     """The controller after a tare into which a hand pushed for a while, N and s from its beginning."""
-    numbers = plant_numbers(case.truth, TrialSetup(payload_kg=case.payload))
-    axis = GuidedAxis(
-        numbers, at_rest(case, numbers), PERIOD, case.motion_delay, case.current_delay, case.seed
-    )
-    limits = case.truth.limits
-    law = ForceFreeController(
-        case.file,
-        PERIOD,
-        limits=Limits(limits["lowest_rad"], limits["highest_rad"], speed=limits["speed_rad_s"]),
-    )
+    axis, law = set_up(case)
     command, begun = 0.0, math.inf
     for k in range(450):
         if not math.isfinite(begun) and law.tare():

@@ -22,7 +22,6 @@ class Law(ABC):
         wanted: speed at which the axis is asked to yield, rad/s (m/s).
         limited: limits that cut the wish at this sample.
         extra: friction that the law adds to the model's, N m (N).
-        doubt: how far the model may be wrong at this motion, N m (N); 0 where the law does not ask.
         note: something the user must know, a sentence; empty if there is nothing.
     """
 
@@ -33,7 +32,6 @@ class Law(ABC):
     wanted: float
     limited: tuple[str, ...] = ()
     extra: float = 0.0
-    doubt: float = 0.0
     note: str = ""
 
     def __init__(self, model: OnlineModel, limits: Limits, period: float, resolution: float) -> None:
@@ -54,6 +52,11 @@ class Law(ABC):
     @abstractmethod
     def wish(self, sample: Measurement) -> float:
         """The command before the limits, rad (m)."""
+
+    @property
+    def doubt(self) -> float:
+        """How far the model may be wrong at this motion, N m (N); 0 where the law does not ask."""
+        return 0.0
 
     @property
     def ready(self) -> bool:

@@ -108,7 +108,7 @@ class LightLaw(Law):
         self._last: Measurement | None = None
         self.torque = self._quiet = self.raw = 0.0
         self._before = self._older = self._old = 0.0
-        self.wanted = self.extra = self.doubt = 0.0
+        self.wanted = self.extra = 0.0
         self._account = 0.0
         self._let_go = True
         self._trusting = feel.START_S
@@ -118,6 +118,11 @@ class LightLaw(Law):
         self._tracked = 0.0
         self._stand(State.STARTING)
         self.limited = ()
+
+    @property
+    def doubt(self) -> float:
+        """How far the model may be wrong at this motion, N m (N)."""
+        return self._doubt.value
 
     @property
     def learned(self) -> tuple[float, float, float]:
@@ -186,7 +191,6 @@ class LightLaw(Law):
         motor *= 1.0 - load.saturation * abs(motor)
         slow = max(1.0 - abs(self._w) / (feel.SLOW_SPEEDS * self.rest_speed), 0.0)
         self._doubt.follow(load.kept, load.elastic, load.damping, slow)
-        self.doubt = self._doubt.value
         self.extra = self._doubt.certainty.correction(load.elastic, load.damping)
         carried = load.total + self.extra
         if load.delay > 0.0:
@@ -253,11 +257,10 @@ class LightLaw(Law):
         # a hand that leant on the axis while it stopped leaves a torque against its push when it goes: for
         # a while that way needs more, and the zero follows it; both ways, as long as it may be there
         leant = not self._let_go and not self._stalled
-        against = self._rested < feel.LEAVE_S and (leant or self._quiet * self._pushed_way < 0.0)
+        back = self._quiet * self._pushed_way < 0.0
+        against = self._rested < feel.LEAVE_S and (leant or back)
         if against:
-            start = self._gate() - self.doubt
-            if leant and self._quiet * self._pushed_way < 0.0:
-                start += self._bent()
+            start = feel.GATE * self.settings.noise + (self._bent() if leant and back else 0.0)
         rate = start / feel.LEAVE_S if against else feel.TRACK_RATE * start
         slip = min(max(-self._quiet, -rate * self.period), rate * self.period)
         small = (
@@ -323,7 +326,6 @@ class LightLaw(Law):
         load = self.model.load
         # where a hand may still lean on the axis, nothing must start when it leaves
         self._doubt.settle(-self._felt(), load.elastic, load.damping, noise, sure=self._sure)
-        self.doubt = self._doubt.value
         self._tracked = 0.0
         self.torque = self._quiet = 0.0
 
@@ -395,10 +397,8 @@ class LightLaw(Law):
         if abs(sample.velocity) <= self.rest_speed and self._since >= feel.BRAKE_S:
             self._stand(State.RESTING)
             self._armed = not self._let_go  # a hand that eased off may still lean on the axis: no zero then
-            bound, model = feel.STOP_BOUND * self.model.friction_bound, self.model
             counts = feel.STALL_COUNTS if self._stalled else feel.STOP_COUNTS
-            self._doubt.unsettle(min(counts * self.resolution * model.bristle_stiffness, bound))
-            self.doubt = self._doubt.value
+            self._doubt.unsettle(min(counts * self.resolution * self.model.bristle_stiffness, self._bent()))
             self.anchor = self.limits.clip(sample.position)
             return self.anchor
         if self._since > feel.EASED_S and abs(self.torque) > self._gate():

@@ -23,7 +23,8 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
                  felt_at_rest, take, zero, calm   ._felt, ._take, ._zero, ._calm
                  hold, await_zero                 ._rest, the part of it before the zero is taken
                  guide, follow, brake, relieve    ._guide, ._follow, ._brake, ._relieve
-                 tare, sweep, wish                .tare, ._tare, .wish
+                 tare, sweep, wish                .tare, ._sweep, .wish
+                 compare_part                     Tare.next
     force_free.c bounded, fail, NAME_reset, NAME_recover, NAME_step, NAME_ready, NAME_tare
                                                   ForceFreeController
 

@@ -127,19 +127,6 @@ def test_agrees_with_the_batch_model(values: dict[str, float], names: list[str])
     assert model.bristle == pytest.approx(wanted.bristle[-1], rel=1e-9)
 
 
-@pytest.mark.parametrize("names", [[name] for name in EFFECTS] + [list(EFFECTS)], ids=str)
-def test_an_effect_that_is_not_compiled_acts_alike(names: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """One of a user's own is evaluated by its class: here each of the library's is taken for such a one."""
-    file = parameters(BENCH, **{name: EFFECTS[name] for name in names})
-    motion = _motion()
-    wanted = _totals(OnlineModel(file), motion)
-    monkeypatch.setattr("idtool.control.load.compiled", lambda _: False)
-    model = OnlineModel(file)
-    np.testing.assert_allclose(_totals(model, motion), wanted, rtol=1e-9, atol=1e-12)
-    model.reset()
-    np.testing.assert_allclose(_totals(model, motion), wanted, rtol=1e-9, atol=1e-12)
-
-
 def test_a_file_without_a_bristle_acts_as_plain_friction() -> None:
     file = parameters(BENCH)
     model = OnlineModel(Parameters(file.axis, file.gravity_model, file.gravity, file.static))
@@ -169,19 +156,21 @@ def test_what_a_controller_cannot_do_without_is_said(missing: str) -> None:
         OnlineModel(file)
 
 
-def test_an_effect_that_is_not_compiled_is_asked_by_its_own_class(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("names", [[name] for name in EFFECTS] + [list(EFFECTS)], ids=str)
+def test_an_effect_that_is_not_compiled_is_asked_by_its_own_class(
+    names: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Whatever the library holds works in the controller; being written out in `load` only makes it fast."""
-    from idtool.control import load as compiled
-
-    file = parameters(BENCH, **EFFECTS)
-    motion = _motion(120)
-
+    file = parameters(BENCH, **{name: EFFECTS[name] for name in names})
+    motion = _motion()
     fast = _totals(OnlineModel(file), motion)
-    monkeypatch.setattr(compiled, "compiled", lambda effect: False)
+    monkeypatch.setattr("idtool.control.load.compiled", lambda _: False)
     slow = OnlineModel(file)
     np.testing.assert_allclose(_totals(slow, motion), fast, rtol=1e-9, atol=1e-12)
-    slow.drop("position_ripple", "for a test")
-    assert not slow.uses("position_ripple")
+    slow.reset()
+    np.testing.assert_allclose(_totals(slow, motion), fast, rtol=1e-9, atol=1e-12)
+    slow.drop(names[-1], "for a test")
+    assert not slow.uses(names[-1])
 
 
 @pytest.mark.parametrize("variable", ["position", "velocity", "acceleration", "temperature"])

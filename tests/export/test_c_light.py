@@ -141,12 +141,11 @@ def _narrow(file: Parameters) -> Parameters:
     def of(table: dict[str, Parameter]) -> dict[str, Parameter]:
         return {name: Parameter(p.value * per_length.get(name, 1.0)) for name, p in table.items()}
 
-    effects = {"inertia": {"inertia": Parameter(10.0 * INERTIA)}}
     return replace(
         _linear(file),
         static=of(file.static),
         dynamic=of(file.dynamic),
-        effects=tuple(EffectEntry(name, numbers) for name, numbers in effects.items()),
+        effects=(EffectEntry("inertia", {"inertia": Parameter(10.0 * INERTIA)}),),
         controller=replace(GAINS, loop_gain=0.1 * GAINS.loop_gain),
     )
 
@@ -174,7 +173,7 @@ def recorded_at(period: float) -> Samples:
 @pytest.mark.parametrize("clocked", [True, False], ids=["clock", "counted"])
 def test_other_periods(period: float, clocked: bool, tmp_path: Path) -> None:
     """Times of the law are whole periods in C and sums of them in Python."""
-    file = light(transport_delay={"delay": 0.012}, inertia={"inertia": 0.02})
+    file = light(transport_delay={"delay": 0.012}, inertia={"inertia": INERTIA})
     samples = replace(recorded_at(period), clocked=clocked)
     program = compile_c(file, tmp_path, period_s=period)
     c, python = run_c(program, samples), run_python(file, samples, period_s=period)
