@@ -19,6 +19,7 @@ from typing import Any
 from idtool.atomic import atomic_write, refuse_existing
 from idtool.axis import Axis, is_finite, short
 from idtool.errors import InputError, nearest
+from idtool.older_files import effects_of_today
 from idtool.toml_text import dumps_inline, load_toml
 from idtool.units import Kind, file_key
 
@@ -217,7 +218,7 @@ class Parameters:
             gravity=gravity,
             static=_positive(parts["static"], STATIC, "friction.static", axis.kind, file),
             dynamic=_positive(parts["dynamic"], DYNAMIC, "friction.dynamic", axis.kind, file),
-            effects=_read_effects(document.get("effects", []), axis.kind, file),
+            effects=_read_effects(effects_of_today(document, axis.kind), axis.kind, file),
             controller=_read_controller(document.get("controller"), axis.kind, file),
             provenance=dict(_table(document.get("provenance", {}), "provenance", file)),
         )

@@ -153,7 +153,7 @@ def model_of(recording: Recording, parameters: Parameters) -> tuple[JointModel, 
                 remedy="log the temperature, or remove the effect from the parameter file",
             )
         # every number of the file is a constant here: nothing is fitted
-        constants[effect.name] = effect.to_values(entry.values())
+        constants[effect.name] = effect.from_file(entry.values(), parameters.axis.kind)
     # a stiffness at its bound stands for "stiffer than the position shows": the static curve
     dynamic = bool(parameters.dynamic) and not parameters.dynamic["bristle_stiffness"].at_bound
     law: FrictionKind = "lugre" if dynamic else "stribeck"

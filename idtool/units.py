@@ -7,6 +7,7 @@ in the code for both torque and force, "position" for both angle and travel.
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 Kind = Literal["rotary", "linear"]
@@ -22,7 +23,7 @@ SUFFIXES: dict[str, tuple[str, str]] = {
     "quadratic_damping": ("nm_s2_per_rad2", "n_s2_per_m2"),
     "stiffness": ("nm_per_rad", "n_per_m"),
     "inertia": ("kg_m2", "kg"),
-    "per_position": ("per_rad", "per_m"),
+    "spatial_frequency": ("per_turn", "per_m"),
     "torque_per_payload": ("nm_per_kg", "n_per_kg"),
     "torque_constant": ("nm_per_a", "n_per_a"),
     "angle": ("rad", "rad"),
@@ -53,7 +54,7 @@ _PRETTY = {
     "n_per_m": "N/m",
     "kg_m2": "kg m²",
     "kg": "kg",
-    "per_rad": "1/rad",
+    "per_turn": "1/turn",
     "per_m": "1/m",
     "nm_per_kg": "N m/kg",
     "n_per_kg": "N/kg",
@@ -87,3 +88,11 @@ def unit_text(dimension: str, kind: Kind) -> str:
 def torque_name(kind: Kind) -> str:
     """What the effort of the axis is called: "torque" or "force"."""
     return "force" if kind == "linear" else "torque"
+
+
+def radians_per_unit(dimension: str, kind: Kind) -> float:
+    """What a number of a file is worth in radians (of phase, per rad or m of the axis), 1 where it is none.
+
+    n waves per turn of a rotary axis are sin(n q), n waves per metre of a linear one are sin(2 pi n x).
+    """
+    return 2.0 * math.pi if dimension == "spatial_frequency" and kind == "linear" else 1.0

@@ -40,7 +40,7 @@ EFFECTS: dict[str, tuple[float, float, Draw]] = {
         0.005,
         0.08,
         lambda r, s: {
-            "cycles_per_rad": between(r, 3.0, 40.0),
+            "cycles_per_turn": between(r, 3.0, 40.0),
             "amplitude_1_nm": s,
             "phase_1_rad": r.uniform(-math.pi, math.pi),
             "amplitude_2_nm": s * r.choice((0.0, 0.4)),

@@ -276,7 +276,7 @@ repeats = [8, 6, 4, 3, 2]
         View("temperature, °C", _temperature, "friction", least_speed=0.05),
     ),
     "position_ripple": Case(
-        {"cycles_per_rad": 31.0, "amplitude_1_nm": 0.015, "phase_1_rad": 0.3},
+        {"cycles_per_turn": 31.0, "amplitude_1_nm": 0.015, "phase_1_rad": 0.3},
         View(POSITION, _position, experiment="sweep", between=(-0.6, 0.6)),
     ),
     "external_periodic": Case(

@@ -41,7 +41,7 @@ _DRAWS = {
     },
     "thermal_drift": lambda r: {"rate_per_k": r.uniform(0.0, 0.02), "reference_degc": 35.0},
     "position_ripple": lambda r: {
-        "cycles_per_rad": r.uniform(6.0, 40.0),
+        "cycles_per_turn": r.uniform(6.0, 40.0),
         "amplitude_1_nm": r.uniform(0.0, 0.015),
         "phase_1_rad": r.uniform(-3.1, 3.1),
         "amplitude_2_nm": 0.0,
@@ -62,7 +62,7 @@ _DRAWS = {
     "breakaway_dwell": lambda r: {"gain": r.uniform(0.0, 0.3), "time_constant_s": 1.0},
 }
 #: key of the plant file -> name in the parameter file, where they are not the same but for the unit
-_NAMES = {"cycles_per_rad": "cycles", "kappa_per_a": "kappa", "rate_per_k": "rate"}
+_NAMES = {"cycles_per_turn": "cycles", "kappa_per_a": "kappa", "rate_per_k": "rate"}
 #: What a file of the library cannot hold.
 UNKNOWN_TO_THE_LIBRARY = ("hysteresis", "breakaway_dwell")
 EFFECTS = tuple(_DRAWS)

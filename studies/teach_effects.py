@@ -33,7 +33,7 @@ STRONG: dict[str, dict[str, float]] = {
     },
     "thermal_drift": {"rate_per_k": 0.04, "reference_degc": 10.0},
     "position_ripple": {
-        "cycles_per_rad": 9.0,
+        "cycles_per_turn": 9.0,
         "amplitude_1_nm": 0.03,
         "phase_1_rad": 0.5,
         "amplitude_2_nm": 0.0,

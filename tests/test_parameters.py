@@ -95,6 +95,42 @@ def test_parts_may_be_absent(tmp_path: Path) -> None:
     assert found == Parameters(axis=Axis("linear"))
 
 
+def rippled(kind: str, key: str, tool: str) -> str:
+    rest = " ".join(f"\n{name} = {{value = 0.0}}" for name in ("phase_1_rad", "phase_2_rad"))
+    unit = "nm" if kind == "rotary" else "n"
+    rest += "".join(f"\namplitude_{k}_{unit} = {{value = 0.1}}" for k in (1, 2))
+    return f"""schema = "ffc-id/params/1"
+[axis]
+kind = "{kind}"
+[[effects]]
+name = "position_ripple"
+[effects.parameters]
+{key} = {{value = 12.0, stderr = 0.6, ci95 = [11.0, 13.0]}}{rest}
+[provenance]
+tool = "{tool}"
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "key", "tool", "times"),
+    [
+        ("rotary", "cycles_per_turn", "ffc-id 0.2.0", 1.0),
+        ("rotary", "cycles_per_rad", "ffc-id 0.1.0", 1.0),
+        ("linear", "cycles_per_m", "ffc-id 0.2.0", 1.0),
+        ("linear", "cycles_per_m", "ffc-id 0.1.0", 1.0 / (2.0 * math.pi)),
+    ],
+)
+def test_waves_of_a_ripple_in_files_of_today_and_older(
+    tmp_path: Path, kind: str, key: str, tool: str, times: float
+) -> None:
+    (entry,) = Parameters.read(put(tmp_path, rippled(kind, key, tool))).effects
+    found = entry.parameters["cycles"]
+    assert found.value == pytest.approx(12.0 * times)
+    assert found.stderr == pytest.approx(0.6 * times)
+    assert found.ci95 == pytest.approx((11.0 * times, 13.0 * times))
+    assert (found.identified, found.at_bound) == (True, False)
+
+
 #: what is replaced in GOOD, by what, and what the sentence says
 BAD: dict[str, tuple[str, str, str]] = {
     "schema": ("params/1", "params/2", "schema: unknown schema 'ffc-id/params/2'; expected schema ="),

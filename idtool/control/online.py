@@ -90,7 +90,7 @@ class OnlineModel:
         self.skipped: list[str] = []
         for entry in parameters.effects:
             effect = registry.get(entry.name)
-            values = effect.to_values(entry.values())
+            values = effect.from_file(entry.values(), parameters.axis.kind)
             self._names.append(effect.name)
             self._thermometer |= effect.name == "thermal_drift" and "rate" in values
             if compiled.compiled(effect.name):

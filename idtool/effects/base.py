@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from idtool.model.contribution import FIELDS, Contribution
 from idtool.model.motion import Array, Motion
+from idtool.units import Kind, radians_per_unit
 
 Values = Mapping[str, float]
 
@@ -227,6 +228,20 @@ class Effect(ABC):
     def to_values(self, parameters: Values) -> dict[str, float]:
         """Fit coordinates and constants from file parameters."""
         return dict(parameters)
+
+    def to_file(self, values: Values, kind: Kind) -> dict[str, float]:
+        """`to_parameters` in the units of a file for this kind of axis."""
+        found = self.to_parameters(values)
+        return found | {
+            p.name: found[p.name] / radians_per_unit(p.dimension, kind)
+            for p in self.parameters
+            if p.name in found
+        }
+
+    def from_file(self, parameters: Values, kind: Kind) -> dict[str, float]:
+        """`to_values` of what a file for this kind of axis holds."""
+        units = {p.name: radians_per_unit(p.dimension, kind) for p in self.parameters}
+        return self.to_values({name: units.get(name, 1.0) * value for name, value in parameters.items()})
 
     def missing(self, motion: Motion) -> str | None:
         """A needed quantity that was not logged, as a sentence; None if all are there."""

@@ -42,7 +42,10 @@ class PositionRipple(Effect):
     citation = "Armstrong-Helouvry 1991; Villagran et al. 2009 (cogging)"
     parameters = (
         EffectParameter(
-            "cycles", "per_position", "spatial frequency n, radians of ripple per unit of travel", 0.0
+            "cycles",
+            "spatial_frequency",
+            "n, waves per turn: sin(n q); on a linear axis per metre: sin(2 pi n x)",
+            0.0,
         ),
         EffectParameter("amplitude_1", "torque", "amplitude of the fundamental", 0.0),
         EffectParameter("phase_1", "phase", "phase of the fundamental", -math.pi, math.pi),

@@ -207,7 +207,7 @@ def _effects(parameters: Parameters, controller: ForceFreeController) -> list[Ef
         if not controller.model.uses(entry.name):
             continue
         effect = registry.get(entry.name)
-        form = effect.in_c(effect.to_values(entry.values()))
+        form = effect.in_c(effect.from_file(entry.values(), parameters.axis.kind))
         if form is None:
             raise InputError(
                 f"effect {entry.name} has no C form",

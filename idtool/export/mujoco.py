@@ -19,6 +19,7 @@ from idtool.export.simple import has_bristle
 from idtool.export.xml_text import document
 from idtool.log import Log
 from idtool.parameters import EffectEntry, Parameter, Parameters
+from idtool.units import Kind, radians_per_unit
 
 #: With MuJoCo's default (0.02 s) dry friction comes to its level only at some 0.2 rad/s; this is the least
 #: that it takes, twice the time step.
@@ -92,17 +93,18 @@ def _actuator(model: Parameters) -> tuple[str, dict[str, str]]:
         values = model.static | model.dynamic
         attributes["lugre"] = " ".join(number(values[name].value) for name in order)
     if ripple:
-        amplitude, cycles, phase = _cogging(ripple)
+        amplitude, cycles, phase = _cogging(ripple, model.axis.kind)
         # cogging acts on the joint; the ripple here is what the motor must add against it
         attributes["cogging"] = f"{number(-amplitude)} {number(cycles)} {number(phase)}"
     return "dcmotor", attributes
 
 
-def _cogging(ripple: EffectEntry) -> tuple[float, float, float]:
-    """Amplitude, cycles per radian and phase of the one harmonic that the ripple has."""
+def _cogging(ripple: EffectEntry, kind: Kind) -> tuple[float, float, float]:
+    """Amplitude, n of sin(n q) and phase of the one harmonic that the ripple has."""
     values = ripple.values()
     k = 1 if values["amplitude_1"] else 2
-    return values[f"amplitude_{k}"], k * values["cycles"], values[f"phase_{k}"]
+    n = k * values["cycles"] * radians_per_unit("spatial_frequency", kind)
+    return values[f"amplitude_{k}"], n, values[f"phase_{k}"]
 
 
 def _carries(entry: EffectEntry) -> tuple[EffectEntry | None, str | None]:

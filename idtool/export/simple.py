@@ -84,7 +84,7 @@ def refitted(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
     values = {name: one.value for name, one in (parameters.static | parameters.dynamic).items()}
     values |= {f"gravity.{name}": one.value for name, one in parameters.gravity.items()}
     for effect, entry in zip(effects, parameters.effects, strict=True):
-        found = effect.to_values(entry.values())
+        found = effect.from_file(entry.values(), parameters.axis.kind)
         values |= {f"{effect.name}.{name}": value for name, value in found.items()}
     kept = ("gravity.", "position_ripple.cycles")
     held = {name for name in model.names if name.startswith(kept) or values[name] == 0.0}

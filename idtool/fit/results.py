@@ -59,13 +59,14 @@ def effect_entry(fit: JointFit, effect: Effect) -> EffectEntry:
     prefix = f"{effect.name}."
     mine = [i for i, name in enumerate(fit.model.names) if name.startswith(prefix)]
     values = fit.model.effect_values(fit.x, effect)
-    centre = effect.to_parameters(values)
+    kind = fit.model.recording.axis.kind
+    centre = effect.to_file(values, kind)
     gradient: dict[str, Array] = {name: np.zeros(len(mine)) for name in centre}
     for place, i in enumerate(mine):
         coordinate = fit.model.names[i].removeprefix(prefix)
         sd = math.sqrt(max(fit.covariance[i, i], 0.0))
         increment = 1e-3 * sd if sd > 0 else 1e-6
-        moved = effect.to_parameters({**values, coordinate: values[coordinate] + increment})
+        moved = effect.to_file({**values, coordinate: values[coordinate] + increment}, kind)
         for name in centre:
             change = moved[name] - centre[name]
             if abs(change) > math.pi and "phase" in name:

@@ -24,7 +24,7 @@ from idtool.report.spectrum_figures import (
     periodogram_figure,
 )
 from idtool.report.style import axis_label
-from idtool.units import torque_name, unit_text
+from idtool.units import radians_per_unit, torque_name, unit_text
 
 #: Below this, a test counts as having found a dependence.
 SIGNIFICANT = 0.01
@@ -220,13 +220,11 @@ def _over_angle(rows: Rows, evidence: Evidence) -> Iterator[Plate]:
     before = spectra.angle_amplitudes(rows.position, rows.residual_before, frequencies)
     after = spectra.angle_amplitudes(rows.position, rows.residual_after, frequencies)
     ripple = evidence.parameters.effect("position_ripple")
+    unit, per = unit_text("torque", evidence.kind), unit_text("spatial_frequency", evidence.kind)
+    waves = frequencies / radians_per_unit("spatial_frequency", evidence.kind)
     found = [] if ripple is None else [k * ripple.parameters["cycles"].value for k in (1, 2)]
     peak = int(np.argmax(before))
-    unit, per = unit_text("torque", evidence.kind), unit_text("per_position", evidence.kind)
-    where = (
-        f"{text.number(float(before[peak]), 2)} {unit} at n = "
-        f"{text.number(float(frequencies[peak]), 3)} {per}"
-    )
+    where = f"{text.number(float(before[peak]), 2)} {unit} at {text.number(float(waves[peak]), 3)} {per}"
     over = "travel" if evidence.kind == "linear" else "angle"
     yield Plate(
         "spectrum_angle",
@@ -235,5 +233,5 @@ def _over_angle(rows: Rows, evidence: Evidence) -> Iterator[Plate]:
         f"A peak repeats with the {over}: gear mesh, pulley run-out, cogging. The highest before is {where}; "
         "once the ripple is in the model, it should be gone.",
         f"Amplitude of the residual over spatial frequency, before and after; the highest before is {where}.",
-        partial(angle_spectrum_figure, frequencies, before, after, kind=evidence.kind, found=found),
+        partial(angle_spectrum_figure, waves, before, after, kind=evidence.kind, found=found),
     )

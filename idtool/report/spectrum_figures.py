@@ -90,7 +90,7 @@ def angle_spectrum_figure(
     """Amplitude of the residual over spatial frequency: what repeats with the angle stands out.
 
     Args:
-        frequency: radians of ripple per unit of travel, 1/rad (1/m).
+        frequency: waves per turn (per metre).
         before, after: amplitudes, N m (N).
         found: spatial frequencies of an accepted ripple, marked.
     """
@@ -103,7 +103,7 @@ def angle_spectrum_figure(
         panel.plot(frequency, values, color=colour, lw=1.1, label=name)
     panel.set_xlim(float(frequency[0]), float(frequency[-1]))
     panel.set_ylim(bottom=0.0)
-    panel.set_xlabel(f"Spatial frequency n of sin(n q), {unit_text('per_position', kind)}")
+    panel.set_xlabel(f"Spatial frequency, waves per {'metre' if kind == 'linear' else 'turn'}")
     panel.set_ylabel(f"Amplitude, {unit_text('torque', kind)}")
     style.legend(figure, panel)
     return figure

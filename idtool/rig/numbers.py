@@ -15,7 +15,7 @@ _FIELDS = {
     ("load_dependent_friction", "mu"): "mu",
     ("drive_backdrive", "mu_drive"): "mu_drive",
     ("drive_backdrive", "mu_backdrive"): "mu_backdrive",
-    ("position_ripple", "cycles_per_rad"): "ripple_cycles",
+    ("position_ripple", "cycles_per_turn"): "ripple_cycles",
     ("position_ripple", "amplitude_1_nm"): "ripple_1",
     ("position_ripple", "phase_1_rad"): "ripple_phase_1",
     ("position_ripple", "amplitude_2_nm"): "ripple_2",

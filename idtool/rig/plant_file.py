@@ -23,6 +23,7 @@ from typing import Any
 
 from idtool.axis import Axis, is_finite, short
 from idtool.errors import InputError, nearest
+from idtool.older_files import renamed
 from idtool.reading import read_bytes
 from idtool.rig.sensors import SENSORS
 from idtool.toml_text import parse_toml
@@ -39,7 +40,7 @@ EFFECT_KEYS: dict[str, dict[str, float | None]] = {
     "load_dependent_friction": {"mu": None},
     "drive_backdrive": {"mu_drive": None, "mu_backdrive": None},
     "position_ripple": {
-        "cycles_per_rad": None,
+        "cycles_per_turn": None,
         "amplitude_1_nm": None,
         "phase_1_rad": 0.0,
         "amplitude_2_nm": 0.0,
@@ -274,7 +275,7 @@ def _effects(entries: Any, file: Path) -> dict[str, dict[str, float]]:
         raise InputError("not a list", file=file, place="effects", remedy="write each as [[effects]]")
     effects: dict[str, dict[str, float]] = {}
     for number, entry in enumerate(entries, start=1):
-        values = dict(entry) if isinstance(entry, dict) else {}
+        values = renamed(entry) if isinstance(entry, dict) else {}
         name = values.pop("name", None)
         if name not in EFFECT_KEYS:
             raise InputError(

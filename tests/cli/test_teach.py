@@ -133,7 +133,7 @@ def test_a_correction_is_compensated_where_it_is_asked_for(tmp_path: Path, param
 
     packaged = Path(opening.__file__).with_name("paper.toml").read_text(encoding="utf-8")
     ripple = (
-        '\n[[effects]]\nname = "position_ripple"\ncycles_per_rad = 9.0\namplitude_1_nm = 0.03\n'
+        '\n[[effects]]\nname = "position_ripple"\ncycles_per_turn = 9.0\namplitude_1_nm = 0.03\n'
         "phase_1_rad = 0.0\namplitude_2_nm = 0.0\nphase_2_rad = 0.0\n"
     )
     (tmp_path / "plant.toml").write_text(packaged + ripple, encoding="utf-8")

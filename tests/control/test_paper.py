@@ -69,7 +69,7 @@ def test_stands_still_without_a_hand(sensors: str) -> None:
 EFFECTS = {
     "torque_offset": ("offset_nm = 0.08", {"offset": 0.08}),
     "position_ripple": (
-        "cycles_per_rad = 6.0\namplitude_1_nm = 0.05",
+        "cycles_per_turn = 6.0\namplitude_1_nm = 0.05",
         {"cycles": 6.0, "amplitude_1": 0.05, "phase_1": 0.0, "amplitude_2": 0.0, "phase_2": 0.0},
     ),
     "position_stiffness": (

@@ -52,7 +52,7 @@ CASES = [
     (
         "position_ripple",
         {
-            "cycles_per_rad": 31.0,
+            "cycles_per_turn": 31.0,
             "amplitude_1_nm": 0.015,
             "phase_1_rad": 0.3,
             "amplitude_2_nm": 0.0,

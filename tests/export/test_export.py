@@ -70,7 +70,9 @@ def friction(parameters: Parameters) -> Friction:
 def torque(parameters: Parameters, motion: Motion) -> Array:
     """The model of the package, without gravity."""
     parts = [
-        registry.get(e.name).contribute(motion, registry.get(e.name).to_values(e.values()))
+        registry.get(e.name).contribute(
+            motion, registry.get(e.name).from_file(e.values(), parameters.axis.kind)
+        )
         for e in parameters.effects
     ]
     effect = combine([Contribution(), *parts])
@@ -175,6 +177,14 @@ def test_what_mujoco_cannot_carry_is_said_in_the_file() -> None:
         assert f"Not carried: {text}" in exported.text
     names = {entry.name for entry in exported.plan.model.effects}
     assert names == {"inertia", "position_ripple"}
+
+
+def test_cogging_of_a_linear_axis_counts_radians_per_metre() -> None:
+    linear = replace(axis(INERTIA | {"position_ripple": RIPPLE}), axis=Axis("linear", 35.0))
+    actuator = ET.fromstring(export("mujoco", linear).text).find(".//dcmotor")
+    assert actuator is not None
+    _, n, _ = map(float, str(actuator.get("cogging")).split())
+    assert n == pytest.approx(2.0 * np.pi * RIPPLE["cycles"], rel=1e-6)
 
 
 def test_a_stiffness_at_its_bound_is_no_bristle() -> None:

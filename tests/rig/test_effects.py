@@ -56,7 +56,7 @@ def test_position_ripple() -> None:
     change, run = difference(
         "position_ripple",
         0.1,
-        cycles_per_rad=6.0,
+        cycles_per_turn=6.0,
         amplitude_1_nm=0.02,
         phase_1_rad=0.4,
         amplitude_2_nm=0.01,
@@ -192,7 +192,7 @@ EVERYTHING: list[dict[str, Any]] = [
     {"name": "direction_asymmetry", "asymmetry_nm_s_per_rad": 0.03},
     {"name": "load_dependent_friction", "mu": 0.05},
     {"name": "drive_backdrive", "mu_drive": 0.1, "mu_backdrive": 0.03},
-    {"name": "position_ripple", "cycles_per_rad": 8.0, "amplitude_1_nm": 0.02},
+    {"name": "position_ripple", "cycles_per_turn": 8.0, "amplitude_1_nm": 0.02},
     {"name": "position_dependent_friction", "slope_1": 0.3, "half_stroke_rad": 2.0},
     {"name": "position_stiffness", "stiffness_nm_per_rad": 0.1},
     {"name": "thermal_drift", "rate_per_k": 0.01},
@@ -214,6 +214,16 @@ def test_the_plant_file_knows_every_effect_and_its_keys() -> None:
     for name in library_names():
         known = {file_key(p.name, p.dimension, "rotary") for p in get(name).parameters}
         assert set(EFFECT_KEYS[name]) <= known, name
+
+
+def test_a_plant_file_may_call_the_waves_of_a_ripple_by_their_older_name() -> None:
+    ripple = {"amplitude_1_nm": 0.02}
+    plants = [
+        rig_of({"name": "position_ripple", key: 8.0} | ripple)
+        for key in ("cycles_per_turn", "cycles_per_rad")
+    ]
+    torques = [sine(rig, 0.4, 0.5, UP)[2] for rig in plants]
+    np.testing.assert_array_equal(torques[0], torques[1])
 
 
 def test_all_of_them_at_once_stay_in_bounds() -> None:

@@ -1,0 +1,47 @@
+"""Waves of a ripple are counted per turn of a rotary axis and per metre of a linear one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from idtool import Log, identify
+from idtool.prediction import predict
+
+WAVES = 25.0
+
+
+def there_and_back(path: Path, kind: str) -> Log:
+    """Slow and fast moves over 0.6 of a unit of travel: friction, mass, a ripple of a quarter of Coulomb."""
+    n = WAVES * (2.0 * np.pi if kind == "linear" else 1.0)
+    rng = np.random.default_rng(0)
+    time = np.arange(0.0, 20.0, 0.01)
+    rows = []
+    for trial, frequency in enumerate((0.05, 0.1, 0.15, 0.2, 0.25, 0.3)):
+        omega = 2.0 * np.pi * frequency
+        position, velocity = 0.3 * np.cos(omega * time), -0.3 * omega * np.sin(omega * time)
+        effort = np.tanh(velocity / 1e-3) + 2.0 * velocity - 0.5 * omega**2 * position
+        effort += 0.25 * np.sin(n * position + 0.5) + 0.01 * rng.standard_normal(len(time))
+        rows += [
+            np.column_stack([np.full(len(time), trial), time + 30.0 * trial, position, velocity, effort])
+        ]
+    names = "position_m,velocity_m_s,force_n" if kind == "linear" else "position_rad,velocity_rad_s,torque_nm"
+    np.savetxt(path, np.vstack(rows), delimiter=",", header=f"trial,time_s,{names}", comments="", fmt="%.9g")
+    return Log.read(path)
+
+
+@pytest.mark.parametrize(("kind", "key"), [("rotary", "cycles_per_turn"), ("linear", "cycles_per_m")])
+def test_waves_are_counted_in_the_unit_of_the_file(tmp_path: Path, kind: str, key: str) -> None:
+    log = there_and_back(tmp_path / "log.csv", kind)
+    result = identify([log], seed=0)
+    (ripple,) = (e for e in result.diagnosis["effects"] if e["name"] == "position_ripple")
+    assert ripple["parameters"][key]["value"] == pytest.approx(WAVES, rel=0.01)
+    low, high = ripple["parameters"][key]["ci95"]
+    assert low < WAVES < high < 1.02 * WAVES
+    others = tuple(e for e in result.parameters.effects if e.name != "position_ripple")
+    without = replace(result.parameters, effects=others)
+    (error,), (plain,) = (predict([log], file).errors.values() for file in (result.parameters, without))
+    assert error["rmse"] ** 2 < plain["rmse"] ** 2 - 0.9 * 0.25**2 / 2.0
