@@ -10,8 +10,8 @@ from benchmarks.sessions import log_of
 from benchmarks.table import Goal, Section, seconds
 from benchmarks.timing import interleaved
 from idtool import Log
-from idtool.identification import begin, identify
 from idtool.signals import record
+from idtool.verbs.identify import begin, identify
 
 _FIT_GOAL, _WHOLE_GOAL = 1.5, 10.0
 #: Every second payload, three speeds and the four sines: 42,168 rows.

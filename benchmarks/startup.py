@@ -37,7 +37,7 @@ import pandas, scipy.signal, scipy.sparse, scipy.optimize, scipy.stats, nlopt
 began = time.perf_counter()
 import numpy as np
 from idtool.model import lugre
-from idtool import smoother
+from idtool.signals import smoother
 ones = np.ones(60)
 first = np.arange(60) == 0
 lugre.propagate(ones, ones, ones, first, np.zeros(1))

@@ -12,8 +12,8 @@ import click
 from .common import Output
 
 if TYPE_CHECKING:
-    from idtool.axis import Axis
     from idtool.log import Log
+    from idtool.parameters.axis import Axis
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -42,9 +42,9 @@ class Given:
             UsageError: both options give a torque constant.
             InputError: a file that cannot be read, or is of another axis than the axis file.
         """
-        from idtool.axis_file import AxisFile
         from idtool.errors import UsageError
         from idtool.log import Log
+        from idtool.parameters.axis_file import AxisFile
 
         axis = AxisFile.read(self.file).axis if self.file is not None else None
         if self.constant is not None and axis is not None and axis.torque_constant is not None:

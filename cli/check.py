@@ -27,7 +27,7 @@ def check(logs: Sequence[Path], given: Given, output: Output) -> None:
     \b
     ffc-id check gravity.csv sweep.csv sine.csv
     """
-    from idtool.checking import check as run
+    from idtool.verbs.check import check as run
 
     result = run(given.read(logs, output))
 

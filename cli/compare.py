@@ -14,8 +14,8 @@ from .common import Output, output_options
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from idtool.comparison import Comparison
-    from idtool.paired_errors import ErrorLine
+    from idtool.compare.comparison import Comparison
+    from idtool.compare.paired_errors import ErrorLine
     from idtool.parameters import Parameter
 
 
@@ -36,7 +36,7 @@ def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output
     ffc-id compare before/params.toml after/params.toml
     ffc-id compare before/params.toml after/params.toml validation.csv
     """
-    from idtool.comparison import compare as run
+    from idtool.compare.comparison import compare as run
     from idtool.parameters import Parameters
 
     one, other = Parameters.read(a), Parameters.read(b)
@@ -47,8 +47,8 @@ def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output
 
 
 def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:
+    from idtool.parameters.units import unit_text
     from idtool.report.text import number
-    from idtool.units import unit_text
 
     from .tables import print_table
 

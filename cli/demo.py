@@ -14,8 +14,8 @@ from .progress import Progress
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from idtool.identification import Identification
     from idtool.parameters import Parameters
+    from idtool.verbs.identify import Identification
 
 #: The undeclared effect of the demo: the plant file's name among the package's data.
 _PLANT = "demo_rig.toml"
@@ -52,10 +52,10 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
     """
     from importlib import resources
 
-    from idtool.identification import identify
     from idtool.report import write_report
     from idtool.report.guiding import FILE as GUIDING
-    from idtool.results import make_folder, refuse_folder, write_json, write_results
+    from idtool.report.result_folder import make_folder, refuse_folder, write_json, write_results
+    from idtool.verbs.identify import identify
 
     began = time.perf_counter()
     refuse_folder(folder, force)
@@ -104,11 +104,12 @@ def _guide(rig: str, result: Identification, seed: int) -> dict[str, dict[str, A
     """Hand guiding with the model without the effect and with it, on the same axis."""
     from dataclasses import replace
 
-    from idtool.control import ForceFreeController, ImpedanceHand
-    from idtool.control.teach import limits_of, teach
-    from idtool.identification import parameters_of
+    from idtool.control import ForceFreeController
+    from idtool.guiding import ImpedanceHand
+    from idtool.guiding.session import limits_of, teach
     from idtool.rig import open_rig
     from idtool.rig.base import TrialSetup
+    from idtool.verbs.identify import parameters_of
 
     extended = result.parameters
     base = replace(parameters_of(result.evidence.base), effects=())
@@ -150,7 +151,7 @@ def _recovered(parameters: Parameters) -> list[dict[str, Any]]:
 
 
 def _show(console: Console, document: dict[str, Any]) -> None:
-    from idtool.units import unit_text
+    from idtool.parameters.units import unit_text
 
     from .diagnose import print_verdict
     from .tables import print_table

@@ -18,7 +18,7 @@ from .words import Choice
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from idtool.identification import Identification
+    from idtool.verbs.identify import Identification
 
 gravity_option = click.option(
     "--gravity",
@@ -60,8 +60,8 @@ def identify(
     \b
     ffc-id identify gravity.csv sweep.csv sine.csv -o result
     """
-    from idtool.identification import identify as run
-    from idtool.results import refuse_folder
+    from idtool.report.result_folder import refuse_folder
+    from idtool.verbs.identify import identify as run
 
     read = given.read(logs, output)
     refuse_folder(folder, force)
@@ -108,9 +108,9 @@ def diagnose(
     \b
     ffc-id diagnose gravity.csv sweep.csv sine.csv -p params.toml -o result
     """
-    from idtool.identification import diagnose_from
     from idtool.parameters import Parameters
-    from idtool.results import refuse_folder
+    from idtool.report.result_folder import refuse_folder
+    from idtool.verbs.identify import diagnose_from
 
     known = Parameters.read(params)
     read = given.read(logs, output, known.axis)
@@ -123,7 +123,7 @@ def diagnose(
 def finish(result: Identification, folder: Path, seed: int, output: Output) -> None:
     """Write the folder and print the verdict."""
     from idtool.report import write_report
-    from idtool.results import NEXT_RECIPE, write_results
+    from idtool.report.result_folder import NEXT_RECIPE, write_results
 
     write_results(result, folder, command=command_line(), seed=seed)
     with Progress(output, "drawing the report"):

@@ -105,10 +105,10 @@ def _run(
     force: bool,
     output: Output,
 ) -> None:
-    from idtool.atomic import atomic_write, refuse_existing
     from idtool.export.targets import error_lines, export
+    from idtool.io.atomic import atomic_write, refuse_existing
     from idtool.parameters import Parameters
-    from idtool.units import unit_text
+    from idtool.parameters.units import unit_text
 
     parameters = Parameters.read(params)
     refuse_existing(out, force)

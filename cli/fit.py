@@ -139,7 +139,7 @@ def fit_static(
     from idtool.fit.results import static_parameters
     from idtool.fit.staged import fit_static as fit
     from idtool.report import stribeck_figure
-    from idtool.results import stribeck_curve
+    from idtool.report.result_folder import stribeck_curve
 
     recording, known = _read(logs, params, given, output)
     result = fit(recording, known, law=friction, optimizer=optimizer, seed=seed)
@@ -240,8 +240,8 @@ def _finish(
     output: Output,
 ) -> None:
     from idtool.fit.identifiability import shortcomings
-    from idtool.identification import findings
     from idtool.report import save_figure
+    from idtool.verbs.identify import findings
 
     from .tables import document_of, print_parameters
 

@@ -115,9 +115,9 @@ def import_recording(
     """
     from dataclasses import replace
 
-    from idtool.atomic import refuse_existing
-    from idtool.axis_file import AxisFile
     from idtool.importing import import_recording as convert
+    from idtool.io.atomic import refuse_existing
+    from idtool.parameters.axis_file import AxisFile
 
     mapping, unit_texts = _once("--map", maps), _once("--unit", units)
     where: dict[str, list[str]] = {}

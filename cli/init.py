@@ -12,7 +12,7 @@ from .common import Output, force_option, output_options
 from .words import Choice
 
 if TYPE_CHECKING:
-    from idtool.units import Kind
+    from idtool.parameters.units import Kind
 
 _KINDS = ("rotary", "linear")
 
@@ -64,10 +64,10 @@ def init(
     ffc-id init
     ffc-id init --kind rotary --torque-constant 2.67 --name elbow -o elbow.toml
     """
-    from idtool.atomic import refuse_existing
-    from idtool.axis import Axis, check_constant
-    from idtool.axis_file import AxisFile
     from idtool.errors import UsageError
+    from idtool.io.atomic import refuse_existing
+    from idtool.parameters.axis import Axis, check_constant
+    from idtool.parameters.axis_file import AxisFile
 
     refuse_existing(target, force)
     told: dict[str, Any] = {

@@ -45,11 +45,11 @@ def predict(
     \b
     ffc-id predict validation.csv -p result/params.toml -o predicted.csv
     """
-    from idtool.atomic import atomic_write, refuse_existing
-    from idtool.correction import Correction
+    from idtool.io.atomic import atomic_write, refuse_existing
     from idtool.parameters import Parameters
-    from idtool.prediction import predict as run
-    from idtool.units import unit_text
+    from idtool.parameters.correction import Correction
+    from idtool.parameters.units import unit_text
+    from idtool.verbs.predict import predict as run
 
     parameters = Parameters.read(params)
     read = given.read(logs, output, parameters.axis)

@@ -162,10 +162,10 @@ def _run(
     speeds: list[float] | None = None,
     travel: float | None = None,
 ) -> int:
-    from idtool.atomic import refuse_existing
     from idtool.errors import UsageError
     from idtool.experiment.recipe import read_recipe
     from idtool.experiment.runner import run
+    from idtool.io.atomic import refuse_existing
     from idtool.rig import open_rig
 
     output, log = wishes.output, wishes.log

@@ -19,7 +19,7 @@ def rows_of(parameters: Parameters, parts: tuple[str, ...]) -> list[tuple[str, s
     """(name, unit, parameter) of the named parts: "gravity", "static", "dynamic", "effects"."""
     from idtool.effects import registry
     from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
-    from idtool.units import unit_text
+    from idtool.parameters.units import unit_text
 
     kind = parameters.axis.kind
     rows = []

@@ -15,9 +15,10 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from idtool.control import ForceFreeController, Hand, TeachFigures, TeachResult
-    from idtool.correction import Correction
+    from idtool.control import ForceFreeController
+    from idtool.guiding import Hand, TeachFigures, TeachResult
     from idtool.parameters import Parameters
+    from idtool.parameters.correction import Correction
     from idtool.rig.base import Rig
 
 
@@ -105,10 +106,10 @@ def teach(
     \b
     ffc-id teach -p result/params.toml --rig sim:bench --tare
     """
-    from idtool.atomic import refuse_existing
-    from idtool.correction import Correction
     from idtool.errors import UsageError
+    from idtool.io.atomic import refuse_existing
     from idtool.parameters import Parameters
+    from idtool.parameters.correction import Correction
     from idtool.rig import open_rig
 
     parameters = Parameters.read(params)
@@ -142,8 +143,8 @@ def _controller(
 ) -> ForceFreeController:
     from idtool.control import ForceFreeController
     from idtool.control.force_free import DEFAULT_PERIOD_S, gains
-    from idtool.control.teach import limits_of
     from idtool.errors import InputError
+    from idtool.guiding.session import limits_of
 
     if parameters.axis.kind != axis.axis.kind:
         raise InputError(
@@ -160,9 +161,9 @@ def _controller(
 
 
 def _hand(parameters: Parameters, speed: float, force: float | None) -> Hand:
-    from idtool.control import ConstantForceHand, ImpedanceHand
-    from idtool.control.hand import travel_per_position
     from idtool.errors import InputError
+    from idtool.guiding import ConstantForceHand, ImpedanceHand
+    from idtool.guiding.hand import travel_per_position
 
     if force is None:
         return ImpedanceHand.at_slide(parameters, speed_mm_s=speed)
@@ -189,7 +190,7 @@ def _run(
     tare: bool,
     output: Output,
 ) -> TeachResult:
-    from idtool.control.teach import teach as run
+    from idtool.guiding.session import teach as run
     from idtool.rig.base import TrialSetup
 
     middle = 0.5 * sum(axis.limits.position) if axis.simulated else None  # a real axis stays where it is
@@ -232,8 +233,8 @@ def _without_effects(
     """The same hand on the same simulated axis, effects and correction left out; None if there are none."""
     from dataclasses import replace
 
-    from idtool.control.teach import teach as run
     from idtool.errors import RigFault
+    from idtool.guiding.session import teach as run
     from idtool.rig import open_rig
     from idtool.rig.base import TrialSetup
 
@@ -250,9 +251,9 @@ def _without_effects(
 
 
 def _draw(parameters: Parameters, result: TeachResult, path: Path) -> None:
-    from idtool.atomic import atomic_write
-    from idtool.control.figure import draw
-    from idtool.control.hand import travel_per_position
+    from idtool.guiding.figure import draw
+    from idtool.guiding.hand import travel_per_position
+    from idtool.io.atomic import atomic_write
 
     picture = draw(result.record, kind=parameters.axis.kind, travel_ratio=travel_per_position(parameters))
     with atomic_write(path, "wb") as stream:
@@ -288,7 +289,7 @@ def _show(
     bare: TeachFigures | None,
     corrected: bool,
 ) -> None:
-    from idtool.units import torque_name, unit_text
+    from idtool.parameters.units import torque_name, unit_text
 
     from .tables import print_table
 

@@ -74,10 +74,10 @@ def tune(
     ffc-id tune -p params.toml --force 2 --speed 19.2
     """
     from idtool.control.force_free import DEFAULT_PERIOD_S, gains
-    from idtool.control.hand import travel_per_position
     from idtool.control.tuning import tune as find
     from idtool.control.tuning import tuned
     from idtool.errors import InputError, UsageError
+    from idtool.guiding.hand import travel_per_position
     from idtool.parameters import Parameters
 
     parameters = Parameters.read(params)
@@ -107,7 +107,7 @@ def tune(
 
 def _show(screen: Console, tuning: Tuning, file: Path, parameters: object) -> None:
     from idtool.parameters import Parameters
-    from idtool.units import unit_text
+    from idtool.parameters.units import unit_text
 
     from .tables import print_table
 

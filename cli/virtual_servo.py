@@ -18,7 +18,7 @@ from .common import seed_option, stop_signals
 from .words import complete_plant
 
 if TYPE_CHECKING:
-    from idtool.rig.virtual.rehearsal import Rehearsal
+    from idtool.virtual_servo.rehearsal import Rehearsal
 
 #: How often it is looked whether the device is gone, s.
 _POLL_S = 0.2
@@ -91,7 +91,7 @@ def virtual_servo(
     from idtool.rig.opening import read_plant
 
     try:
-        from idtool.rig.virtual.rehearsal import COMMANDS, Rehearsal
+        from idtool.virtual_servo.rehearsal import COMMANDS, Rehearsal
     except ImportError as error:
         raise RigFault("a virtual servo needs the pseudo-terminals of Linux or macOS") from error
 
@@ -146,7 +146,7 @@ def _converse(servo: Rehearsal) -> None:
 @contextmanager
 def _linked(link: Path | None, device: str) -> Iterator[None]:
     """A symbolic link to the device for as long as there is one."""
-    from idtool.atomic import cannot_write
+    from idtool.io.atomic import cannot_write
 
     if link is None:
         yield

@@ -11,21 +11,21 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.2.0"
 
 if TYPE_CHECKING:
-    from idtool.axis import Axis
     from idtool.control.force_free import ForceFreeController
     from idtool.errors import InputError, RigFault
-    from idtool.identification import identify
     from idtool.log import Log
     from idtool.parameters import Parameters
+    from idtool.parameters.axis import Axis
+    from idtool.verbs.identify import identify
 
 _EXPORTS = {
-    "Axis": "idtool.axis",
+    "Axis": "idtool.parameters.axis",
     "ForceFreeController": "idtool.control.force_free",
     "InputError": "idtool.errors",
     "Log": "idtool.log",
     "Parameters": "idtool.parameters",
     "RigFault": "idtool.errors",
-    "identify": "idtool.identification",
+    "identify": "idtool.verbs.identify",
 }
 __all__ = [
     "Axis",

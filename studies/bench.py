@@ -12,11 +12,11 @@ from idtool.rig.dynamixel.bus import Bus
 from idtool.rig.dynamixel.rig import DynamixelRig
 from idtool.rig.dynamixel.settings import Settings
 from idtool.rig.opening import read_plant
-from idtool.rig.virtual.axis import VirtualAxis
-from idtool.rig.virtual.faults import Mishaps, parse_fault
-from idtool.rig.virtual.servo import VirtualServo
-from idtool.rig.virtual.table import FIELDS
-from idtool.rig.virtual.terminal import VirtualTerminal
+from idtool.virtual_servo.axis import VirtualAxis
+from idtool.virtual_servo.faults import Mishaps, parse_fault
+from idtool.virtual_servo.servo import VirtualServo
+from idtool.virtual_servo.table import FIELDS
+from idtool.virtual_servo.terminal import VirtualTerminal
 
 BAUD = 1_000_000
 #: Lying on its side: without torque it stays where it is.

@@ -24,10 +24,10 @@ import numpy as np
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.effects import registry
 from idtool.effects.base import Effect
-from idtool.identification import begin, parameters_of
 from idtool.log import Log
-from idtool.prediction import predict
 from idtool.signals import record
+from idtool.verbs.identify import begin, parameters_of
+from idtool.verbs.predict import predict
 from studies.cases import DISTURBANCES, EFFECTS, disturb, draw_effects, noise_of
 from studies.plants import SESSION, between, random_plant, record_session
 

@@ -26,13 +26,13 @@ from idtool.experiment.recipe import parse_recipe, read_recipe
 from idtool.experiment.runner import run
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
-from idtool.identification import begin
+from idtool.io.toml import parse_toml
 from idtool.log import Log
+from idtool.parameters.units import file_key, unit_text
 from idtool.rig.plant_file import parse_plant
 from idtool.rig.simulated import SimulatedRig
 from idtool.signals import record
-from idtool.toml_text import parse_toml
-from idtool.units import file_key, unit_text
+from idtool.verbs.identify import begin
 from studies.effect_cases import CASES, Case
 from studies.effect_figures import draw
 

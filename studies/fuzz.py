@@ -20,14 +20,14 @@ import atheris
 with atheris.instrument_imports(include=["idtool", "tomllib", "dynamixel_sdk"]):
     import dynamixel_sdk
 
-    from idtool.axis_file import AxisFile
     from idtool.errors import InputError, UsageError
     from idtool.experiment.recipe import parse_recipe, recipe_text
     from idtool.log import Log
     from idtool.parameters import Parameters
+    from idtool.parameters.axis_file import AxisFile
     from idtool.rig.clock import SkippingClock
     from idtool.rig.plant_file import read_plant_file
-    from idtool.rig.virtual.packet import Decoder, Packet, encode
+    from idtool.virtual_servo.packet import Decoder, Packet, encode
 
 _FOLDER = tempfile.TemporaryDirectory()
 _FILE = Path(_FOLDER.name) / "any"

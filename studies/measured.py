@@ -18,11 +18,11 @@ from typing import Any
 import click
 
 from idtool.errors import FfcIdError
-from idtool.identification import Identification, identify
 from idtool.importing import import_recording
 from idtool.log import Log
-from idtool.prediction import predict
-from idtool.units import unit_text
+from idtool.parameters.units import unit_text
+from idtool.verbs.identify import Identification, identify
+from idtool.verbs.predict import predict
 
 
 @dataclass(frozen=True)

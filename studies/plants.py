@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from idtool.axis import Axis
 from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
 from idtool.log import Log
+from idtool.parameters.axis import Axis
 from idtool.rig.plant_file import PlantFile
 from idtool.rig.simulated import SimulatedRig
 

@@ -1,6 +1,6 @@
 """What becomes of the axis and of the data when something goes wrong, through the real protocol.
 
-The vendor's SDK, unchanged, talks to the virtual servo; faults come from `idtool.rig.virtual.faults`.
+The vendor's SDK, unchanged, talks to the virtual servo; faults come from `idtool.virtual_servo.faults`.
 
 python -m studies.reliability [--repeats N] [--kills N] [--out docs/reliability.md]   (make study-reliability)
 """
@@ -32,10 +32,10 @@ from idtool.parameters import Parameter
 from idtool.rig.clock import HostClock
 from idtool.rig.dynamixel.servo import WATCHDOG_S
 from idtool.rig.opening import read_plant
-from idtool.rig.virtual.axis import VirtualAxis
-from idtool.rig.virtual.packet import Damaged, Packet
-from idtool.rig.virtual.servo import VirtualServo
-from idtool.rig.virtual.terminal import VirtualTerminal
+from idtool.virtual_servo.axis import VirtualAxis
+from idtool.virtual_servo.packet import Damaged, Packet
+from idtool.virtual_servo.servo import VirtualServo
+from idtool.virtual_servo.terminal import VirtualTerminal
 from studies.bench import BAUD, FLAT, Bench
 
 RECIPE = """

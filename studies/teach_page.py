@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from idtool.control.hand import STANDARD_GRAVITY
+from idtool.guiding.hand import STANDARD_GRAVITY
 from studies.guided_plants import Case, plant_of
 from studies.teach import COUNT, GAINS, PERIOD, SPEED, Guided
 

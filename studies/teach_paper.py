@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from idtool.control import ConstantForceHand, ForceFreeController, State, teach
-from idtool.control.figure import draw
-from idtool.control.teach import TeachResult, limits_of
+from idtool.control import ForceFreeController, State
+from idtool.guiding import ConstantForceHand, teach
+from idtool.guiding.figure import draw
+from idtool.guiding.session import TeachResult, limits_of
 from idtool.parameters import Controller
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup

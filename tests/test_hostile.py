@@ -16,12 +16,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import idtool
-from idtool.axis_file import AxisFile
 from idtool.errors import InputError, RigFault
 from idtool.experiment.recipe import read_recipe, recipe_text
 from idtool.importing import import_recording
 from idtool.log import Log
 from idtool.parameters import Parameters
+from idtool.parameters.axis_file import AxisFile
 from idtool.rig import open_rig
 from idtool.rig.plant_file import read_plant_file
 

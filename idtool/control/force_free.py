@@ -35,9 +35,9 @@ from idtool.control.law import Law
 from idtool.control.light import LightLaw, LightSettings
 from idtool.control.online import OnlineModel
 from idtool.control.paper import PaperLaw
-from idtool.correction import Correction
 from idtool.errors import InputError, nearest
 from idtool.parameters import CONTROLLER_MODES, Controller, Parameters
+from idtool.parameters.correction import Correction
 
 #: The paper's gains (its Table 5): K_r in s, K_c in rad/s per N m. On a linear axis the yielding that
 #: the paper's hand felt: 19.20 mm/s at 5.56 N.

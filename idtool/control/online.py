@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from idtool.control import load as compiled
-from idtool.correction import Correction
 from idtool.effects import registry
 from idtool.effects.base import Effect, Past, Values
 from idtool.errors import InputError
 from idtool.model.contribution import FIELDS, Term
 from idtool.model.motion import Motion
 from idtool.parameters import Parameters
+from idtool.parameters.correction import Correction
 
 _TORQUE = FIELDS.index("torque")
 

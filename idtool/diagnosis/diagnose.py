@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.correction import Correction
 from idtool.diagnosis.candidates import LEAST_GAIN, Selection
 from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
@@ -24,8 +23,9 @@ from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, on_recording, refit
 from idtool.fit.model import JointModel, Spec
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
+from idtool.parameters.correction import Correction
+from idtool.parameters.units import file_key
 from idtool.signals import Recording
-from idtool.units import file_key
 
 SCHEMA = "ffc-id/diagnosis/1"
 #: A residual this much above the sensor noise, and correlated over this many rows, holds something.

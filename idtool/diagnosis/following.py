@@ -23,8 +23,8 @@ from idtool.fit.joint import JointFit
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array, Motion
 from idtool.model.torque import linearise
+from idtool.parameters.units import file_key
 from idtool.signals import Recording
-from idtool.units import file_key
 
 #: Rows of a candidate run are computed this far apart, s; it is thinned no further.
 _STEP_S = 0.01

@@ -27,6 +27,7 @@ from idtool.diagnosis.candidates import (
     try_effect,
 )
 from idtool.diagnosis.evidence import Background, Score, left_out_errors
+from idtool.diagnosis.holm import holm
 from idtool.diagnosis.pruning import drop_mimics, drop_unneeded, find_alternatives, simplify
 from idtool.diagnosis.residual import test_residual
 from idtool.effects.base import Effect
@@ -35,7 +36,6 @@ from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
 from idtool.fit.starts import with_starts
-from idtool.holm import holm
 from idtool.model.motion import Array
 
 #: Family-wise error of the score tests of one round (Holm).

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from idtool.correction import VARIABLES, Correction
 from idtool.fit.joint import JointFit, effective_rows
 from idtool.model.motion import Array
+from idtool.parameters.correction import VARIABLES, Correction
 
 #: Knots that are tried; the Bayesian criterion picks.
 _KNOTS = (8, 16, 32, 64)

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from idtool.axis import Axis
 from idtool.errors import InputError, RigFault
 from idtool.log import Log, columns_of
+from idtool.parameters.axis import Axis
 from idtool.rig.base import Block
 
 

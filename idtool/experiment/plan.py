@@ -7,8 +7,8 @@ import numpy as np
 from idtool.errors import InputError
 from idtool.experiment.recipe import SINE_SHARE, Recipe, RecipeTrial
 from idtool.experiment.trajectory import excursion
+from idtool.parameters.units import unit_text
 from idtool.rig.base import Rig
-from idtool.units import unit_text
 
 
 def rows_every(recipe: Recipe, rig: Rig) -> int:

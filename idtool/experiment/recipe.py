@@ -25,12 +25,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
-from idtool.axis import is_finite, short
 from idtool.errors import InputError, nearest
 from idtool.experiment.trajectory import BackAndForth, Motion, Sines
+from idtool.io.toml import is_finite, parse_toml, short
+from idtool.parameters.units import Kind, file_key
 from idtool.rig.base import TrialSetup
-from idtool.toml_text import parse_toml
-from idtool.units import Kind, file_key
 
 SCHEMA = "ffc-id/recipe/1"
 _MAX_BYTES = 1 << 20

@@ -16,11 +16,11 @@ from idtool.experiment.black_box import with_remains
 from idtool.experiment.plan import plan_of, rows_every
 from idtool.experiment.recipe import Recipe, RecipeTrial
 from idtool.experiment.resume import Done, done_in
+from idtool.io.defer_signals import uninterrupted
 from idtool.log import LogWriter, columns_of
 from idtool.model.motion import Array
 from idtool.rig.base import Block, Rig, Trajectory, TrialSetup
 from idtool.rig.supervisor import LoopTime, Supervisor
-from idtool.uninterrupted import uninterrupted
 
 #: Asks a person to set the axis up: trial (from 1), of how many, its set-up, and the one before.
 Confirm = Callable[[int, int, TrialSetup, TrialSetup | None], None]

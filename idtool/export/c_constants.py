@@ -15,7 +15,7 @@ from idtool.errors import InputError
 from idtool.export.c_literals import c_float
 from idtool.model.stribeck import EXPONENT
 from idtool.parameters import Parameters
-from idtool.units import unit_text
+from idtool.parameters.units import unit_text
 
 Groups = list[tuple[str, dict[str, str]]]
 

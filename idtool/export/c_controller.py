@@ -45,7 +45,6 @@ from pathlib import Path
 from typing import Any
 
 from idtool import __version__
-from idtool.atomic import atomic_write, cannot_write, refuse_existing
 from idtool.control import guard, sensing
 from idtool.control.force_free import ForceFreeController
 from idtool.control.guard import Limits, Reason
@@ -55,9 +54,10 @@ from idtool.effects import registry
 from idtool.errors import InputError, UsageError, nearest, sentence
 from idtool.export.c_constants import constants, microseconds, settle_s, tables
 from idtool.export.c_literals import EffectInC
+from idtool.io.atomic import atomic_write, cannot_write, refuse_existing
 from idtool.model.contribution import FIELDS
 from idtool.parameters import Parameters
-from idtool.units import SUFFIXES, Kind, unit_text
+from idtool.parameters.units import SUFFIXES, Kind, unit_text
 
 #: Changes of the friction level; a board remembers those that an effect makes.
 _LEVEL_FIELDS = ("level_change", "level_torque", "static_change", "exponent_change")

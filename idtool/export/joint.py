@@ -11,7 +11,7 @@ from idtool.export import simple
 from idtool.export.base import Plan
 from idtool.log import Log
 from idtool.parameters import EffectEntry, Parameters
-from idtool.units import unit_text
+from idtool.parameters.units import unit_text
 
 _LEVELS_ALIKE = 1e-6
 

@@ -25,7 +25,7 @@ from idtool.model.contribution import Contribution
 from idtool.model.torque import Friction
 from idtool.model.torque import predict as predict_torque
 from idtool.parameters import GRAVITY_MODELS, Parameter, Parameters
-from idtool.prediction import explained, loaded, predict
+from idtool.verbs.predict import explained, loaded, predict
 
 _SMALLEST = 1e-9
 

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from idtool.fit.joint import JointFit
 from idtool.fit.model import LOGARITHMIC
 from idtool.fit.windows import Window, steady_windows
-from idtool.mending import SATURATED
+from idtool.log.repair import SATURATED
 from idtool.model.motion import Array, Motion
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
+from idtool.parameters.units import unit_text
 from idtool.signals import Recording
-from idtool.units import unit_text
 
 #: A parameter whose relative standard error is above this is not determined by the data.
 _TOO_VAGUE = 0.5

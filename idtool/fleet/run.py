@@ -19,15 +19,15 @@ from pathlib import Path
 from typing import Any
 
 from idtool import __version__
-from idtool.atomic import atomic_write
 from idtool.errors import InputError
 from idtool.fleet.engine import Engine, open_engine
 from idtool.fleet.page import page
 from idtool.fleet.session import find_sessions, load
 from idtool.fleet.summary import Fleet, SessionRow, document, summarise, table
 from idtool.fleet.work import Outcome
+from idtool.io.atomic import atomic_write
+from idtool.report.result_folder import FILES, OPTIONAL_FILES, make_folder, write_json
 from idtool.report.text import counted
-from idtool.results import FILES, OPTIONAL_FILES, make_folder, write_json
 
 __all__ = ["Fleet", "Options", "run_fleet"]
 

@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from idtool.errors import InputError, nearest
+from idtool.io.read_file import read_bytes
 from idtool.log import Log
-from idtool.reading import read_bytes
 
 FACTS = "session.toml"
 _DATE = re.compile(r"(?<!\d)(\d{4})-(\d{2})-(\d{2})(?!\d)")

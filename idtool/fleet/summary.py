@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from idtool.diagnosis.holm import holm
 from idtool.fleet import statistics
-from idtool.holm import holm
 from idtool.parameters import Parameter, Parameters
 
 SCHEMA = "ffc-id/fleet/1"

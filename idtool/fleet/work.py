@@ -9,9 +9,9 @@ from pathlib import Path
 from idtool import __version__
 from idtool.errors import FfcIdError
 from idtool.fleet.session import Task, identity
-from idtool.identification import identify
 from idtool.log import Log
-from idtool.results import write_results
+from idtool.report.result_folder import write_results
+from idtool.verbs.identify import identify
 
 
 @dataclass(frozen=True)

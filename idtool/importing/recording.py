@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from idtool.axis import Axis, check_constant, constant_key
 from idtool.errors import InputError, UsageError
 from idtool.importing import cleaning
 from idtool.importing.conversion import Unit, dimension, given_unit, named_unit, si_unit
@@ -28,8 +27,9 @@ from idtool.importing.names import (
 from idtool.importing.sources import read_table
 from idtool.importing.table import Table
 from idtool.log import Log
-from idtool.log_format import columns_of
-from idtool.units import Kind, torque_name
+from idtool.log.format import columns_of
+from idtool.parameters.axis import Axis, check_constant, constant_key
+from idtool.parameters.units import Kind, torque_name
 
 #: Roles that change slowly or stay until set anew, so that a gap holds the last value.
 _HELD = (

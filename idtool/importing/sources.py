@@ -11,7 +11,7 @@ import pandas as pd
 from idtool.errors import InputError
 from idtool.importing import bam, dynamixel, matlab, ros, text
 from idtool.importing.table import Table
-from idtool.reading import read_bytes
+from idtool.io.read_file import read_bytes
 
 WHAT = "a recording"
 #: Files people try that only look like tables -> what to do.

@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from idtool.errors import InputError
-from idtool.log_format import parse_header
+from idtool.log.format import parse_header
 
 
 def read_csv(raw: bytes, file: Path, cut: bool, notes: list[str]) -> tuple[pd.DataFrame, dict[str, Any]]:

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from idtool.errors import InputError
 from idtool.model.motion import Array
 from idtool.parameters import Parameters
+from idtool.parameters.units import Kind
 from idtool.report.facts import REMEDY, Diagnosis, Facts, read_facts
-from idtool.units import Kind
 
 _NEEDED = ("trial", "time_s", "velocity", "torque", "before", "after")
 _MAY_LACK = ("position", "acceleration", "load", "payload_kg", "temperature_degc")

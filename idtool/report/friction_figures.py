@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from idtool.parameters.units import Kind
 from idtool.report import style
-from idtool.units import Kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

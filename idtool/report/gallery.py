@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from idtool.parameters.units import torque_name, unit_text
 from idtool.report import text
 from idtool.report.evidence import Evidence, Segment
 from idtool.report.facts import array
@@ -19,7 +20,6 @@ from idtool.report.gravity_figures import arm_figure, average_error, gravity_fig
 from idtool.report.loop_figures import MOST_PANELS, Loop, loops_figure, main_frequency
 from idtool.report.prediction_figures import Trace, prediction_figure
 from idtool.report.selection_figures import candidates_figure, correlation_figure, stiffness_figure
-from idtool.units import torque_name, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idtool.model.motion import Array
+from idtool.parameters.units import Kind
 from idtool.report import style
-from idtool.units import Kind
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

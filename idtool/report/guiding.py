@@ -1,7 +1,7 @@
 """The hand-guiding table of the report, from `teach.json` in the result folder if there is one.
 
 `teach.json` holds one hand guided with several parameter files on the same axis: a name and the figures of
-`idtool.control.record.TeachFigures` for each.
+`idtool.guiding.record.TeachFigures` for each.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idtool.model.motion import Array
+from idtool.parameters.units import Kind, torque_name
 from idtool.report import style
-from idtool.units import Kind, torque_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -21,9 +21,10 @@ from typing import Any
 import tomli_w
 
 from idtool import __version__
-from idtool.atomic import atomic_write
 from idtool.effects import registry
 from idtool.errors import InputError
+from idtool.io.atomic import atomic_write
+from idtool.parameters.units import torque_name, unit_text
 from idtool.report import style, tables, text
 from idtool.report.evidence import Evidence, read_evidence
 from idtool.report.facts import Found, Pair
@@ -31,7 +32,6 @@ from idtool.report.gallery import Plate, certainty_plates, model_plates
 from idtool.report.guiding import read_guiding
 from idtool.report.residual_gallery import SIGNIFICANT, residual_plates
 from idtool.report.verdict import summarise
-from idtool.units import torque_name, unit_text
 
 PAGE = "report.html"
 FIGURES = "figures"

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from idtool.model.motion import Array
+from idtool.parameters.units import Kind, torque_name
 from idtool.report import style
-from idtool.units import Kind, torque_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

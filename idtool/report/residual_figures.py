@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from idtool.model.motion import Array
+from idtool.parameters.units import Kind, torque_name
 from idtool.report import style
-from idtool.units import Kind, torque_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

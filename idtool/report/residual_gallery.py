@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from idtool.parameters.units import radians_per_unit, torque_name, unit_text
 from idtool.report import spectra, text
 from idtool.report.evidence import Evidence, Rows
 from idtool.report.facts import ResidualTest
@@ -24,7 +25,6 @@ from idtool.report.spectrum_figures import (
     periodogram_figure,
 )
 from idtool.report.style import axis_label
-from idtool.units import radians_per_unit, torque_name, unit_text
 
 #: Below this, a test counts as having found a dependence.
 SIGNIFICANT = 0.01

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from idtool.model.motion import Array
+from idtool.parameters.units import Kind, unit_text
 from idtool.report import style
-from idtool.units import Kind, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,9 +15,9 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 
-from idtool.atomic import atomic_write
+from idtool.io.atomic import atomic_write
+from idtool.parameters.units import Kind, torque_name, unit_text
 from idtool.report import text
-from idtool.units import Kind, torque_name, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

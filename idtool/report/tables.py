@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from idtool.effects import registry
 from idtool.parameters import CONTROLLER_KEYS, DYNAMIC, GRAVITY_MODELS, STATIC, Parameter
+from idtool.parameters.units import Kind, file_key, unit_text
 from idtool.report import text
 from idtool.report.evidence import Evidence
-from idtool.units import Kind, file_key, unit_text
 
 #: base name -> (symbol, meaning)
 _MEANINGS = {

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from idtool.effects import registry
+from idtool.parameters.units import torque_name, unit_text
 from idtool.report import text
 from idtool.report.evidence import Evidence
 from idtool.report.residual_gallery import SIGNIFICANT
-from idtool.units import torque_name, unit_text
 
 Mark = Literal["good", "care", "bad"]
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Literal, Self
 
-from idtool.axis import Axis
 from idtool.errors import RigFault
 from idtool.model.motion import Array
+from idtool.parameters.axis import Axis
 
 Mode = Literal["velocity", "position"]
 

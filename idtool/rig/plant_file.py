@@ -21,12 +21,12 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from idtool.axis import Axis, is_finite, short
 from idtool.errors import InputError, nearest
-from idtool.older_files import renamed
-from idtool.reading import read_bytes
+from idtool.io.read_file import read_bytes
+from idtool.io.toml import is_finite, parse_toml, short
+from idtool.parameters.axis import Axis
+from idtool.parameters.older_files import renamed
 from idtool.rig.sensors import SENSORS
-from idtool.toml_text import parse_toml
 
 #: Integration step of the plant, s. It stands here because reading a file must not load the compiler.
 STEP_S = 1e-4

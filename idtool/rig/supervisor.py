@@ -11,9 +11,9 @@ import numpy as np
 
 from idtool.errors import RigFault
 from idtool.model.motion import Array
+from idtool.parameters.units import unit_text
 from idtool.rig.base import Block, Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.faults import BadReading, LimitExceeded, NotFollowing
-from idtool.units import unit_text
 
 #: Beyond a limit by this share (of the range of positions, of the highest speed or current) the axis is
 #: stopped; noise of the sensors and the small overshoot of a drive stay below it.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from idtool.axis import Axis
 from idtool.parameters import Controller, Parameter, Parameters
+from idtool.parameters.axis import Axis
 
 
 def _pick(**values: float) -> dict[str, Parameter]:

@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from idtool.axis import Axis
 from idtool.log import Log
 from idtool.parameters import EffectEntry, Parameter, Parameters
+from idtool.parameters.axis import Axis
 
 
 def _program() -> Callable[..., subprocess.CompletedProcess[str]]:

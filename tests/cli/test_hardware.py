@@ -15,9 +15,9 @@ import pytest
 from idtool.cli.main import main
 from support import PROGRAM, ffc_id
 
-from idtool.axis import Axis
 from idtool.log import Log
 from idtool.parameters import Controller, Parameter, Parameters
+from idtool.parameters.axis import Axis
 
 SHORT = """
 schema = "ffc-id/recipe/1"

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from idtool.axis import Axis
-from idtool.axis_file import AxisFile
 from idtool.errors import InputError
 from idtool.log import Log
+from idtool.parameters.axis import Axis
+from idtool.parameters.axis_file import AxisFile
 from idtool.rig.dynamixel.settings import Settings
 
 

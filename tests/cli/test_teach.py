@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from idtool.axis import Axis
 from idtool.log import Log
 from idtool.parameters import Controller, Parameter, Parameters
+from idtool.parameters.axis import Axis
 
 TRAVEL = 2 * 0.0265 * 6 / 7  # m of the slide per rad of the shaft; the pulley's radius is inferred
 
@@ -128,7 +128,7 @@ def test_says_what_the_file_s_effects_are_worth(tmp_path: Path, parameters: Para
 
 def test_a_correction_is_compensated_where_it_is_asked_for(tmp_path: Path, parameters: Parameters) -> None:
     """A ripple that the file lacks and a smooth correction holds: the hand is more even with it."""
-    from idtool.correction import Correction
+    from idtool.parameters.correction import Correction
     from idtool.rig import opening
 
     packaged = Path(opening.__file__).with_name("paper.toml").read_text(encoding="utf-8")

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from idtool.axis import Axis
 from idtool.parameters import EffectEntry, Parameter, Parameters
+from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 
 PAPER = {

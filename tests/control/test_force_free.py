@@ -8,17 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from idtool.control import (
-    ConstantForceHand,
-    ForceFreeController,
-    ImpedanceHand,
-    Push,
-    State,
-    TeachResult,
-    teach,
-)
+from idtool.control import ForceFreeController, State
 from idtool.control.force_free import COMMAND_GAIN, LOOP_GAIN, gains
-from idtool.control.hand import STANDARD_GRAVITY, travel_per_position
+from idtool.guiding import ConstantForceHand, ImpedanceHand, Push, TeachResult, teach
+from idtool.guiding.hand import STANDARD_GRAVITY, travel_per_position
 from idtool.parameters import Controller, Parameters
 from idtool.rig.base import TrialSetup
 

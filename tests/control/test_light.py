@@ -198,8 +198,8 @@ def test_sensors_noisier_than_thought_do_not_keep_it_from_starting() -> None:
 
 def test_a_linear_axis_has_it_too() -> None:
     """Metres and newtons: it rests, is tared, and moves the way of the push."""
-    from idtool.axis import Axis
     from idtool.parameters import Parameter, Parameters
+    from idtool.parameters.axis import Axis
 
     def pick(**values: float) -> dict[str, Parameter]:
         return {name: Parameter(value) for name, value in values.items()}

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from idtool.control.online import OnlineModel
-from idtool.correction import Correction
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.model import gravity
@@ -16,6 +15,7 @@ from idtool.model.contribution import Contribution, combine
 from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
 from idtool.parameters import Parameter, Parameters
+from idtool.parameters.correction import Correction
 
 from .double import BENCH, PAPER, parameters
 
@@ -148,7 +148,7 @@ def test_an_arm_carries_its_weight_whatever_the_tilt_columns_say() -> None:
 
 @pytest.mark.parametrize("missing", ["axis", "gravity", "static"])
 def test_what_a_controller_cannot_do_without_is_said(missing: str) -> None:
-    from idtool.axis import Axis
+    from idtool.parameters.axis import Axis
 
     file = parameters()
     file = replace(file, **({"axis": Axis()} if missing == "axis" else {missing: {}}))

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import idtool.rig
-from idtool.control import ConstantForceHand, ForceFreeController, ImpedanceHand, State, TeachFigures, teach
-from idtool.control.hand import travel_per_position
-from idtool.control.teach import limits_of
+from idtool.control import ForceFreeController, State
+from idtool.guiding import ConstantForceHand, ImpedanceHand, TeachFigures, teach
+from idtool.guiding.hand import travel_per_position
+from idtool.guiding.session import limits_of
 from idtool.parameters import Controller, Parameters
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
@@ -94,7 +95,7 @@ def test_an_effect_in_the_file_pays(tmp_path: Path, name: str) -> None:
 
 def test_a_hand_that_leans_on_the_end_of_the_stroke_is_held() -> None:
     """The command stops at the limit, the drive reports no fault, and nothing vibrates there."""
-    from idtool.control import Push
+    from idtool.guiding import Push
 
     file = printed()
     rig = open_rig("sim:paper")

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from idtool.control.hand import travel_per_position
 from idtool.control.online import OnlineModel
 from idtool.control.tuning import doubt_after_tare, margins_of, tune, tuned
 from idtool.errors import InputError
+from idtool.guiding.hand import travel_per_position
 from idtool.parameters import Controller, Parameter
 from studies.guided_plants import AXES, corner, file_of, plant_of
 from studies.teach import GAINS, guide

@@ -10,9 +10,9 @@ import tomli_w
 
 from idtool.experiment.recipe import document_of_command, parse_recipe, read_recipe, recipe_text
 from idtool.experiment.runner import run
-from idtool.identification import identify
 from idtool.log import Log
 from idtool.rig.simulated import SimulatedRig
+from idtool.verbs.identify import identify
 from studies.plants import SESSION, random_plant, with_effects
 
 OFFSET = {"torque_offset": {"offset_nm": 0.02}}

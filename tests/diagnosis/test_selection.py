@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
-from idtool.identification import begin
 from idtool.signals import record
+from idtool.verbs.identify import begin
 from studies.plants import SESSION, Plant, record_session
 
 

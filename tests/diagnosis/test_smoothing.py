@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from idtool.correction import Correction
 from idtool.errors import InputError
-from idtool.identification import identify, parameters_of
 from idtool.model.motion import Motion
-from idtool.prediction import predict
+from idtool.parameters.correction import Correction
+from idtool.verbs.identify import identify, parameters_of
+from idtool.verbs.predict import predict
 from studies.cases import disturb
 from studies.plants import SESSION, random_plant, record_session
 

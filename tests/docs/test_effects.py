@@ -11,10 +11,10 @@ import pytest
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.export.mujoco import _carries
+from idtool.io.toml import parse_toml
 from idtool.parameters import EffectEntry, Parameter
+from idtool.parameters.units import file_key
 from idtool.rig.plant_file import EFFECT_KEYS, parse_plant
-from idtool.toml_text import parse_toml
-from idtool.units import file_key
 from studies.effect_cases import CASES
 from studies.effect_pages import MUJOCO, NOT_GUIDED, PLANT, pages, plant_of, recipe_of, with_made
 from studies.pages import fences

@@ -19,10 +19,10 @@ from idtool.effects.base import derivative
 from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
 from idtool.export.targets import TARGETS, export
-from idtool.identification import begin
 from idtool.importing import import_recording, recording
 from idtool.rig import open_rig
 from idtool.signals import record
+from idtool.verbs.identify import begin
 from studies.pages import fences
 
 from .support import PROJECT

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from idtool import Log, identify
-from idtool.prediction import predict
+from idtool.verbs.predict import predict
 
 WAVES = 25.0
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from idtool.axis import Axis
+from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 
 #: A block is handed through this before it is yielded; its index counts from 0 over the whole run.

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from idtool.axis import Axis
 from idtool.control import Limits, Reason
 from idtool.effects import registry
 from idtool.parameters import Parameter, Parameters
+from idtool.parameters.axis import Axis
 from tests.control.double import BENCH, PAPER, parameters
 from tests.control.test_online import EFFECTS as ONLINE
 

@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from idtool.axis import Axis
 from idtool.effects.inertia import Inertia
 from idtool.errors import InputError, UsageError
 from idtool.export.c_controller import export_c
 from idtool.export.c_literals import c_float
 from idtool.parameters import Controller, Parameter
+from idtool.parameters.axis import Axis
 from tests.control.double import BENCH, parameters
 
 from .twin import FLAGS

@@ -16,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import cumulative_trapezoid
 
-from idtool.axis import Axis
 from idtool.effects import registry
 from idtool.errors import InputError, UsageError
 from idtool.export import simple
@@ -28,7 +27,8 @@ from idtool.model.contribution import Contribution, combine
 from idtool.model.motion import Array, Motion
 from idtool.model.torque import Friction, predict
 from idtool.parameters import EffectEntry, Parameter, Parameters
-from idtool.units import Kind
+from idtool.parameters.axis import Axis
+from idtool.parameters.units import Kind
 
 STATIC = {"coulomb": 0.08, "static": 0.115, "stribeck_velocity": 0.08, "viscous": 0.12}
 DYNAMIC = {"bristle_stiffness": 8.0, "bristle_damping": 0.2}

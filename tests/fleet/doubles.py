@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from idtool.axis import Axis
 from idtool.fleet import Options
 from idtool.fleet.session import Task
 from idtool.fleet.work import Outcome, identify_session
 from idtool.log import Log
+from idtool.parameters.axis import Axis
 
 #: The quickest way to identify: Coulomb and viscous friction, inertia.
 QUICK = Options(friction="coulomb", gravity="none")

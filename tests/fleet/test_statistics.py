@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from idtool.diagnosis.holm import holm
 from idtool.fleet import statistics
 from idtool.fleet.summary import SessionRow, summarise
-from idtool.holm import holm
 from idtool.parameters import Parameter, Parameters
 
 NAN = float("nan")

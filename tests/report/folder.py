@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from idtool.axis import Axis
 from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
+from idtool.parameters.axis import Axis
 
 CYCLES = 35.0
 AMPLITUDE = 0.012

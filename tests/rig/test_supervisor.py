@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from idtool.axis import Axis
 from idtool.errors import RigFault
+from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.faults import BadReading, LimitExceeded, NotFollowing
 from idtool.rig.supervisor import REMEMBERED_S, Supervisor

@@ -14,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from idtool.axis import Axis
 from idtool.errors import InputError, RigFault
+from idtool.io.defer_signals import uninterrupted
 from idtool.model.motion import Array
+from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.clock import Clock, HostClock
 from idtool.rig.dynamixel.bus import BITS_PER_BYTE, BYTES_PER_PERIOD, Bus
@@ -24,7 +25,6 @@ from idtool.rig.dynamixel.models import CURRENT_BASED_POSITION_MODE, SPEED_UNIT,
 from idtool.rig.dynamixel.servo import Reading, Servo
 from idtool.rig.dynamixel.settings import Settings
 from idtool.rig.faults import LimitExceeded, NotFollowing
-from idtool.uninterrupted import uninterrupted
 
 #: Sampling periods to choose from, s.
 _PERIODS = (0.005, 0.01, 0.02, 0.05, 0.1)

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
-from idtool.axis_file import AxisFile
 from idtool.errors import InputError
+from idtool.parameters.axis_file import AxisFile
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from idtool.rig.faults import (
     ServoShutdown,
     WatchdogTripped,
 )
-from idtool.rig.virtual.faults import parse_fault
+from idtool.virtual_servo.faults import parse_fault
 from studies.reliability import killed
 
 from .support import Bench, bench, log_path, recipe

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from idtool import ForceFreeController, Log, identify
-from idtool.control.record import Record
-from idtool.control.teach import limits_of, teach
 from idtool.experiment.black_box import fault_path
 from idtool.experiment.runner import run
+from idtool.guiding.record import Record
+from idtool.guiding.session import limits_of, teach
 from idtool.rig.base import TrialSetup
 from idtool.rig.faults import ServoShutdown
 from idtool.rig.opening import read_plant

@@ -1,0 +1,1 @@
+"""Parameters beside parameters, and errors beside errors."""

@@ -1,0 +1,290 @@
+"""Hand guiding on a rig: controller, hand, recording.
+
+On a simulated rig a simulated hand pushes, moves and lets go, and the run ends with figures: force,
+speed, stop time, overshoot. On a real rig the hand is yours: the controller runs until it is stopped.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from idtool.control.force_free import ForceFreeController
+from idtool.control.guard import Fault, Limits, State
+from idtool.errors import InputError, RigFault
+from idtool.experiment.black_box import with_remains
+from idtool.guiding.hand import Hand, travel_per_position
+from idtool.guiding.record import Record, TeachFigures, measure
+from idtool.io.atomic import refuse_existing
+from idtool.io.defer_signals import uninterrupted
+from idtool.log import LogWriter, columns_of
+from idtool.parameters import Parameters
+from idtool.parameters.axis import Axis
+from idtool.parameters.units import file_key
+from idtool.rig.base import Rig, Sample, Trajectory, TrialSetup
+from idtool.rig.supervisor import Supervisor
+
+#: A hand may push this much faster (share) than the limit of the rig before it is stopped.
+_SPEED_TOLERANCE = 0.5
+#: Rows are handed to the log in portions of this many.
+_LOG_EVERY = 25
+#: No tare takes longer, s.
+_TARE_AT_MOST_S = 30.0
+_NOT_TARED = (
+    "the axis was not tared: it is heavier than it need be, and where the file's friction is wrong a push "
+    "may run on; let it learn with --tare, hands off"
+)
+
+
+@dataclass(frozen=True)
+class TeachResult:
+    """A run.
+
+    Attributes:
+        record: row by row.
+        figures: None without a simulated hand, or where no push was completed.
+        notes: what the controller could not compensate.
+        interrupted: stopped by the user.
+    """
+
+    record: Record
+    figures: TeachFigures | None
+    notes: tuple[str, ...] = ()
+    interrupted: bool = False
+
+
+def teach(
+    parameters: Parameters,
+    controller: ForceFreeController,
+    rig: Rig,
+    setup: TrialSetup,
+    *,
+    hand: Hand | None = None,
+    duration_s: float | None = None,
+    log: str | os.PathLike[str] | None = None,
+    force: bool = False,
+    progress: Callable[[float], None] | None = None,
+    tare: bool = False,
+) -> TeachResult:
+    """Run the controller on a rig.
+
+    The controller acts once per its own period, which may be several of the rig's; a simulated hand and
+    the record follow the rig's.
+
+    Args:
+        parameters: the file that the controller was made from (axis and travel per radian).
+        controller: it is reset first.
+        rig: prepared here; stopped in every case, not closed.
+        setup: payload and tilt, told to the controller too.
+        hand: a simulated hand (needs a simulated rig); None: whoever is there pushes.
+        duration_s: how long; None takes the hand's, and without a hand runs until interrupted.
+        log: where to write the run as a log; what was appended survives a kill.
+        force: overwrite it.
+        progress: called with the share done, 0 to 1.
+        tare: let the controller learn load and friction first, hands off (mode "light"; it moves by itself).
+
+    Raises:
+        InputError: the log cannot be written, or a simulated hand was given to a real rig.
+        RigFault: the rig failed, or the controller met a measurement that it cannot trust; the log
+            holds the run up to there, and the last second is in a file beside it.
+    """
+    if hand is not None and not rig.simulated:
+        raise InputError("a simulated hand cannot push a real axis", remedy="push it yourself")
+    length = duration_s if duration_s is not None else (hand.duration if hand else math.inf)
+    held = max(1, round(controller.period / rig.period_s))
+    recorder = _Recorder(parameters.axis, setup, log, force)
+    controller.reset()
+    interrupted = False
+    fault: Fault | None = None
+    rig = watched = Supervisor(rig, speed_tolerance=_SPEED_TOLERANCE)
+    try:
+        rig.prepare(setup)
+        place = _place(rig) if setup.start_position is None else setup.start_position
+        sample = rig.step(place)
+        current = sample.current
+        if tare:
+            sample, current = _tare(controller, rig, setup, sample, held)
+            fault = controller.status.fault
+        begun = sample.time_s
+        while fault is None and sample.time_s - begun < length:
+            command = _command(controller, setup, sample, current)
+            fault = controller.status.fault
+            if fault is not None:
+                break  # its sample is in the fault's history, not in the log
+            current = 0.0
+            for _ in range(held):
+                push = hand.torque(sample.time_s - begun, sample.position, sample.velocity) if hand else 0.0
+                recorder.add(sample, begun, command, push, controller)
+                sample = rig.step(command, push)
+                current += sample.current / held
+            if progress is not None and length < math.inf:
+                progress(min((sample.time_s - begun) / length, 1.0))
+        if fault is not None:
+            raise RigFault(
+                f"the controller stopped following after {len(recorder.rows)} samples: {fault.message}; "
+                "check sensors and bus, then start again."
+            )
+    except KeyboardInterrupt:
+        interrupted = True
+    except BaseException as error:
+        with uninterrupted():
+            with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
+                rig.stop()
+            if isinstance(error, RigFault):
+                error.history = error.history or watched.last_second()
+                if log is not None and recorder.rows:
+                    raise with_remains(error, log, parameters.axis) from error
+        raise
+    finally:
+        with uninterrupted():
+            recorder.close()
+    with uninterrupted():
+        rig.stop()
+    record = recorder.record()
+    figures = None
+    if hand is not None and len(record.time):
+        figures = measure(
+            record, hand, resolution=controller.resolution, travel_ratio=travel_per_position(parameters)
+        )
+    notes = list(controller.status.notes)
+    if controller.mode == "light" and not tare:
+        notes.append(_NOT_TARED)
+    return TeachResult(record, figures, tuple(notes), interrupted)
+
+
+def _tare(
+    controller: ForceFreeController, rig: Rig, setup: TrialSetup, sample: Sample, held: int
+) -> tuple[Sample, float]:
+    """Step without a hand until the controller rests, tare, and step until it rests again."""
+    current, asked = sample.current, False
+    for _ in range(round(_TARE_AT_MOST_S / controller.period)):
+        command = _command(controller, setup, sample, current)
+        if controller.status.fault is not None:
+            break
+        current = 0.0
+        for _ in range(held):
+            sample = rig.step(command)
+            current += sample.current / held
+        if not asked:
+            asked = controller.tare()
+        elif controller.ready:
+            break
+    return sample, current
+
+
+def limits_of(rig: Rig) -> Limits:
+    """The controller's limits on a rig: its range and speed; what it may report goes well beyond them."""
+    low, high = rig.limits.position
+    return Limits(
+        position_min=low,
+        position_max=high,
+        speed=rig.limits.speed,
+        measured_speed=4.0 * rig.limits.speed,
+        current=4.0 * rig.limits.current,
+    )
+
+
+def _place(rig: Rig) -> float:
+    """Where the axis is: a rig reports it only while it is commanded, so command it to stand."""
+    blocks = list(rig.play(Trajectory(rig.period_s, "velocity", np.zeros(3))))
+    return float(blocks[-1].position[-1])
+
+
+def _command(controller: ForceFreeController, setup: TrialSetup, sample: Sample, current: float) -> float:
+    return controller.step(
+        sample.position,
+        sample.velocity,
+        current,
+        setup.payload_kg,
+        setup.tilt_alpha_rad,
+        setup.tilt_beta_rad,
+        temperature_degc=sample.temperature,
+        time_s=sample.time_s,
+    )
+
+
+def log_columns(axis: Axis, *, temperature: bool) -> list[str]:
+    """Columns of the log of a run: those of any log, and the hand's torque, true and estimated."""
+    roles = columns_of(axis.kind)
+    names = ["trial", "time", "position", "velocity", "current", "position_command"]
+    columns = [roles[name] for name in names]
+    columns += [file_key(name, "torque", axis.kind) for name in ("hand", "hand_estimated")]
+    columns += [roles[name] for name in ("payload", "tilt_alpha", "tilt_beta")]
+    return columns + ([roles["temperature"]] if temperature else [])
+
+
+class _Recorder:
+    """Keeps the rows and, if asked, appends them to a log as they come."""
+
+    def __init__(
+        self, axis: Axis, setup: TrialSetup, log: str | os.PathLike[str] | None, force: bool
+    ) -> None:
+        self.rows: list[tuple[float, ...]] = []
+        self.states: list[State] = []
+        self._setup = (setup.payload_kg, setup.tilt_alpha_rad, setup.tilt_beta_rad)
+        self._written = 0
+        self._axis, self._log, self._force = axis, log, force
+        self._warm = False
+        self._writer: LogWriter | None = None
+        if log is not None:
+            refuse_existing(Path(log), force)  # before the axis moves
+
+    def add(
+        self, sample: Sample, begun: float, command: float, push: float, controller: ForceFreeController
+    ) -> None:
+        if self._log is not None and self._writer is None:
+            self._warm = sample.temperature is not None  # a rig without a thermometer gets no such column
+            columns = log_columns(self._axis, temperature=self._warm)
+            self._writer = LogWriter(self._log, columns, self._axis, "teach", force=self._force)
+        status = controller.status
+        self.rows.append(
+            (
+                sample.time_s - begun,
+                sample.position,
+                sample.velocity,
+                sample.current,
+                math.nan if sample.temperature is None else sample.temperature,
+                command,
+                push,
+                status.external_torque,
+                controller.model.torque_constant * sample.current,
+                status.gravity + status.friction + status.effects,
+            )
+        )
+        self.states.append(status.state)
+        if self._writer is not None and len(self.rows) - self._written >= _LOG_EVERY:
+            self._flush(self._writer)
+
+    def _flush(self, writer: LogWriter) -> None:
+        rows = np.array(self.rows[self._written :], dtype=float)
+        self._written = len(self.rows)
+        if not len(rows):
+            return
+        count = len(rows)
+        surroundings = np.tile(self._setup, (count, 1))
+        table = [np.zeros(count), *rows[:, :4].T, *rows[:, 5:8].T, *surroundings.T]
+        if self._warm:
+            table.append(rows[:, 4])
+        writer.append(np.column_stack(table))
+
+    def close(self) -> None:
+        if self._writer is not None:
+            try:
+                self._flush(self._writer)
+            finally:
+                self._writer.close()
+
+    def record(self) -> Record:
+        if not self.rows:
+            raise InputError("the run was stopped before its first period", remedy="let it run longer")
+        time, position, velocity, current, warm, command, push, felt, motor, model = np.array(
+            self.rows, dtype=float
+        ).T
+        states = tuple(str(state) for state in self.states)
+        return Record(time, position, velocity, current, warm, command, push, felt, motor, model, states)

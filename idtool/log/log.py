@@ -1,0 +1,112 @@
+"""The one log: a CSV file per experiment, TOML lines on top.
+
+A log is a table with one row per sample. Its columns carry their units in their names; which are
+needed and which are known is in `columns_of`. Every other column is kept as it is.
+
+    log = Log.read("sweep.csv")
+    log.frame      # pandas, file column names
+    log.trials     # list of frames, one per trial
+
+`LogWriter` appends while an experiment runs; what it has flushed survives a kill. `Log.write`
+writes a finished log whole or not at all.
+"""
+
+from __future__ import annotations
+
+import gzip
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from idtool.io.atomic import atomic_write, refuse_existing
+from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, header_text, parse_header
+from idtool.log.table import check_rows, parse_rows, read_text
+from idtool.log.writer import LogWriter
+from idtool.parameters.axis import Axis, check_constant
+
+__all__ = ["LOG_VERSION", "Log", "LogWriter", "columns_of", "header_text"]
+
+
+@dataclass(frozen=True)
+class Log:
+    """One experiment.
+
+    Attributes:
+        frame: the rows; columns named as in the file, `trial` always present.
+        axis: kind of axis and torque constant.
+        experiment: "gravity", "sweep", "sine" or any other word; "" if the log does not say.
+        header: every other key of the TOML lines.
+        source: where it was read from, for messages.
+        incomplete: the file was cut short; its last whole row is the last row here.
+    """
+
+    frame: pd.DataFrame
+    axis: Axis
+    experiment: str = ""
+    header: dict[str, Any] = field(default_factory=dict)
+    source: str = "log"
+    incomplete: bool = False
+
+    @property
+    def trials(self) -> list[pd.DataFrame]:
+        """One frame per trial, in the order of the file."""
+        return [rows for _, rows in self.frame.groupby("trial", sort=False)]
+
+    def column(self, role: str) -> np.ndarray | None:
+        """The values of a role ("velocity", "payload", ...), shape (rows,), or None if absent."""
+        name = columns_of(self.axis.kind)[role]
+        return self.frame[name].to_numpy(dtype=float) if name in self.frame.columns else None
+
+    @classmethod
+    def read(
+        cls, path: str | os.PathLike[str], *, torque_constant: float | None = None, axis: Axis | None = None
+    ) -> Log:
+        """Read and check a log, gzipped or not.
+
+        Args:
+            path: the file. A CSV without TOML lines whose columns carry the log's names is a log too.
+            torque_constant: K in N m/A (N/A on a linear axis), for a log that does not say it.
+            axis: of which the log is, likewise.
+
+        Raises:
+            InputError: no such file, a folder, not a log, or a row that cannot be used; the sentence
+                names the row (counted as an editor does, from 1) or the key.
+        """
+        file = Path(path)
+        text = read_text(file)
+        header = parse_header(text.comments, file)
+        found, experiment = header_axis(header, text.names, file)
+        if axis is not None:
+            found = found.completed(axis, file=file)
+        if torque_constant is not None and found.torque_constant is None:
+            constant = check_constant(torque_constant, place="--torque-constant")
+            found = Axis(found.kind, constant, found.extra)
+        frame = check_rows(parse_rows(text, file), found, text, file)
+        rest = {key: value for key, value in header.items() if key not in TOP_KEYS}
+        return cls(frame, found, experiment, rest, str(file), text.incomplete)
+
+    def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
+        """Write the log whole or not at all; gzipped if the name ends in `.gz`.
+
+        Raises:
+            InputError: `path` exists and `force` is not given, it cannot be written, or the rows are
+                none that `read` would take.
+        """
+        file = Path(path)
+        refuse_existing(file, force)
+        frame = check_rows(self.frame.copy(), self.axis, None, file)
+        text = header_text(self.axis, self.experiment, self.header)
+        if file.suffix == ".gz":
+            content = text + frame.to_csv(index=False, lineterminator="\n")
+            with atomic_write(file, "wb") as stream:
+                stream.write(
+                    gzip.compress(content.encode(), mtime=0)
+                )  # no time: the same log, the same bytes
+            return
+        with atomic_write(file) as stream:
+            stream.write(text)
+            frame.to_csv(stream, index=False, lineterminator="\n")

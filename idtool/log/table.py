@@ -1,0 +1,357 @@
+"""The rows of a log: read, and checked one rule after another.
+
+Nothing here loops over rows while they are good; only the search for the line to name in a message does.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from idtool.errors import InputError, nearest
+from idtool.io.read_file import MAX_LINE, read_bytes
+from idtool.log.format import columns_of
+from idtool.parameters.axis import Axis
+
+#: Names people give to a column when they leave the unit out -> the role they mean.
+_UNITLESS = {
+    **dict.fromkeys(("time", "t", "timestamp"), "time"),
+    **dict.fromkeys(("position", "pos", "q", "angle"), "position"),
+    **dict.fromkeys(("velocity", "vel", "speed", "dq"), "velocity"),
+    **dict.fromkeys(("current", "i", "iq"), "current"),
+    **dict.fromkeys(("torque", "tau", "force"), "torque"),
+}
+_IMPORT = "or use `ffc-id import --map`"
+
+
+@dataclass(frozen=True)
+class LogText:
+    """A log file taken apart, its rows not read yet.
+
+    Attributes:
+        comments: the leading `#` lines, without `# `.
+        names: the columns.
+        rows: the data rows, each ended by a newline.
+        ends: position of each row's last byte (its newline) in `rows`.
+        first_line: line number of the first data row, as an editor counts.
+        incomplete: the file was cut short and its last, partial row is left out.
+    """
+
+    comments: list[str]
+    names: list[str]
+    rows: bytes
+    ends: np.ndarray
+    first_line: int
+    incomplete: bool
+
+    def line(self, row: int) -> int:
+        """The line number of a data row; quoted text may hold line breaks of its own."""
+        start = int(self.ends[row - 1]) + 1 if row else 0
+        return self.first_line + self.rows.count(b"\n", 0, start)
+
+
+def read_text(file: Path) -> LogText:
+    """Take a log file apart.
+
+    Raises:
+        InputError: not readable, not text, no header row, no data rows, rows of unequal length.
+    """
+    raw, cut = read_bytes(file, what="a log", text=True)
+    raw = raw.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n")
+    if b"\n" not in raw:
+        raw = raw.replace(b"\r", b"\n")
+    if raw.endswith(b"\0"):  # a power cut leaves zeros where the data never arrived
+        raw, cut = raw.rstrip(b"\0"), True
+    if b"\0" in raw:
+        raise _not_text(file)
+    if not raw.strip():
+        raise InputError("the file is empty", file=file, remedy="record it again")
+    if file.suffix == ".toml":
+        raise InputError("is a TOML file and no log", file=file, remedy="pass the CSV file of a run")
+    comments, start = _comments(raw, file)
+    line_end = raw.find(b"\n", start)
+    names = _names(raw[start:] if line_end < 0 else raw[start:line_end], len(comments) + 1, file)
+    rows = raw[line_end + 1 :] if line_end >= 0 else b""
+    # In a log of ours a last line without its newline was cut, even if all its fields are there: its
+    # last number may lack digits. Elsewhere many programs leave that newline out.
+    ours = cut or any(line.startswith("ffc-id-log") for line in comments)
+    rows, ends, dropped = _whole_rows(rows, len(names), drop_unended=ours)
+    if not len(ends):
+        raise InputError("has no data rows", file=file, remedy="record it again")
+    text = LogText(comments, names, rows, ends, len(comments) + 2, cut or dropped)
+    _check_lengths(text, file)
+    return text
+
+
+def _not_text(file: Path) -> InputError:
+    return InputError(
+        "is not a text file", file=file, remedy="`ffc-id import` reads Parquet and MATLAB files"
+    )
+
+
+def _comments(raw: bytes, file: Path) -> tuple[list[str], int]:
+    """The leading `#` lines without `# `, and where the rest starts."""
+    start = 0
+    lines: list[str] = []
+    while raw.startswith(b"#", start):
+        end = raw.find(b"\n", start)
+        end = len(raw) if end < 0 else end
+        if end - start > MAX_LINE:
+            raise InputError(
+                "a line of over 1 MiB is no log",
+                file=file,
+                place=f"line {len(lines) + 1}",
+                remedy="check the path",
+            )
+        try:
+            lines.append(raw[start + 1 : end].decode().removeprefix(" "))
+        except UnicodeDecodeError as error:
+            raise _not_text(file) from error
+        start = end + 1
+    return lines, start
+
+
+def _names(line: bytes, number: int, file: Path) -> list[str]:
+    place = f"line {number}"
+    if len(line) > MAX_LINE:
+        raise InputError("a line of over 1 MiB is no log", file=file, place=place, remedy="check the path")
+    try:
+        text = line.decode()
+        names = [name.strip() for name in next(csv.reader([text], skipinitialspace=True), [])]
+    except UnicodeDecodeError as error:
+        raise _not_text(file) from error
+    except csv.Error as error:
+        raise InputError(
+            f"the header row is not CSV ({error})", file=file, place=place, remedy="mend that line"
+        ) from error
+    if not any(names):
+        raise InputError(
+            "has no header row", file=file, place=place, remedy="the first row must name the columns"
+        )
+    if all(_is_number(name) for name in names):
+        raise InputError(
+            "the header row is missing, the rows start at once",
+            file=file,
+            place=place,
+            remedy="name the columns in a row above them",
+        )
+    if len(names) == 1 and (";" in text or "\t" in text):
+        raise InputError(
+            "the columns are not separated by commas",
+            file=file,
+            place=place,
+            remedy="`ffc-id import` reads such files",
+        )
+    if "" in names:
+        raise InputError(
+            f"column {names.index('') + 1} has no name", file=file, place=place, remedy="name it or remove it"
+        )
+    doubled = sorted(name for name in set(names) if names.count(name) > 1)
+    if doubled:
+        raise InputError(
+            f'column "{doubled[0]}" appears twice', file=file, place=place, remedy="rename or remove one"
+        )
+    return names
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _whole_rows(rows: bytes, width: int, *, drop_unended: bool) -> tuple[bytes, np.ndarray, bool]:
+    """Rows without a half-written last one, the position of each row's end, and whether one was dropped."""
+    dropped = False
+    if rows and not rows.endswith(b"\n"):
+        if drop_unended:
+            rows, dropped = rows[: rows.rfind(b"\n") + 1], True
+        else:
+            rows += b"\n"
+    rows = rows.rstrip(b"\n") + b"\n" if rows.strip(b"\n") else b""
+    ends = _outside_quotes(rows, b"\n")
+    if len(ends) and rows.count(b",", int(ends[-2]) + 1 if len(ends) > 1 else 0) < width - 1:
+        ends, dropped = ends[:-1], True
+        rows = rows[: int(ends[-1]) + 1] if len(ends) else b""
+    elif rows and not len(ends):  # a quote that never closes: the cut went through it
+        rows, dropped = b"", True
+    return rows, ends, dropped
+
+
+def _outside_quotes(rows: bytes, mark: bytes) -> np.ndarray:
+    """Positions of a one-byte mark that is not inside quoted text."""
+    data = np.frombuffer(rows, np.uint8)
+    found = np.flatnonzero(data == mark[0])
+    if b'"' in rows:
+        quotes = np.flatnonzero(data == ord('"'))
+        found = found[np.searchsorted(quotes, found) % 2 == 0]
+    return found
+
+
+def _check_lengths(text: LogText, file: Path) -> None:
+    fields = np.diff(np.searchsorted(_outside_quotes(text.rows, b","), text.ends), prepend=0) + 1
+    wrong = np.flatnonzero(fields != len(text.names))
+    if len(wrong):
+        row = int(wrong[0])
+        start = int(text.ends[row - 1]) + 1 if row else 0
+        blank = not text.rows[start : int(text.ends[row])].strip()
+        raise InputError(
+            "the line is empty" if blank else f"has {fields[row]} fields, expected {len(text.names)}",
+            file=file,
+            place=f"line {text.line(row)}",
+            remedy=f"mend or delete that line ({len(wrong)} such)"
+            if len(wrong) > 1
+            else "mend or delete that line",
+        )
+
+
+def parse_rows(text: LogText, file: Path) -> pd.DataFrame:
+    """The table; columns that are numbers throughout as numbers, others as text.
+
+    Raises:
+        InputError: not CSV, or not UTF-8.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a column of mixed types is told of below, by its line
+            frame = pd.read_csv(
+                io.BytesIO(text.rows),
+                header=None,
+                names=text.names,
+                index_col=False,
+                skip_blank_lines=False,
+                skipinitialspace=True,
+                lineterminator="\n",
+                low_memory=False,
+            )
+    except UnicodeDecodeError as error:
+        raise _not_text(file) from error
+    except (pd.errors.ParserError, ValueError, OverflowError) as error:
+        raise InputError(
+            f"is not a CSV table ({str(error).strip()})", file=file, remedy="mend that place"
+        ) from error
+    if len(frame) != len(text.ends):
+        raise InputError(
+            "is not a CSV table (a quote is not closed)", file=file, remedy="remove or close the quote"
+        )
+    return frame
+
+
+def check_rows(frame: pd.DataFrame, axis: Axis, text: LogText | None, file: Path) -> pd.DataFrame:
+    """The table with every needed column there, numbers finite and rows in order; `trial` added if absent.
+
+    Args:
+        frame: the rows, columns named as in the file.
+        axis: the axis they belong to.
+        text: where they were read from; None for a table made in memory.
+        file: for messages.
+
+    Raises:
+        InputError: naming the column and the line.
+    """
+    roles = columns_of(axis.kind)
+    columns = set(frame.columns)
+    _need(columns, ["time"], roles, file)
+    _need(columns, ["velocity", "position"], roles, file)
+    _need(columns, ["current", "torque"], roles, file)
+    for name in roles.values():
+        if name in columns and name != "trial":
+            frame[name] = _numeric(frame[name], name, text, file)
+    if "trial" not in columns:
+        frame.insert(0, "trial", 0)
+    elif frame["trial"].isna().any():
+        _numeric(frame["trial"].where(frame["trial"].isna(), 0), "trial", text, file)
+    _check_order(frame, text, file)
+    if roles["current"] in columns and roles["torque"] not in columns and axis.torque_constant is None:
+        raise InputError(
+            "current is given but no torque constant",
+            file=file,
+            place=f"axis.{axis.constant_key}",
+            remedy="add it to the `# [axis]` lines or pass --torque-constant",
+        )
+    return frame
+
+
+def _need(columns: set[str], any_of: list[str], roles: Mapping[str, str], file: Path) -> None:
+    names = [roles[role] for role in any_of]
+    if columns & set(names):
+        return
+    wanted = " or ".join(f'"{name}"' for name in names)
+    for column in sorted(columns):
+        role = _UNITLESS.get(column.lower())
+        if role in any_of:
+            raise InputError(
+                f'column "{column}" has no unit',
+                file=file,
+                remedy=f'name it "{roles[role]}" if that is its unit, {_IMPORT}',
+            )
+    free = sorted(columns - set(roles.values()))
+    for name in names:
+        guess = nearest(name, free) if free else ""
+        if guess.startswith("did you mean "):
+            found = guess.removeprefix("did you mean ")
+            raise InputError(
+                f"needs a column {wanted}",
+                file=file,
+                remedy=f'rename {found} if that is it and its unit is the one in "{name}", {_IMPORT}',
+            )
+    raise InputError(f"needs a column {wanted}", file=file, remedy=f"rename the column that is it, {_IMPORT}")
+
+
+def _numeric(values: pd.Series[Any], name: str, text: LogText | None, file: Path) -> pd.Series[float]:
+    if pd.api.types.is_bool_dtype(values):  # TRUE and FALSE are words here, not 1 and 0
+        values = values.astype(str)
+    numbers = pd.to_numeric(values, errors="coerce").astype(float)
+    bad = np.flatnonzero(~np.isfinite(numbers.to_numpy()))
+    if len(bad):
+        row = int(bad[0])
+        word = str(values.iloc[row])[:40]
+        shown = "is empty or NaN" if word.lower() in ("nan", "") else f'holds "{word}", not a finite number'
+        raise InputError(
+            f'column "{name}" {shown}',
+            file=file,
+            place=_place(text, row),
+            remedy=f"mend or delete that row ({len(bad)} such)"
+            if len(bad) > 1
+            else "mend or delete that row",
+        )
+    return numbers
+
+
+def _place(text: LogText | None, row: int) -> str:
+    return f"line {text.line(row)}" if text else f"row {row + 1}"
+
+
+def _check_order(frame: pd.DataFrame, text: LogText | None, file: Path) -> None:
+    trial = frame["trial"].to_numpy()
+    time = frame["time_s"].to_numpy(dtype=float)
+    starts = np.concatenate([[0], np.flatnonzero(trial[1:] != trial[:-1]) + 1])
+    again = pd.Series(trial[starts]).duplicated().to_numpy()
+    if again.any():
+        row = int(starts[np.flatnonzero(again)[0]])
+        raise InputError(
+            f"trial {trial[row]} starts again",
+            file=file,
+            place=_place(text, row),
+            remedy="keep the rows of a trial together; `ffc-id import` can do it",
+        )
+    back = (time[1:] <= time[:-1]) & (trial[1:] == trial[:-1])
+    if back.any():
+        row = int(np.flatnonzero(back)[0]) + 1
+        verb = "stands still" if time[row] == time[row - 1] else "goes backwards"
+        raise InputError(
+            f"time {verb} ({time[row - 1]:.10g} s, then {time[row]:.10g} s)",
+            file=file,
+            place=_place(text, row),
+            remedy=f"sort or remove such rows ({int(back.sum())} in all); `ffc-id import` can do it",
+        )

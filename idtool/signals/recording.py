@@ -1,0 +1,335 @@
+"""From logs to the rows that a fit works on.
+
+A `Recording` holds several logs as one set of arrays: the smoothed motion at full rate (the bristle
+needs every row), the measured torque, which rows are fit to be compared, and one linear operator that
+filters and decimates. That operator acts once on the torque and once on every regressor, so it biases
+nothing; see docs and `Recording.filtered`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal, sparse
+
+from idtool.errors import InputError
+from idtool.log import Log, columns_of
+from idtool.log.repair import Mended, mend
+from idtool.log.sensor_faults import resolution
+from idtool.model.motion import Array, Motion
+from idtool.parameters.axis import Axis
+from idtool.signals import lowpass
+from idtool.signals.lowpass import Filter
+from idtool.signals.smoother import TOO_FAST, reading_variance, smooth
+
+#: A torque sample further than this many standard deviations from its neighbours is an outlier.
+_OUTLIER = 8.0
+_SPIKE = "outlier of the torque"
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Logs of one axis, ready to fit.
+
+    Attributes:
+        axis: kind of axis and torque constant.
+        motion: smoothed motion, every row.
+        torque: measured torque K i, every row.
+        usable: rows fit to be compared (not saturated, no outlier, not faster than the sampling).
+        experiment: name of the experiment of each trial.
+        source: index of the log that each trial came from.
+        noise: standard deviation of the torque's noise at full rate.
+        filter: what the low-pass is.
+        position_resolution: smallest step of the position reading, 0 without one.
+        lost: reason -> rows that it cost.
+        remarks: sentences on what was mended, missing or left out whole.
+        sources: file of each log.
+    """
+
+    axis: Axis
+    motion: Motion
+    torque: Array
+    usable: NDArray[np.bool_]
+    experiment: tuple[str, ...]
+    source: tuple[int, ...]
+    noise: float
+    filter: Filter
+    position_resolution: float
+    lost: dict[str, int] = field(default_factory=dict)
+    sources: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @cached_property
+    def operator(self) -> sparse.csr_matrix:
+        """The filter and decimation as a matrix, shape (filtered rows, rows)."""
+        return lowpass.operator(self.motion, self.usable, self.filter)
+
+    @cached_property
+    def row(self) -> NDArray[np.intp]:
+        """The full-rate row at the middle of each filtered row."""
+        columns = self.operator.indices[self.operator.indptr[:-1]]
+        last = self.operator.indices[self.operator.indptr[1:] - 1]
+        return np.asarray((columns + last) // 2, dtype=np.intp)
+
+    @cached_property
+    def filtered_trial(self) -> NDArray[np.intp]:
+        """Trial of each filtered row."""
+        return self.motion.trial[self.row]
+
+    @cached_property
+    def members(self) -> sparse.csr_matrix:
+        """Which filtered rows each trial has, as a matrix that sums over them, (trials, filtered rows)."""
+        trial = self.filtered_trial
+        pointer = np.searchsorted(trial, np.arange(self.trials + 1))
+        return sparse.csr_matrix(
+            (np.ones(len(trial)), np.arange(len(trial)), pointer), shape=(self.trials, len(trial))
+        )
+
+    def filtered(self, values: Array) -> Array:
+        """Apply the filter to one column or several, shape (rows,) or (rows, n)."""
+        return np.asarray(self.operator @ values)
+
+    def filtered_columns(self, *columns: Array) -> Array:
+        """Apply the filter to a few columns, shape (rows,) each, which need no copy side by side for it."""
+        return np.column_stack([self.operator @ column for column in columns])
+
+    @property
+    def trials(self) -> int:
+        """Number of trials."""
+        return self.motion.trials
+
+    def subset(self, trials: Sequence[int] | NDArray[np.intp]) -> Recording:
+        """Only these trials, renumbered from 0; filter and noise stay as they are."""
+        wanted = np.asarray(sorted(int(t) for t in trials), dtype=np.intp)
+        rows = np.isin(self.motion.trial, wanted)
+        renumbered = np.searchsorted(wanted, self.motion.trial[rows]).astype(np.intp)
+        picked = {
+            name: value[rows]
+            for name in Motion.__dataclass_fields__
+            if name != "trial" and isinstance(value := getattr(self.motion, name), np.ndarray)
+        }
+        motion = Motion(trial=renumbered, torque_constant=self.motion.torque_constant, **picked)
+        return replace(
+            self,
+            motion=motion,
+            torque=self.torque[rows],
+            usable=self.usable[rows],
+            experiment=tuple(self.experiment[t] for t in wanted),
+            source=tuple(self.source[t] for t in wanted),
+        )
+
+    def with_load(self, load: Array | None, upright: Array | None) -> Recording:
+        """A copy whose motion knows the load that gravity puts on the axis."""
+        result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
+        for name in ("operator", "row", "filtered_trial", "members"):  # the same rows: keep what was computed
+            if name in self.__dict__:
+                result.__dict__[name] = self.__dict__[name]
+        return result
+
+
+def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
+    """Join logs of one axis into a `Recording`.
+
+    Logs may be of different rates: the filter counts rows, so it takes away as much noise from each and a
+    filtered row of any log weighs the same; it is designed for the slowest of them.
+
+    Args:
+        logs: of one axis.
+        every_row: keep trials in which a sensor is stuck, for a prediction of each row.
+
+    Raises:
+        InputError: no log, logs of different axes, a torque that never changes, or too few rows.
+    """
+    if not logs:
+        raise InputError("no log was given", remedy="name at least one log file")
+    axis = _common_axis(logs)
+    mended = [mend(log, _read_columns(log), every_row=every_row) for log in logs]
+    parts = [one.columns for one in mended]
+    joined = {role: _join(parts, role) for role in parts[0] if role != "trial"}
+    trial = _number_trials([part["trial"] for part in parts])
+    experiment, source = _label_trials(logs, parts)
+    time = joined["time"]
+    assert time is not None
+    first = np.ones(len(time), dtype=bool)
+    first[1:] = trial[1:] != trial[:-1]
+    if len(time) < 50:
+        raise InputError(
+            f"only {len(time)} rows", file=logs[0].source, remedy="a fit needs 50 at least; record for longer"
+        )
+    torque = joined["effort"]
+    assert torque is not None
+    smoothed = smooth(time, joined["position"], joined["velocity"], first)
+    motion = Motion(
+        time=time,
+        trial=trial,
+        position=smoothed.position,
+        velocity=smoothed.velocity,
+        acceleration=smoothed.acceleration,
+        payload=joined["payload"],
+        gravity_factor=_gravity_factor(joined["tilt_alpha"], joined["tilt_beta"]),
+        tilt_alpha=joined["tilt_alpha"],
+        tilt_beta=joined["tilt_beta"],
+        temperature=joined["temperature"],
+        torque_constant=axis.torque_constant,
+    )
+    usable, lost, calm = _usable_rows(torque, smoothed.surprise, _faulty(mended), motion)
+    for one in mended:
+        for reason, rows in one.dropped.items():
+            lost[reason] = lost.get(reason, 0) + rows
+    rate = lowpass.common_rate(motion, np.asarray(source)[trial])
+    bandwidth, noise = lowpass.bandwidth_and_noise(calm, motion, rate)
+    return Recording(
+        axis,
+        motion,
+        torque,
+        usable,
+        experiment,
+        source,
+        noise,
+        lowpass.design(bandwidth, rate),
+        resolution(joined["position"]),
+        lost,
+        tuple(log.source for log in logs),
+        tuple(remark for one in mended for remark in one.remarks),
+    )
+
+
+def _common_axis(logs: Sequence[Log]) -> Axis:
+    axis = logs[0].axis
+    for log in logs[1:]:
+        if log.axis.kind != axis.kind:
+            raise InputError(
+                f"is of a {log.axis.kind} axis, {logs[0].source} of a {axis.kind} one",
+                file=log.source,
+                remedy="give logs of one axis",
+            )
+        if log.axis.torque_constant != axis.torque_constant:
+            raise InputError(
+                f"{axis.constant_key} differs from that of {logs[0].source}",
+                file=log.source,
+                place=f"axis.{axis.constant_key}",
+                remedy="give logs of one axis, or mend the constant",
+            )
+    return axis
+
+
+def _read_columns(log: Log) -> dict[str, Array | None]:
+    """Every role of one log, and `effort`: the measured torque."""
+    roles = columns_of(log.axis.kind)
+    columns: dict[str, Array | None] = {role: log.column(role) for role in roles if role != "trial"}
+    current, torque = columns.pop("current"), columns.pop("torque")
+    if torque is None:
+        assert current is not None
+        assert log.axis.torque_constant is not None
+        torque = current * log.axis.torque_constant
+    if float(np.ptp(torque)) == 0.0:
+        name = roles["current"] if current is not None else roles["torque"]
+        raise InputError(
+            f'column "{name}" is the same on every row',
+            file=log.source,
+            remedy="check the sensor and the motor's mode, then record again",
+        )
+    columns["effort"] = torque
+    columns["trial"] = np.asarray(log.frame.groupby("trial", sort=False).ngroup(), dtype=float)
+    return columns
+
+
+def _join(parts: Sequence[dict[str, Array | None]], role: str) -> Array | None:
+    """One role over all logs. A role that only some logs hold takes its neutral value in the rest."""
+    columns = [part[role] for part in parts]
+    if all(column is None for column in columns):
+        return None
+    neutral = {"payload": 0.0, "tilt_alpha": 0.0, "tilt_beta": 0.0}
+    if any(column is None for column in columns) and role not in neutral:
+        return None
+    sizes = [len(part["trial"]) for part in parts if part["trial"] is not None]
+    filled = [
+        np.full(size, neutral[role]) if column is None else column
+        for column, size in zip(columns, sizes, strict=True)
+    ]
+    return np.concatenate(filled)
+
+
+def _number_trials(trials: Sequence[Array | None]) -> NDArray[np.intp]:
+    offset = 0
+    numbered = []
+    for trial in trials:
+        assert trial is not None
+        numbered.append(trial.astype(np.intp) + offset)
+        offset = int(numbered[-1].max()) + 1
+    return np.concatenate(numbered)
+
+
+def _label_trials(
+    logs: Sequence[Log], parts: Sequence[dict[str, Array | None]]
+) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    experiment: list[str] = []
+    source: list[int] = []
+    for index, (log, part) in enumerate(zip(logs, parts, strict=True)):
+        assert part["trial"] is not None
+        count = int(part["trial"].max()) + 1
+        experiment += [log.experiment or "other"] * count
+        source += [index] * count
+    return tuple(experiment), tuple(source)
+
+
+def _gravity_factor(alpha: Array | None, beta: Array | None) -> Array | None:
+    if alpha is None and beta is None:
+        return None
+    factor = np.ones(len(alpha if alpha is not None else beta))  # type: ignore[arg-type]
+    for tilt in (alpha, beta):
+        if tilt is not None:
+            factor = factor * np.cos(tilt)
+    # logs write pi/2 with a few digits: what is left of gravity then is rounding, not physics
+    return np.where(np.abs(factor) < 1e-3, 0.0, factor)
+
+
+def _faulty(mended: Sequence[Mended]) -> dict[str, NDArray[np.bool_]]:
+    """Reason -> rows of all logs that a sensor's fault spoils."""
+    reasons = dict.fromkeys(reason for one in mended for reason in one.faulty)
+    sizes = [len(one.columns["time"]) for one in mended if one.columns["time"] is not None]
+    blank = [np.zeros(size, dtype=bool) for size in sizes]
+    return {
+        reason: np.concatenate(
+            [one.faulty.get(reason, none) for one, none in zip(mended, blank, strict=True)]
+        )
+        for reason in reasons
+    }
+
+
+def _usable_rows(
+    torque: Array, surprise: Array, faulty: dict[str, NDArray[np.bool_]], motion: Motion
+) -> tuple[NDArray[np.bool_], dict[str, int], Array]:
+    """Rows fit to be compared, what cost the others, and the torque without its spikes."""
+    lost: dict[str, int] = {}
+    usable = np.ones(len(torque), dtype=bool)
+
+    def drop(reason: str, rows: NDArray[np.bool_]) -> None:
+        fresh = rows & usable
+        if fresh.any():
+            lost[reason] = int(fresh.sum())
+            usable[rows] = False
+
+    for reason, rows in faulty.items():
+        drop(reason, rows)
+    fast = surprise > TOO_FAST
+    near = np.convolve(fast, np.ones(5), mode="same") > 0.5
+    drop("motion faster than its sampling", near)
+    # a trial starts from a state nobody knows; where its first rows jump, the jump is such a state
+    rows_in = np.arange(len(torque)) - np.repeat(
+        motion.starts, np.diff(np.append(motion.starts, len(torque)))
+    )
+    settling = (rows_in < 3) & np.isin(motion.trial, motion.trial[fast & (rows_in < 10)])
+    drop("start of a trial in mid-motion", settling)
+    middle = signal.medfilt(torque, 5)
+    away = torque - middle
+    spread = 1.4826 * float(np.median(np.abs(away[away != 0]))) if np.any(away != 0) else 0.0
+    spread = max(spread, float(np.sqrt(reading_variance(torque, motion.first))))
+    # the range that spikes leave alone: they must not hide one another
+    wild = np.abs(away) > max(_OUTLIER * spread, 0.05 * float(np.ptp(middle)))
+    drop(_SPIKE, wild)
+    return usable, lost, np.where(wild, middle, torque)

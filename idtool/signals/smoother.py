@@ -1,0 +1,293 @@
+"""Position, velocity and acceleration from noisy, quantised readings: a zero-phase Kalman smoother.
+
+State (q, w, a) driven by white jerk; measured: position, velocity or both. The estimates at the sample
+instants lag nothing and work at uneven sample times. How loud the jerk is, is found from the data: first
+one intensity for all rows, the likeliest; then for every row its own, so that a steady stretch is averaged
+long and a reversal is followed. A counter that turns slowly is read at its edges. Where the model of the
+readings holds, regressors computed from such estimates bias a regression hardly at all, unlike those from
+any one filter. Innovations beyond a few standard deviations mark rows where the axis moved faster than
+the sampling shows.
+
+Source: Rauch, Tung & Striebel, AIAA J. 3(8), 1965; Durbin & Koopman, Time Series Analysis by State
+Space Methods, 2nd ed. 2012; the local intensities are MacKay's fixed point (Neural Comput. 4, 1992).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize
+
+from idtool.log.sensor_faults import resolution
+from idtool.model.motion import Array
+from idtool.signals import kalman
+
+#: Squared normalised innovations count at most this much in the likelihood, so that a few steps in
+#: the motion do not make all of it look rough.
+_ROBUST = 9.0
+#: The readings are judged under a jerk louder than likeliest by this factor, and much louder around rows
+#: with more than this surprise (they and so many neighbours, up to this factor squared): what is still
+#: surprising then, is no matter of smoothing.
+_EAGER = 10.0
+_SURPRISING = 9.0
+_REACH = 3
+_ROUGHEST = 100.0
+#: Squared normalised innovation above which the motion was faster than its sampling.
+TOO_FAST = 25.0
+#: If more rows than this are, it is not the motion: a reading is worse than its steps suggest (a drive's
+#: own filter delays its velocity, say). Its variance is raised by this factor, so many times at most.
+_DOUBTFUL = 0.03
+_DOUBT = 10.0
+_VELOCITY_DOUBTS = 7
+_MOST_DOUBTS = 10
+#: Local intensities: rounds of the fixed point, half width of the window in smoothing times, what counts
+#: as one more piece of evidence for leaving the intensity as it is, and the range about the global one.
+_ROUNDS = 4
+_WINDOW = 24.0
+_INERTIA = 1.0
+_QUIETEST = 1e-4
+_LOUDEST = 1e6
+#: The axis stands still where its position keeps within one grain over any stretch of this long, s. A stiff
+#: bristle forgets its deflection over a travel that noise of the velocity adds up to; a slow reversal, which
+#: is none, takes less.
+_REST_S = 1.0
+#: A velocity above so many grains a second is motion: the slow start of a ramp is none of the rest before it.
+_MOVING = 2.5
+#: How far the edges of a counter may lie from where they should, in counts.
+_EDGE = 0.05
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """Estimates at the sample instants, shape (rows,) each.
+
+    `surprise` is the squared normalised innovation of the row (about 1 per reading when all is well).
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    surprise: Array
+
+
+def reading_variance(values: Array, first: NDArray[np.bool_]) -> float:
+    """Variance of a reading's noise: that of its quantisation, or of its third differences if larger.
+
+    Args:
+        values: a reading, shape (rows,); NaN where it cannot be used.
+        first: True at the first row of each trial.
+    """
+    third = np.diff(values, 3)
+    inside = ~(first[1:-2] | first[2:-1] | first[3:]) & np.isfinite(third)
+    spread = third[inside]
+    # binomial weights 1, 3, 3, 1: white noise of variance v gives third differences of variance 20 v
+    rough = (1.4826 * float(np.median(np.abs(spread)))) ** 2 / 20.0 if len(spread) else 0.0
+    return max(resolution(values) ** 2 / 12.0, rough, 1e-18)
+
+
+def smooth(time: Array, position: Array | None, velocity: Array | None, first: NDArray[np.bool_]) -> Smoothed:
+    """Smooth what was measured; at least one of position and velocity must be there.
+
+    Args:
+        time: s, rising inside a trial, shape (rows,).
+        position, velocity: readings, shape (rows,), or None; NaN where a reading cannot be used, which
+            the first row of a trial must not be.
+        first: True at the first row of each trial.
+    """
+    rows = len(time)
+    zeros = np.zeros(rows)
+    readings = np.column_stack([zeros if r is None else r for r in (position, velocity)])
+    q_variance = 0.0 if position is None else reading_variance(position, first)
+    w_variance = 0.0 if velocity is None else reading_variance(velocity, first)
+    inside = ~first[1:]
+    period = float(np.median(np.diff(time)[inside]))
+    passed = kalman.Passed.blank(rows)
+
+    present = np.isfinite(readings)
+    readings = np.where(present, readings, 0.0)
+
+    def cost(log_jerk: float) -> float:
+        jerk = np.full(rows, 10.0**log_jerk)
+        kalman.forward(time, readings, present * [q_variance, w_variance], first, jerk, passed)
+        likely = np.minimum(passed.surprise, _ROBUST) + np.log(passed.variance)
+        return float(likely[~first].sum())
+
+    column = 1 if position is None else 0
+    steps = np.diff(readings[:, column])[inside & present[1:, column] & present[:-1, column]]
+    centre = 2.0 * math.log10(max(float(np.std(steps)) / period, 1e-9))
+    result = optimize.minimize_scalar(
+        cost, bounds=(centre - 5.0, centre + 9.0), method="bounded", options={"xatol": 0.1}
+    )
+    likeliest = 10.0 ** float(result.x)
+    for doubts in range(_MOST_DOUBTS):
+        series = _Series(time, readings, present * [q_variance, w_variance], first)
+        surprise = _surprise_when_eager(series, likeliest, passed)
+        if np.mean(surprise > TOO_FAST) < _DOUBTFUL:
+            break
+        # a position is counted, a velocity was computed by somebody: the velocity is doubted first
+        if velocity is not None and (position is None or doubts < _VELOCITY_DOUBTS):
+            w_variance *= _DOUBT
+        else:
+            q_variance *= _DOUBT
+    window = _reach(period, (q_variance, w_variance), likeliest)
+    states, jerk = _adapt(series, np.full(rows, likeliest), likeliest, window, passed)
+    # rounding alone gives third differences of 1.3 times that variance: more is noise, not a counter
+    if position is not None and q_variance < 2.0 * resolution(position) ** 2 / 12.0:
+        series, jerk, row = _with_edges(series, jerk, states[:, 1], resolution(position))
+        states = _adapt(series, jerk, likeliest, window, kalman.Passed.blank(len(series.time)))[0][row]
+    if position is not None:
+        still = _at_rest(time, states, first, math.sqrt(12.0 * q_variance))
+        states[still, 1:] = 0.0
+    estimated = states[:, 0] if position is not None else _relative_position(time, states[:, 1], first)
+    return Smoothed(
+        np.ascontiguousarray(estimated),
+        np.ascontiguousarray(states[:, 1]),
+        np.ascontiguousarray(states[:, 2]),
+        surprise,
+    )
+
+
+@dataclass(frozen=True)
+class _Series:
+    """Readings over time as the filter takes them, see `kalman.forward`."""
+
+    time: Array
+    readings: Array
+    variances: Array
+    first: NDArray[np.bool_]
+
+
+def _with_edges(
+    series: _Series, jerk: Array, velocity: Array, count: float
+) -> tuple[_Series, Array, NDArray[np.intp]]:
+    """The series with what a slow counter tells best: the instant at which it counts.
+
+    A counter that stands still over several rows repeats one reading, whose error is the same in all of
+    them; together they count as one. Where it then moves on by one count, the axis was at the edge
+    between the two, to within the way it goes in one row.
+
+    Returns:
+        The series with a row for every edge, the intensity of the jerk on it, and the place of each row
+        of the series as it was.
+    """
+    time, reading, first = series.time, series.readings[:, 0], series.first
+    new = first.copy()
+    new[1:] |= reading[1:] != reading[:-1]
+    starts = np.flatnonzero(new)
+    lengths = np.diff(np.append(starts, len(time)))
+    repeats = np.repeat(lengths, lengths)
+    variances = series.variances.copy()
+    variances[:, 0] *= repeats
+    jump = np.abs(np.diff(reading, prepend=reading[0]))
+    slow = repeats > 1
+    slow[1:] |= repeats[:-1] > 1
+    read = variances[:, 0] > 0
+    read[1:] &= read[:-1]
+    edge = np.flatnonzero(new & ~first & slow & read & (np.abs(jump - count) < 0.5 * count))
+    way = 0.5 * (velocity[edge] + velocity[edge - 1]) * (time[edge] - time[edge - 1])
+    between = np.column_stack([0.5 * (reading[edge] + reading[edge - 1]), np.zeros(len(edge))])
+    spread = np.column_stack([way**2 / 12.0 + (_EDGE * count) ** 2, np.zeros(len(edge))])
+    longer = _Series(
+        np.insert(time, edge, 0.5 * (time[edge] + time[edge - 1])),
+        np.insert(series.readings, edge, between, axis=0),
+        np.insert(variances, edge, spread, axis=0),
+        np.insert(first, edge, False),
+    )
+    row = np.arange(len(time)) + np.cumsum(np.bincount(edge, minlength=len(time)))
+    return longer, np.insert(jerk, edge, jerk[edge]), row
+
+
+def _surprise_when_eager(series: _Series, likeliest: float, passed: kalman.Passed) -> Array:
+    """Squared normalised innovation of the worse reading under a jerk that follows almost anything."""
+    jerk = np.full(len(series.time), _EAGER * likeliest)
+    for _ in range(2):
+        kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
+        surprise = np.where(series.first, 0.0, passed.surprise.max(axis=1))
+        jerk = _EAGER * likeliest * _roughness(surprise)
+    return surprise
+
+
+def _reach(period: float, variances: tuple[float, float], likeliest: float) -> int:
+    """Half width in rows of the window over which an intensity is found.
+
+    It follows the time over which a reading is averaged: its noise density against the jerk's.
+    """
+    times = [
+        (variance * period / likeliest) ** (1.0 / order)
+        for variance, order in zip(variances, (6.0, 4.0), strict=True)
+        if variance > 0
+    ]
+    reach: float = np.ceil(_WINDOW * min(times) / period)
+    return max(int(reach), 3)
+
+
+def _adapt(
+    series: _Series, jerk: Array, likeliest: float, reach: int, passed: kalman.Passed
+) -> tuple[Array, Array]:
+    """Smoothed states, shape (rows, 3), and an intensity of the jerk for every row, from a first guess."""
+    around = _Window(series.first, reach)
+    for _ in range(_ROUNDS):
+        kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
+        _, power, share = kalman.backward(series.time, series.variances, series.first, passed)
+        wanted = (around.sum(jerk * power) + _INERTIA) / (around.sum(jerk * share) + _INERTIA)
+        jerk = np.clip(jerk * wanted, _QUIETEST * likeliest, _LOUDEST * likeliest)
+    kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
+    return kalman.backward(series.time, series.variances, series.first, passed)[0], jerk
+
+
+class _Window:
+    """Sums over the rows within reach of each row, inside its trial."""
+
+    def __init__(self, first: NDArray[np.bool_], reach: int) -> None:
+        row = np.arange(len(first))
+        start = np.flatnonzero(first)
+        lengths = np.diff(np.append(start, len(first)))
+        self._low = np.maximum(row - reach, np.repeat(start, lengths))
+        self._high = np.minimum(row + reach + 1, np.repeat(start + lengths, lengths))
+
+    def sum(self, values: Array) -> Array:
+        """Shape (rows,) in and out."""
+        total = np.concatenate([[0.0], np.cumsum(values)])
+        return np.asarray(total[self._high] - total[self._low])
+
+
+def _roughness(surprise: Array) -> Array:
+    """Factor on the jerk intensity, shape (rows,): large around rows that surprised the first pass."""
+    wild = np.flatnonzero(surprise > _SURPRISING)
+    rough = np.ones(len(surprise))
+    for shift in range(-_REACH, _REACH + 1):
+        rows = np.clip(wild + shift, 0, len(surprise) - 1)
+        np.maximum.at(rough, rows, np.minimum(surprise[wild] / _SURPRISING, _ROUGHEST) ** 2)
+    return rough
+
+
+def _at_rest(time: Array, states: Array, first: NDArray[np.bool_], grain: float) -> NDArray[np.bool_]:
+    """Rows of stretches in which the position hardly moves, against a `grain` of its reading."""
+    slow = np.abs(states[:, 1]) < _MOVING * grain
+    still = np.zeros(len(time), dtype=bool)
+    begins = np.flatnonzero(slow & (first | ~np.concatenate([[False], slow[:-1]])))
+    ends = np.flatnonzero(slow & np.concatenate([first[1:] | ~slow[1:], [True]]))
+    for begin, end in zip(begins, ends, strict=True):
+        clock, position = time[begin : end + 1], states[begin : end + 1, 0]
+        if clock[-1] - clock[0] < _REST_S:
+            continue
+        # a stretch about each row, or the first or last one
+        middle = np.clip(clock, clock[0] + 0.5 * _REST_S, clock[-1] - 0.5 * _REST_S)
+        before = np.searchsorted(clock, middle - 0.5 * _REST_S)
+        after = np.minimum(np.searchsorted(clock, middle + 0.5 * _REST_S), len(clock) - 1)
+        still[begin : end + 1] = np.abs(position[after] - position[before]) < grain
+    return still
+
+
+def _relative_position(time: Array, velocity: Array, first: NDArray[np.bool_]) -> Array:
+    """Travel since the start of the trial (trapezoidal), where no position was logged."""
+    travel = np.zeros(len(time))
+    travel[1:] = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)
+    travel[first] = 0.0
+    total = np.cumsum(travel)
+    start = np.flatnonzero(first)
+    lengths = np.diff(np.append(start, len(time)))
+    return np.asarray(total - np.repeat(total[start], lengths))

@@ -1,0 +1,1 @@
+"""What a person asks of logs: identify, predict, check."""

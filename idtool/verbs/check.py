@@ -1,0 +1,256 @@
+"""Quality of logs before any fit: what they are like, and what they can and cannot determine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from idtool.effects import registry
+from idtool.errors import InputError
+from idtool.fit.choose import choose_gravity, first_fit
+from idtool.fit.identifiability import (
+    Shortcoming,
+    constant_speeds,
+    moves_one_way,
+    rows_left_out,
+    shortcomings,
+)
+from idtool.fit.joint import JointFit
+from idtool.fit.model import Spec
+from idtool.log import Log, columns_of
+from idtool.log.repair import GAP, missing_rows
+from idtool.model import gravity
+from idtool.parameters import GRAVITY_MODELS
+from idtool.signals import Recording, record
+
+SCHEMA = "ffc-id/check/1"
+#: Steps of time that scatter by more than this share jitter.
+_JITTER = 0.1
+#: A run of this many equal readings while the axis is told to move may be a stuck sensor.
+_STUCK_ROWS = 50
+#: Travel that sensors must tell of, commanded but not read, as a share of the whole commanded travel.
+_UNREAD = 0.05
+
+
+@dataclass(frozen=True)
+class LogCheck:
+    """One log: facts by name, and findings as sentences."""
+
+    file: str
+    experiment: str
+    facts: dict[str, Any]
+    findings: list[str]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the data can or cannot determine.
+
+    Attributes:
+        what: a parameter or an effect.
+        why: in words.
+        run: the run that would show it; "" where the data do.
+    """
+
+    what: str
+    why: str
+    run: str = ""
+
+
+@dataclass(frozen=True)
+class Check:
+    """The outcome: each log, and the session that they make together.
+
+    Attributes:
+        logs: each log by itself.
+        can, cannot: what the session determines, and what not.
+        findings: what the session lacks, as a fit of it will say.
+        notes: rows that will not be compared, and what was mended.
+    """
+
+    logs: list[LogCheck]
+    can: list[Verdict]
+    cannot: list[Verdict]
+    findings: list[Shortcoming]
+    notes: list[str]
+
+    def to_document(self) -> dict[str, Any]:
+        """A JSON document."""
+        return {
+            "schema": SCHEMA,
+            "logs": [vars(log) for log in self.logs],
+            "session": {
+                "can": [vars(v) for v in self.can],
+                "cannot": [vars(v) for v in self.cannot],
+                "findings": [one.to_document() for one in self.findings],
+                "notes": self.notes,
+            },
+        }
+
+
+def check(logs: Sequence[Log]) -> Check:
+    """Look at logs one by one and together.
+
+    What a session lacks follows from a trial fit of the base model, by the same rules that the fits use;
+    its parameters are not handed out.
+
+    Raises:
+        InputError: they cannot be used at all (see `signals.record`).
+    """
+    recording = record(logs)
+    singles = [_check_log(log, recording, index) for index, log in enumerate(logs)]
+    fit = _trial_fit(recording)
+    lacking = [] if fit is None else shortcomings(fit)
+    can, cannot = _determine(_with_some_load(recording), lacking)
+    return Check(singles, can, cannot, lacking, rows_left_out(recording))
+
+
+def _trial_fit(recording: Recording) -> JointFit | None:
+    """The base model on all logs; None where there are too few rows for it."""
+    model, columns = choose_gravity(recording)
+    try:
+        return first_fit(recording, Spec("lugre", model, columns))
+    except InputError:
+        return None
+
+
+def _with_some_load(recording: Recording) -> Recording:
+    """The recording with a load of the right shape: before a fit its size is not known."""
+    model, columns = choose_gravity(recording)
+    if model is None:
+        return recording
+    order = tuple(GRAVITY_MODELS[model])
+    free = [order.index(name) for name in columns]
+    return recording.with_load(
+        gravity.columns(model, recording.motion)[:, free].sum(axis=1),
+        gravity.upright_columns(model, recording.motion)[:, free].sum(axis=1),
+    )
+
+
+def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
+    motion = recording.motion
+    trials = [t for t, source in enumerate(recording.source) if source == index]
+    rows = np.isin(motion.trial, trials)
+    first = motion.first[rows]
+    steps = motion.step[rows][~first]
+    usual = float(np.median(steps))
+    missing = missing_rows(motion.time[rows], first)
+    even = steps[steps <= GAP * usual]
+    jitter = float(np.std(even) / usual)
+    facts: dict[str, Any] = {
+        "rows": len(log.frame),
+        "trials": len(log.trials),
+        "seconds": float(steps.sum()),
+        "rate_hz": 1.0 / usual,
+        "gaps": int(np.sum(steps > GAP * usual)),
+        "missing_rows": missing,
+        "jitter_percent": 100.0 * jitter,
+        "top_speed": float(np.quantile(np.abs(motion.velocity[rows]), 0.999)),
+        "stroke": float(np.ptp(motion.position[rows])),
+        "steady_windows": len(constant_speeds(motion, rows)),
+        "unusable_rows": int(np.sum(~recording.usable[rows])) + len(log.frame) - int(rows.sum()),
+        "torque_noise": recording.noise,
+    }
+    findings = []
+    if log.incomplete:
+        findings.append("was cut short; it is used up to its last whole row")
+    if missing:
+        findings.append(f"{facts['gaps']} gaps in time of up to {float(steps.max()):.3g} s")
+    if jitter > _JITTER:
+        findings.append(f"the sampling jitters by {100 * jitter:.0f} % of its period")
+    findings += _not_following(log)
+    lost = facts["unusable_rows"]
+    if lost > 0.02 * facts["rows"]:
+        findings.append(f"{lost} of {facts['rows']} rows will not be compared")
+    return LogCheck(log.source, log.experiment, facts, findings)
+
+
+def _not_following(log: Log) -> list[str]:
+    """Position and velocity that stand still while the axis is told to move.
+
+    With one of the two a stuck sensor cannot be told from an axis that is held, so this is only said.
+    """
+    command = log.column("velocity_command")
+    if command is None:
+        return []
+    findings = []
+    step = np.clip(np.diff(log.frame["time_s"], prepend=log.frame["time_s"].iloc[0]), 0.0, None)
+    told = np.abs(command) * step
+    for role in ("position", "velocity"):
+        values = log.column(role)
+        if values is None:
+            continue
+        still = np.concatenate([[False], np.diff(values) == 0])
+        edges = np.flatnonzero(np.diff(still.astype(int), prepend=0, append=0))
+        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            steady = role == "velocity" and np.ptp(command[begin:end]) < 1e-9
+            if end - begin >= _STUCK_ROWS and told[begin:end].sum() > _UNREAD * told.sum() and not steady:
+                name = columns_of(log.axis.kind)[role]
+                findings.append(
+                    f'column "{name}" stands still for {end - begin} rows from row {begin + 1} while the '
+                    "axis is told to move: the sensor is stuck, or the axis is held"
+                )
+                break
+    return findings
+
+
+def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[list[Verdict], list[Verdict]]:
+    can: list[Verdict] = []
+    cannot: list[Verdict] = []
+
+    def judge(what: str, names: Sequence[str], why: str, lack: str = "", run: str = "") -> None:
+        """Not determined if `lack` says so, or if a shortcoming does of one of the named parameters."""
+        short = next((one for one in lacking if set(names) & set(one.parameters)), None)
+        if lack:
+            cannot.append(Verdict(what, lack, run))
+        elif short is not None and short.code == "at_bound":  # no run is known to mend that
+            cannot.append(Verdict(what, f"{short.why}; {short.remedy}"))
+        elif short is not None:
+            cannot.append(Verdict(what, short.why, short.run or short.remedy))
+        else:
+            can.append(Verdict(what, why))
+
+    motion = recording.motion
+    acting = motion.gravity_factor is None or float(np.max(np.abs(motion.gravity_factor))) > 0.1
+    payloads = 0 if motion.payload is None else len(np.unique(np.round(motion.payload, 3)))
+    if motion.payload is not None or motion.gravity_factor is not None:
+        never = "" if acting else "gravity never acts in these logs"
+        judge("gravity: base", ["gravity.base"], "gravity acts", never, "ffc-id run-gravity")
+        judge(
+            "gravity: per payload",
+            ["gravity.per_payload"],
+            f"{payloads} payloads",
+            never,
+            "ffc-id run-gravity",
+        )
+    speeds = sorted({round(abs(speed), 3) for speed, _ in constant_speeds(motion)})
+    moving = np.abs(motion.velocity) > 1e-3 * float(np.max(np.abs(motion.velocity)))
+    reversals = int(np.count_nonzero(np.diff(np.sign(motion.velocity[moving]))))
+    judge(
+        "friction: Coulomb and viscous",
+        ["static.coulomb", "static.viscous"],
+        f"{len(speeds)} constant speeds, {reversals} reversals",
+        ""
+        if len(speeds) >= 3 or reversals >= 4 or moves_one_way(recording)
+        else f"{len(speeds)} constant speeds and {reversals} reversals only",
+        "ffc-id run-sweep",
+    )
+    judge(
+        "friction: static level and Stribeck velocity",
+        ["static.static", "static.stribeck_velocity"],
+        f"slowest constant speed {speeds[0] if speeds else 0:.3g}, {reversals} reversals",
+    )
+    judge(
+        "friction: sigma0 and sigma1",
+        ["dynamic.bristle_stiffness", "dynamic.bristle_damping"],
+        f"{reversals} reversals; position steps of {recording.position_resolution:.2g}",
+        "" if recording.position_resolution > 0 else "no position was logged",
+        "ffc-id run-sine",
+    )
+    for effect in registry.library():
+        reason = effect.missing(motion)
+        judge(f"effect: {effect.name}", [f"effects.{effect.name}"], "testable", reason or "", effect.reveals)
+    return can, cannot

@@ -1,0 +1,233 @@
+"""Predict the torque of logs with a parameter file.
+
+The model is evaluated as it stands. One number per trial comes from the measured torque: the deflection
+of the bristle at the start of the trial, which nothing else tells.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from idtool.effects import registry
+from idtool.errors import InputError
+from idtool.fit.model import FrictionKind, JointModel, Scales, Spec
+from idtool.fit.starts import settled
+from idtool.log import Log, columns_of
+from idtool.model import gravity
+from idtool.model.motion import Array
+from idtool.model.torque import predict as predict_torque
+from idtool.parameters import GRAVITY_MODELS, Parameters
+from idtool.parameters.correction import Correction
+from idtool.signals import Recording, record
+
+_LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
+_TINY = 1e-12
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted torque of every row.
+
+    Attributes:
+        frame: trial, time_s, measured and predicted torque (file column names).
+        errors: experiment -> {"rmse", "relative_percent", "rows"}; over all rows.
+        notes: sentences on what the parameter file lacks.
+        trial: index of every row's trial, running on over the logs, shape (rows,).
+        experiment: name of the experiment of each trial.
+    """
+
+    frame: pd.DataFrame
+    errors: dict[str, dict[str, float]]
+    notes: list[str]
+    trial: NDArray[np.intp]
+    experiment: tuple[str, ...]
+
+
+def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction | None = None) -> Prediction:
+    """Predict the torque of every row of the logs.
+
+    Args:
+        logs: logs of the axis that the file describes.
+        parameters: the file; gravity, friction and effects that it lacks are left out, and said.
+        correction: a smooth correction to add.
+
+    Raises:
+        InputError: logs of another axis, a file with nothing in it, or an effect that needs a column
+            that was not logged.
+    """
+    _check_axis(logs, parameters)
+    if not parameters.static and not parameters.gravity:
+        raise InputError(
+            "the parameter file holds neither gravity nor friction", remedy="make it with ffc-id identify"
+        )
+    recording = _loaded(record(logs, every_row=True), parameters)
+    model, x = model_of(recording, parameters)
+    model = settled(model, x, model.bend(x))
+    friction, effect = model.friction(x), model.contribution(x)
+    start = model.evaluate(x, model.bend(x)).start
+    torque = predict_torque(recording.motion, friction, effect, start).torque
+    if correction is not None:
+        torque = torque + correction(recording.motion)
+    notes = [*_notes(parameters), *recording.remarks]
+    return Prediction(
+        _frame(recording, logs, torque),
+        _errors(recording, torque),
+        notes,
+        recording.motion.trial,
+        recording.experiment,
+    )
+
+
+def explained(logs: Sequence[Log], parameters: Parameters) -> tuple[Recording, Array]:
+    """The logs as a fit sees them, and the torque of gravity and effects on every row, without friction.
+
+    Args:
+        logs: logs of the axis that the file describes.
+        parameters: the file; its friction is not used.
+
+    Returns:
+        The recording, and the torque, shape (rows,).
+
+    Raises:
+        InputError: logs of another axis, or an effect that needs a column that was not logged.
+    """
+    recording = loaded(logs, parameters)
+    model, x = model_of(recording, parameters)
+    torque = model.contribution(x).torque
+    return recording, np.broadcast_to(torque, len(recording.motion)).astype(float)
+
+
+def loaded(logs: Sequence[Log], parameters: Parameters) -> Recording:
+    """The logs as a fit sees them, with the load that the file's gravity makes.
+
+    Raises:
+        InputError: logs of another axis.
+    """
+    _check_axis(logs, parameters)
+    return _loaded(record(logs), parameters)
+
+
+def _check_axis(logs: Sequence[Log], parameters: Parameters) -> None:
+    for log in logs:
+        if log.axis.kind != parameters.axis.kind or (
+            log.axis.torque_constant is not None
+            and parameters.axis.torque_constant is not None
+            and not math.isclose(log.axis.torque_constant, parameters.axis.torque_constant, rel_tol=1e-9)
+        ):
+            raise InputError(
+                "is of another axis than the parameter file (kind or torque constant differs)",
+                file=log.source,
+                place="[axis]",
+                remedy="give logs of that axis",
+            )
+
+
+def model_of(recording: Recording, parameters: Parameters) -> tuple[JointModel, Array]:
+    """The model of a parameter file on a recording, and its coordinates.
+
+    Raises:
+        InputError: an effect needs a column that was not logged.
+    """
+    effects = [registry.get(entry.name) for entry in parameters.effects]
+    constants: dict[str, dict[str, float]] = {}
+    values: dict[str, float] = {}
+    for effect, entry in zip(effects, parameters.effects, strict=True):
+        for need in effect.needs:
+            if getattr(recording.motion, need) is None:
+                raise InputError(
+                    f"the effect {effect.name} needs {need.replace('_', ' ')}, which was not logged",
+                    file=recording.sources[0],
+                    remedy="log that column, or remove the effect from the parameter file",
+                )
+        if "rate" in entry.parameters and recording.motion.temperature is None:
+            raise InputError(
+                f"the effect {effect.name} needs a temperature column, which was not logged",
+                file=recording.sources[0],
+                remedy="log the temperature, or remove the effect from the parameter file",
+            )
+        # every number of the file is a constant here: nothing is fitted
+        constants[effect.name] = effect.from_file(entry.values(), parameters.axis.kind)
+    # a stiffness at its bound stands for "stiffer than the position shows": the static curve
+    dynamic = bool(parameters.dynamic) and not parameters.dynamic["bristle_stiffness"].at_bound
+    law: FrictionKind = "lugre" if dynamic else "stribeck"
+    model_name = parameters.gravity_model
+    columns = tuple(GRAVITY_MODELS[model_name]) if model_name else ()
+    spec = Spec(law, model_name, columns, tuple(effects))
+    model = _Fixed(recording, spec, constants)
+    values |= {name: p.value for name, p in (parameters.static | parameters.dynamic).items()}
+    if not parameters.static:
+        scale = Scales.of(recording)
+        values |= {"coulomb": _TINY, "static": _TINY, "stribeck_velocity": scale.slowest, "viscous": 0.0}
+    values |= {f"gravity.{name}": p.value for name, p in parameters.gravity.items()}
+    raw = [
+        math.log(max(values[name], _TINY)) if name in _LOGARITHMIC else values[name] for name in model.names
+    ]
+    return model, np.array(raw)
+
+
+class _Fixed(JointModel):
+    """A model whose effects are constants: no coordinate of theirs is free."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Coordinates of friction and gravity only."""
+        bare = replace(self.spec, effects=())
+        return JointModel(self.recording, bare).names
+
+
+def _loaded(recording: Recording, parameters: Parameters) -> Recording:
+    if parameters.gravity_model is None:
+        return recording
+    coefficients = np.array([parameters.gravity[n].value for n in GRAVITY_MODELS[parameters.gravity_model]])
+    motion = recording.motion
+    return recording.with_load(
+        gravity.columns(parameters.gravity_model, motion) @ coefficients,
+        gravity.upright_columns(parameters.gravity_model, motion) @ coefficients,
+    )
+
+
+def _frame(recording: Recording, logs: Sequence[Log], torque: Array) -> pd.DataFrame:
+    measured = columns_of(recording.axis.kind)["torque"]
+    name, _, unit = measured.rpartition("_")
+    # one log keeps its own trial numbers; several run on
+    trial = logs[0].frame["trial"].to_numpy() if len(logs) == 1 else recording.motion.trial
+    return pd.DataFrame(
+        {
+            "trial": trial,
+            "time_s": recording.motion.time,
+            measured: recording.torque,
+            f"{name}_predicted_{unit}": torque,
+        }
+    )
+
+
+def _errors(recording: Recording, torque: Array) -> dict[str, dict[str, Any]]:
+    names = np.array(recording.experiment)[recording.motion.trial]
+    result = {}
+    for name in dict.fromkeys(recording.experiment):
+        rows = names == name
+        left = recording.torque[rows] - torque[rows]
+        result[name] = {
+            "rmse": float(np.sqrt(np.mean(left**2))),
+            "relative_percent": 100.0 * float(np.linalg.norm(left) / np.linalg.norm(recording.torque[rows])),
+            "rows": int(rows.sum()),
+        }
+    return result
+
+
+def _notes(parameters: Parameters) -> list[str]:
+    notes = ["the start deflection of the bristle, one number per trial, was taken from the measured torque."]
+    if not parameters.gravity:
+        notes.append("the parameter file has no [gravity]: gravity was left out.")
+    if not parameters.static:
+        notes.append("the parameter file has no [friction.static]: friction was left out.")
+    elif not parameters.dynamic:
+        notes.append("the parameter file has no [friction.dynamic]: the static curve was used.")
+    return notes

@@ -1,0 +1,159 @@
+"""A virtual servo for a person: started from a plant, and told what a person does to a real one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from types import TracebackType
+from typing import Self
+
+from idtool.errors import InputError, nearest
+from idtool.rig.base import TrialSetup
+from idtool.rig.clock import HostClock
+from idtool.rig.plant_file import PlantFile
+from idtool.virtual_servo.axis import VirtualAxis
+from idtool.virtual_servo.faults import Mishaps, parse_fault
+from idtool.virtual_servo.servo import BAUD_RATES, VirtualServo
+from idtool.virtual_servo.terminal import VirtualTerminal
+
+COMMANDS = {
+    "payload": "payload KG            hang another payload on the axis",
+    "tilt": "tilt ALPHA BETA       tilt the axis, rad",
+    "hand": "hand NM               push with this torque; hand 0 lets go",
+    "fault": "fault WORD            let something go wrong, as --fault does",
+    "power": "power                 switch its power off and on",
+    "status": "status                say where the axis is",
+}
+
+
+class Rehearsal:
+    """A virtual servo in real or scaled time. Use it as a context manager.
+
+    Args:
+        plant: the axis behind it.
+        id, model, baud: of the servo.
+        scale: seconds of the servo per second of the computer.
+        faults: what goes wrong, as words.
+        setup: payload and tilt at the start.
+        seed: of noise and of faults.
+
+    Raises:
+        InputError: a fault that is none, or a baud rate that the servo has not.
+    """
+
+    def __init__(
+        self,
+        plant: PlantFile,
+        *,
+        id: int = 1,
+        model: int = 1150,
+        baud: int = 57600,
+        scale: float = 1.0,
+        faults: tuple[str, ...] = (),
+        setup: TrialSetup | None = None,
+        seed: int = 0,
+    ) -> None:
+        if baud not in BAUD_RATES.values():
+            raise InputError(
+                f"the servo has no baud rate {baud}", remedy=f"take one of {sorted(BAUD_RATES.values())}"
+            )
+        self._setup = setup or TrialSetup()
+        self._clock = clock = HostClock(scale)
+        servo = VirtualServo(
+            VirtualAxis(plant, seed=seed, setup=self._setup), id=id, model=model, baud=baud, now=clock.now()
+        )
+        mishaps = Mishaps([parse_fault(word) for word in faults], seed=seed)
+        self._terminal = VirtualTerminal(servo, mishaps=mishaps, clock=clock)
+
+    @property
+    def path(self) -> str:
+        """Of the device."""
+        return self._terminal.path
+
+    @property
+    def unplugged(self) -> bool:
+        """Whether the device is gone for good."""
+        return self._terminal.mishaps.unplugged
+
+    def do(self, line: str) -> str:
+        """Do what a person does, and say what was done.
+
+        Raises:
+            InputError: not one of `COMMANDS`, or without its numbers.
+        """
+        word, *rest = line.split() or [""]
+        actions: dict[str, Callable[[list[str]], str]] = {
+            "payload": self._payload,
+            "tilt": self._tilt,
+            "hand": self._hand,
+            "fault": self._fault,
+            "power": self._power,
+            "status": self._status,
+        }
+        if word not in actions:
+            raise InputError(f'no command "{word[:40]}"', remedy=nearest(word[:40], COMMANDS))
+        with self._terminal.lock:
+            self._terminal.servo.pass_time(self._clock.now())
+            return actions[word](rest)
+
+    def _payload(self, words: list[str]) -> str:
+        (payload,) = _numbers(words, 1, "payload")
+        if payload < 0.0:
+            raise InputError("a payload is no less than 0 kg", remedy="write payload 0.4")
+        return self._load(replace(self._setup, payload_kg=payload))
+
+    def _tilt(self, words: list[str]) -> str:
+        alpha, beta = _numbers(words, 2, "tilt")
+        return self._load(replace(self._setup, tilt_alpha_rad=alpha, tilt_beta_rad=beta))
+
+    def _load(self, setup: TrialSetup) -> str:
+        self._terminal.servo.axis.load(setup)
+        self._setup = setup
+        return f"payload {setup.payload_kg:g} kg, tilt {setup.tilt_alpha_rad:g} {setup.tilt_beta_rad:g} rad"
+
+    def _hand(self, words: list[str]) -> str:
+        (torque,) = _numbers(words, 1, "hand")
+        self._terminal.servo.axis.hand_nm = torque
+        return f"the hand pushes with {torque:g} N m"
+
+    def _fault(self, words: list[str]) -> str:
+        faults = [parse_fault(word) for word in words]
+        for fault in faults:
+            self._terminal.mishaps.add(fault)
+        return "as you wish"
+
+    def _power(self, _: list[str]) -> str:
+        self._terminal.servo.lose_power()
+        return "its power was off for a moment"
+
+    def _status(self, _: list[str]) -> str:
+        servo, counts = self._terminal.servo, self._terminal.mishaps.counts
+        torque = "on" if servo.table["torque_enable"] else "off"
+        struck = ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
+        return (
+            f"position {servo.axis.position:.3f} rad, speed {servo.axis.velocity:.3f} rad/s, "
+            f"torque {torque}, faults so far: {struck or 'none'}"
+        )
+
+    def close(self) -> None:
+        """Stop serving; safe to call twice."""
+        self._terminal.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _numbers(words: list[str], count: int, command: str) -> list[float]:
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+        raise InputError(f"{command} takes {count} number{'s' * (count > 1)}", remedy=COMMANDS[command])
+    return numbers

@@ -1,0 +1,137 @@
+"""The pseudo-terminal through which a host sees the virtual servo as a serial device."""
+
+from __future__ import annotations
+
+import heapq
+import os
+import select
+import termios
+import threading
+import time
+import tty
+
+from idtool.rig.clock import Clock, HostClock
+from idtool.virtual_servo.faults import Mishaps
+from idtool.virtual_servo.packet import Decoder, encode
+from idtool.virtual_servo.servo import VirtualServo
+
+#: Bits on the wire per byte: start, eight, stop.
+BITS_PER_BYTE = 10
+#: How often the axis moves while nobody asks, s.
+_IDLE_S = 0.1
+_SPEEDS = {
+    getattr(termios, name): int(name[1:])
+    for name in dir(termios)
+    if name[0] == "B" and name[1:].isdigit() and name != "B0"
+}
+
+
+class VirtualTerminal:
+    """Serves one virtual servo from a thread of its own until it is closed. Use it as a context manager.
+
+    Args:
+        servo: who answers; nobody else may touch it while it is served, except under `lock`.
+        mishaps: what goes wrong.
+        clock: the servo's; None is the host's.
+        wire: take the time that bytes take on the wire, and the servo's return delay.
+
+    Attributes:
+        path: of the device.
+        lock: held while the servo moves or answers.
+    """
+
+    def __init__(
+        self,
+        servo: VirtualServo,
+        *,
+        mishaps: Mishaps | None = None,
+        clock: Clock | None = None,
+        wire: bool = True,
+    ) -> None:
+        self.servo = servo
+        self.mishaps = mishaps or Mishaps([])
+        self.lock = threading.Lock()
+        self._clock = clock or HostClock()
+        self._wire = wire
+        # our own handle of the far end keeps the device alive between two hosts
+        self._near, self._far = os.openpty()
+        tty.setraw(self._far)
+        self.path = os.ttyname(self._far)
+        self._wake, self._waker = os.pipe()
+        self._decoder = Decoder()
+        self._due: list[tuple[float, int, bytes]] = []
+        self._sent = 0
+        self._thread = threading.Thread(target=self._serve, name="virtual servo", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> VirtualTerminal:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop serving; safe to call twice."""
+        if self._waker < 0:
+            return
+        os.write(self._waker, b"x")
+        self._thread.join()
+        for handle in (self._wake, self._waker):
+            os.close(handle)
+        self._waker = -1
+
+    def _serve(self) -> None:
+        try:
+            while not self.mishaps.unplugged:
+                wait = max(0.0, self._due[0][0] - time.monotonic()) if self._due else _IDLE_S
+                ready, _, _ = select.select([self._near, self._wake], [], [], wait)
+                if self._wake in ready:
+                    return
+                if not ready:
+                    self._idle()
+                if self._near in ready:
+                    self._receive(os.read(self._near, 4096))
+                while self._due and self._due[0][0] <= time.monotonic():
+                    os.write(self._near, heapq.heappop(self._due)[2])
+        finally:
+            os.close(self._near)
+            os.close(self._far)
+
+    def _idle(self) -> None:
+        """Move also while nobody asks, so that an hour of silence is not made up for in one answer."""
+        with self.lock:
+            now = self._clock.now()
+            self.servo.pass_time(now)
+            self.mishaps.happen(self.servo, now)
+
+    def _receive(self, data: bytes) -> None:
+        if self._line_speed() != self.servo.baud:
+            return  # at another speed there is only noise
+        self._pass(len(data) * BITS_PER_BYTE / self.servo.baud)
+        for packet in self._decoder.feed(data):
+            with self.lock:
+                now = self._clock.now()
+                self.servo.pass_time(now)
+                self.mishaps.happen(self.servo, now)
+                if self.mishaps.unplugged:
+                    return
+                if not self.mishaps.arrives(now):
+                    continue
+                answers = [encode(answer) for answer in self.servo.answer(packet, now)]
+            for answer in answers:
+                self._pass(self.servo.return_delay_s + len(answer) * BITS_PER_BYTE / self.servo.baud)
+                self._send(answer)
+
+    def _pass(self, seconds: float) -> None:
+        """Take the time that something takes on the wire."""
+        if self._wire:
+            self._clock.wait_until(self._clock.now() + seconds)
+
+    def _send(self, answer: bytes) -> None:
+        for delay, arriving in self.mishaps.pass_on(answer):
+            heapq.heappush(self._due, (time.monotonic() + delay, self._sent, arriving))
+            self._sent += 1
+
+    def _line_speed(self) -> int:
+        """The speed that the host has set, bits a second."""
+        return _SPEEDS.get(termios.tcgetattr(self._near)[5], 0)
