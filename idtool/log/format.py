@@ -9,8 +9,8 @@ from typing import Any
 import tomli_w
 
 from idtool.errors import InputError, misspelt
-from idtool.io.toml import parse_toml
-from idtool.parameters.axis import Axis, short
+from idtool.io.toml import parse_toml, short
+from idtool.parameters.axis import Axis
 from idtool.parameters.units import Kind, torque_name
 
 LOG_VERSION = 1

@@ -19,8 +19,7 @@ from idtool.guiding.session import limits_of
 from idtool.log import Log
 from idtool.parameters import Parameter
 from idtool.rig.base import Sample, TrialSetup
-
-from .double import Double, parameters
+from tests.control.double import Double, parameters
 
 SETUP = TrialSetup(0.4, start_position=0.0)
 SHORT = (Push(1, push_s=0.6, rest_s=0.4),)

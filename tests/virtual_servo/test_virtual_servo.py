@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from idtool.virtual_servo.packet import Damaged, Decoder, Packet, crc16, encode
 from idtool.virtual_servo.table import FIELDS
-
-from .support import BAUD, Bench, bench, eventually
+from tests.rig.dynamixel.support import BAUD, Bench, bench, eventually
 
 
 def patiently(act: Callable[[], Any], good: Any, tries: int = 8) -> bool:
