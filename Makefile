@@ -59,15 +59,15 @@ study-reliability: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.reliability
 
 docs-commands: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.commands_page
+	$(BIN)/python -m pages.commands
 
 docs-effects: export OPENBLAS_NUM_THREADS = 1
 docs-effects: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.effect_pages
+	$(BIN)/python -m pages.effects
 
 docs-tutorial: export OPENBLAS_NUM_THREADS = 1
 docs-tutorial: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.tutorial_page
+	$(BIN)/python -m pages.tutorial
 
 # A finding is left as a file crash-*, oom-* or timeout-*.
 fuzz: $(VENV)/.ready-fuzz

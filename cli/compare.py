@@ -47,7 +47,7 @@ def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output
 
 
 def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:
-    from idtool.parameters.units import unit_text
+    from idtool.model.units import unit_text
     from idtool.report.text import number
 
     from .tables import print_table

@@ -151,7 +151,7 @@ def _recovered(parameters: Parameters) -> list[dict[str, Any]]:
 
 
 def _show(console: Console, document: dict[str, Any]) -> None:
-    from idtool.parameters.units import unit_text
+    from idtool.model.units import unit_text
 
     from .diagnose import print_verdict
     from .tables import print_table

@@ -107,8 +107,8 @@ def _run(
 ) -> None:
     from idtool.export.targets import error_lines, export
     from idtool.io.atomic import atomic_write, refuse_existing
+    from idtool.model.units import unit_text
     from idtool.parameters import Parameters
-    from idtool.parameters.units import unit_text
 
     parameters = Parameters.read(params)
     refuse_existing(out, force)

@@ -12,7 +12,7 @@ from .common import Output, force_option, output_options
 from .words import Choice
 
 if TYPE_CHECKING:
-    from idtool.parameters.units import Kind
+    from idtool.model.units import Kind
 
 _KINDS = ("rotary", "linear")
 

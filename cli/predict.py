@@ -46,9 +46,9 @@ def predict(
     ffc-id predict validation.csv -p result/params.toml -o predicted.csv
     """
     from idtool.io.atomic import atomic_write, refuse_existing
+    from idtool.model.units import unit_text
     from idtool.parameters import Parameters
     from idtool.parameters.correction import Correction
-    from idtool.parameters.units import unit_text
     from idtool.verbs.predict import predict as run
 
     parameters = Parameters.read(params)

@@ -18,8 +18,8 @@ _REMARK_WIDTH = 16
 def rows_of(parameters: Parameters, parts: tuple[str, ...]) -> list[tuple[str, str, Parameter]]:
     """(name, unit, parameter) of the named parts: "gravity", "static", "dynamic", "effects"."""
     from idtool.effects import registry
+    from idtool.model.units import unit_text
     from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
-    from idtool.parameters.units import unit_text
 
     kind = parameters.axis.kind
     rows = []

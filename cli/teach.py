@@ -289,7 +289,7 @@ def _show(
     bare: TeachFigures | None,
     corrected: bool,
 ) -> None:
-    from idtool.parameters.units import torque_name, unit_text
+    from idtool.model.units import torque_name, unit_text
 
     from .tables import print_table
 

@@ -106,8 +106,8 @@ def tune(
 
 
 def _show(screen: Console, tuning: Tuning, file: Path, parameters: object) -> None:
+    from idtool.model.units import unit_text
     from idtool.parameters import Parameters
-    from idtool.parameters.units import unit_text
 
     from .tables import print_table
 

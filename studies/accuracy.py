@@ -19,28 +19,15 @@ from pathlib import Path
 import click
 import numpy as np
 
-from idtool.effects import registry
 from idtool.fit.choose import first_fit
 from idtool.fit.joint import JointFit, refit, solve
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, gravity_parameters, static_parameters
 from idtool.model.torque import linearise
 from idtool.rig.sensors import SENSORS
 from idtool.signals import Recording, record
-from studies.plants import TORQUE_CONSTANT, Plant, random_plant, record_session
-
-SPEC = Spec("lugre", "slide", ("base", "per_payload"), (registry.get("inertia"),))
-NAMES = (
-    "coulomb",
-    "static",
-    "stribeck_velocity",
-    "viscous",
-    "bristle_stiffness",
-    "bristle_damping",
-    "gravity.base",
-    "gravity.per_payload",
-    "inertia.inertia",
-)
+from testbench.plants import TORQUE_CONSTANT, Plant, random_plant, record_session
+from testbench.truth import NAMES, SPEC, truth_of
 
 
 @dataclass(frozen=True)
@@ -98,11 +85,6 @@ def one_session(seed: int, grade: Grade) -> Outcome:
         _identified(fit),
         fit.sse / informed.sse - 1.0,
     )
-
-
-def truth_of(model: JointModel, plant: Plant) -> np.ndarray:
-    values = {name: getattr(plant, name.partition(".")[2] or name) for name in NAMES}
-    return np.array([math.log(values[n]) if n in NAMES[:3] or n == NAMES[4] else values[n] for n in NAMES])
 
 
 def cramer_rao(recording: Recording, plant: Plant, sensors: str) -> np.ndarray:
@@ -174,7 +156,7 @@ def page(results: dict[str, list[Outcome]]) -> str:
     lines = [
         "# How accurate the estimates are, and whether the intervals are honest",
         "",
-        "Made by `make study-accuracy`. Every session is a random axis (`studies/plants.py`: bristles that",
+        "Made by `make study-accuracy`. Every session is a random axis (`testbench/plants.py`: bristles that",
         "bend over 0.01 to 1 rad, rising and falling Stribeck curves), the packaged gravity, sweep and sine",
         "runs on the simulated rig, and one joint fit that knows the form of the model and nothing else.",
         "",

@@ -28,8 +28,8 @@ from idtool.log import Log
 from idtool.signals import record
 from idtool.verbs.identify import begin, parameters_of
 from idtool.verbs.predict import predict
-from studies.cases import DISTURBANCES, EFFECTS, disturb, draw_effects, noise_of
-from studies.plants import SESSION, between, random_plant, record_session
+from testbench.cases import DISTURBANCES, EFFECTS, disturb, draw_effects, noise_of
+from testbench.plants import SESSION, between, random_plant, record_session
 
 GRADES = ("lab", "dynamixel")
 LIBRARY = {effect.name for effect in registry.library()}

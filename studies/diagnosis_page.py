@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from studies.cases import DISTURBANCES, EFFECTS
 from studies.diagnosis import GRADES, KINDS, Result
+from testbench.cases import DISTURBANCES, EFFECTS
 
 _HEAD = """# What the diagnosis finds, and what it finds that is not there
 
-Made by `make study-diagnosis`. Every session is a random axis (`studies/plants.py`), the packaged gravity,
+Made by `make study-diagnosis`. Every session is a random axis (`testbench/plants.py`), the packaged gravity,
 sweep and sine runs (in some the run with pauses too), laboratory or DYNAMIXEL sensors in turn, with and
 without a temperature column, and `identify` with the whole library. Effects add 1 to 10 times the sensor
 noise of one reading (root mean square over the session; the few that cannot on that axis have what is
-nearest). Disturbances that are not in the library are added to the current of the log (`studies/cases.py`).
+nearest). Disturbances that are not in the library are added to the current of the log (`testbench/cases.py`).
 
 *Exact*: what was named is what is there, nothing more and nothing less; of two that tie the data cannot say
 which, and naming the one with the other as its alternative counts. *First*: the first one named is there.

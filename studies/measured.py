@@ -20,7 +20,7 @@ import click
 from idtool.errors import FfcIdError
 from idtool.importing import import_recording
 from idtool.log import Log
-from idtool.parameters.units import unit_text
+from idtool.model.units import unit_text
 from idtool.verbs.identify import Identification, identify
 from idtool.verbs.predict import predict
 

@@ -25,8 +25,8 @@ from idtool.diagnosis.holm import holm
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.log import Log
+from idtool.model.units import Kind, unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter, Parameters
-from idtool.parameters.units import Kind, unit_text
 
 SCHEMA = "ffc-id/comparison/1"
 #: Chance that two fits of one unchanged axis are said to differ, over everything that is compared.

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from idtool.diagnosis.holm import holm
 from idtool.log import Log, columns_of
 from idtool.model.motion import Array
+from idtool.model.units import Kind
 from idtool.parameters import Parameters
-from idtool.parameters.units import Kind
 from idtool.verbs.predict import Prediction, predict
 
 #: Chance that two equally good files are said to predict differently, over all experiments together.

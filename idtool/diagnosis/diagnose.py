@@ -23,8 +23,8 @@ from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, on_recording, refit
 from idtool.fit.model import JointModel, Spec
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
+from idtool.model.units import file_key
 from idtool.parameters.correction import Correction
-from idtool.parameters.units import file_key
 from idtool.signals import Recording
 
 SCHEMA = "ffc-id/diagnosis/1"

@@ -23,7 +23,7 @@ from idtool.fit.joint import JointFit
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array, Motion
 from idtool.model.torque import linearise
-from idtool.parameters.units import file_key
+from idtool.model.units import file_key
 from idtool.signals import Recording
 
 #: Rows of a candidate run are computed this far apart, s; it is thinned no further.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from idtool.model.contribution import FIELDS, Contribution
 from idtool.model.motion import Array, Motion
-from idtool.parameters.units import Kind, radians_per_unit
+from idtool.model.units import Kind, radians_per_unit
 
 Values = Mapping[str, float]
 

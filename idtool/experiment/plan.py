@@ -7,7 +7,7 @@ import numpy as np
 from idtool.errors import InputError
 from idtool.experiment.recipe import SINE_SHARE, Recipe, RecipeTrial
 from idtool.experiment.trajectory import excursion
-from idtool.parameters.units import unit_text
+from idtool.model.units import unit_text
 from idtool.rig.base import Rig
 
 

@@ -28,7 +28,7 @@ from typing import Any, cast
 from idtool.errors import InputError, nearest
 from idtool.experiment.trajectory import BackAndForth, Motion, Sines
 from idtool.io.toml import is_finite, parse_toml, short
-from idtool.parameters.units import Kind, file_key
+from idtool.model.units import Kind, file_key
 from idtool.rig.base import TrialSetup
 
 SCHEMA = "ffc-id/recipe/1"

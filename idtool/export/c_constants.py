@@ -14,8 +14,8 @@ from idtool.control.paper import PaperLaw
 from idtool.errors import InputError
 from idtool.export.c_literals import c_float
 from idtool.model.stribeck import EXPONENT
+from idtool.model.units import unit_text
 from idtool.parameters import Parameters
-from idtool.parameters.units import unit_text
 
 Groups = list[tuple[str, dict[str, str]]]
 

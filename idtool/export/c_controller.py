@@ -56,8 +56,8 @@ from idtool.export.c_constants import constants, microseconds, settle_s, tables
 from idtool.export.c_literals import EffectInC
 from idtool.io.atomic import atomic_write, cannot_write, refuse_existing
 from idtool.model.contribution import FIELDS
+from idtool.model.units import SUFFIXES, Kind, unit_text
 from idtool.parameters import Parameters
-from idtool.parameters.units import SUFFIXES, Kind, unit_text
 
 #: Changes of the friction level; a board remembers those that an effect makes.
 _LEVEL_FIELDS = ("level_change", "level_torque", "static_change", "exponent_change")

@@ -10,8 +10,8 @@ from idtool.errors import InputError
 from idtool.export import simple
 from idtool.export.base import Plan
 from idtool.log import Log
+from idtool.model.units import unit_text
 from idtool.parameters import EffectEntry, Parameters
-from idtool.parameters.units import unit_text
 
 _LEVELS_ALIKE = 1e-6
 

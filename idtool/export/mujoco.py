@@ -18,8 +18,8 @@ from idtool.export.joint import inertia_of, simulated
 from idtool.export.simple import has_bristle
 from idtool.export.xml_text import document
 from idtool.log import Log
+from idtool.model.units import Kind, radians_per_unit
 from idtool.parameters import EffectEntry, Parameter, Parameters
-from idtool.parameters.units import Kind, radians_per_unit
 
 #: With MuJoCo's default (0.02 s) dry friction comes to its level only at some 0.2 rad/s; this is the least
 #: that it takes, twice the time step.

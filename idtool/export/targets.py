@@ -20,8 +20,8 @@ from idtool.export.plain_json import PlainJson
 from idtool.export.ros2 import Ros2
 from idtool.export.urdf import Urdf
 from idtool.log import Log
+from idtool.model.units import Kind, unit_text
 from idtool.parameters import Parameters
-from idtool.parameters.units import Kind, unit_text
 
 TARGETS: dict[str, Target] = {t.name: t for t in (Mujoco(), Urdf(), Ros2(), PlainJson())}
 

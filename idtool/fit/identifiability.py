@@ -20,8 +20,8 @@ from idtool.fit.model import LOGARITHMIC
 from idtool.fit.windows import Window, steady_windows
 from idtool.log.repair import SATURATED
 from idtool.model.motion import Array, Motion
+from idtool.model.units import unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
-from idtool.parameters.units import unit_text
 from idtool.signals import Recording
 
 #: A parameter whose relative standard error is above this is not determined by the data.

@@ -15,7 +15,7 @@ import pandas as pd
 from idtool import __version__
 from idtool.fleet.statistics import DAYS_PER_YEAR
 from idtool.fleet.summary import Fleet, ParameterLine
-from idtool.parameters.units import SUFFIXES, unit_text
+from idtool.model.units import SUFFIXES, unit_text
 from idtool.report import style, text
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from idtool.guiding.record import Record
-from idtool.parameters.units import Kind, torque_name, unit_text
+from idtool.model.units import Kind, torque_name, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

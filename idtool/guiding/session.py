@@ -24,9 +24,9 @@ from idtool.guiding.record import Record, TeachFigures, measure
 from idtool.io.atomic import refuse_existing
 from idtool.io.defer_signals import uninterrupted
 from idtool.log import LogWriter, columns_of
+from idtool.model.units import file_key
 from idtool.parameters import Parameters
 from idtool.parameters.axis import Axis
-from idtool.parameters.units import file_key
 from idtool.rig.base import Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.supervisor import Supervisor
 

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 
 from idtool.errors import UsageError
-from idtool.parameters.units import Kind
+from idtool.model.units import Kind
 
 _TURN = 2 * math.pi
 _KGF, _LBF, _INCH = 9.80665, 4.4482216152605, 0.0254

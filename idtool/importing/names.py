@@ -10,7 +10,7 @@ from pathlib import Path
 from idtool.errors import InputError, UsageError, nearest, sentence
 from idtool.importing.conversion import Unit, named_unit
 from idtool.log.format import columns_of
-from idtool.parameters.units import Kind
+from idtool.model.units import Kind
 
 
 def _words(text: str) -> frozenset[str]:

@@ -28,8 +28,8 @@ from idtool.importing.sources import read_table
 from idtool.importing.table import Table
 from idtool.log import Log
 from idtool.log.format import columns_of
+from idtool.model.units import Kind, torque_name
 from idtool.parameters.axis import Axis, check_constant, constant_key
-from idtool.parameters.units import Kind, torque_name
 
 #: Roles that change slowly or stay until set anew, so that a gap holds the last value.
 _HELD = (

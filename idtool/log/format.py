@@ -10,8 +10,8 @@ import tomli_w
 
 from idtool.errors import InputError, misspelt
 from idtool.io.toml import parse_toml, short
+from idtool.model.units import Kind, torque_name
 from idtool.parameters.axis import Axis
-from idtool.parameters.units import Kind, torque_name
 
 LOG_VERSION = 1
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from idtool.errors import InputError, misspelt, nearest
 from idtool.io.toml import is_finite, short
-from idtool.parameters.units import Kind, file_key
+from idtool.model.units import Kind, file_key
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,8 @@ import tomli_w
 from idtool.errors import InputError, nearest
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.io.toml import is_finite, load_toml, short
+from idtool.model.units import Kind, file_key
 from idtool.parameters.axis import Axis
-from idtool.parameters.units import Kind, file_key
 
 SCHEMA = "ffc-id/axis/1"
 MAX_BYTES = 1 << 20

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from idtool.io.toml import is_finite
-from idtool.parameters.units import Kind, radians_per_unit
+from idtool.model.units import Kind, radians_per_unit
 
 #: A key that has another name now and means the same.
 _RENAMED = {"cycles_per_rad": "cycles_per_turn"}

@@ -19,9 +19,9 @@ from typing import Any
 from idtool.errors import InputError, nearest
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.io.toml import dumps_inline, is_finite, load_toml, short
+from idtool.model.units import Kind, file_key
 from idtool.parameters.axis import Axis
 from idtool.parameters.older_files import effects_of_today
-from idtool.parameters.units import Kind, file_key
 
 SCHEMA = "ffc-id/params/1"
 MAX_BYTES = 1 << 20

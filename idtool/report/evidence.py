@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from idtool.errors import InputError
 from idtool.model.motion import Array
+from idtool.model.units import Kind
 from idtool.parameters import Parameters
-from idtool.parameters.units import Kind
 from idtool.report.facts import REMEDY, Diagnosis, Facts, read_facts
 
 _NEEDED = ("trial", "time_s", "velocity", "torque", "before", "after")

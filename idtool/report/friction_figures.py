@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from idtool.parameters.units import Kind
+from idtool.model.units import Kind
 from idtool.report import style
 
 if TYPE_CHECKING:

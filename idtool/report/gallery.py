@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from idtool.parameters.units import torque_name, unit_text
+from idtool.model.units import torque_name, unit_text
 from idtool.report import text
 from idtool.report.evidence import Evidence, Segment
 from idtool.report.facts import array

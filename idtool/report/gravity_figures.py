@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idtool.model.motion import Array
-from idtool.parameters.units import Kind
+from idtool.model.units import Kind
 from idtool.report import style
 
 if TYPE_CHECKING:

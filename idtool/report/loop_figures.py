@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idtool.model.motion import Array
-from idtool.parameters.units import Kind, torque_name
+from idtool.model.units import Kind, torque_name
 from idtool.report import style
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from idtool import __version__
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.io.atomic import atomic_write
-from idtool.parameters.units import torque_name, unit_text
+from idtool.model.units import torque_name, unit_text
 from idtool.report import style, tables, text
 from idtool.report.evidence import Evidence, read_evidence
 from idtool.report.facts import Found, Pair

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from idtool.model.motion import Array
-from idtool.parameters.units import Kind, torque_name
+from idtool.model.units import Kind, torque_name
 from idtool.report import style
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from idtool.model.motion import Array
-from idtool.parameters.units import Kind, torque_name
+from idtool.model.units import Kind, torque_name
 from idtool.report import style
 
 if TYPE_CHECKING:

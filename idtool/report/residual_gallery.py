@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from idtool.parameters.units import radians_per_unit, torque_name, unit_text
+from idtool.model.units import radians_per_unit, torque_name, unit_text
 from idtool.report import spectra, text
 from idtool.report.evidence import Evidence, Rows
 from idtool.report.facts import ResidualTest

@@ -16,7 +16,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 
 from idtool.io.atomic import atomic_write
-from idtool.parameters.units import Kind, torque_name, unit_text
+from idtool.model.units import Kind, torque_name, unit_text
 from idtool.report import text
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from idtool.effects import registry
+from idtool.model.units import Kind, file_key, unit_text
 from idtool.parameters import CONTROLLER_KEYS, DYNAMIC, GRAVITY_MODELS, STATIC, Parameter
-from idtool.parameters.units import Kind, file_key, unit_text
 from idtool.report import text
 from idtool.report.evidence import Evidence
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from idtool.effects import registry
-from idtool.parameters.units import torque_name, unit_text
+from idtool.model.units import torque_name, unit_text
 from idtool.report import text
 from idtool.report.evidence import Evidence
 from idtool.report.residual_gallery import SIGNIFICANT

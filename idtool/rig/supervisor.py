@@ -11,7 +11,7 @@ import numpy as np
 
 from idtool.errors import RigFault
 from idtool.model.motion import Array
-from idtool.parameters.units import unit_text
+from idtool.model.units import unit_text
 from idtool.rig.base import Block, Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.faults import BadReading, LimitExceeded, NotFollowing
 

@@ -9,7 +9,7 @@ import pytest
 from support import ffc_id
 
 from idtool.parameters import Parameter, Parameters
-from studies.board.__main__ import with_effects
+from testbench.board.files import with_effects
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from idtool.experiment.runner import run
 from idtool.log import Log
 from idtool.rig.simulated import SimulatedRig
 from idtool.verbs.identify import identify
-from studies.plants import SESSION, random_plant, with_effects
+from testbench.plants import SESSION, random_plant, with_effects
 
 OFFSET = {"torque_offset": {"offset_nm": 0.02}}
 PAYLOADS = next(line for line in recipe_text("gravity").splitlines() if line.startswith("payload_kg"))

@@ -6,7 +6,7 @@ from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
 from idtool.signals import record
 from idtool.verbs.identify import begin
-from studies.plants import SESSION, Plant, record_session
+from testbench.plants import SESSION, Plant, record_session
 
 
 def test_an_offset_that_a_soft_bristle_would_take_in() -> None:

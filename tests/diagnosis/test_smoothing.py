@@ -12,8 +12,8 @@ from idtool.model.motion import Motion
 from idtool.parameters.correction import Correction
 from idtool.verbs.identify import identify, parameters_of
 from idtool.verbs.predict import predict
-from studies.cases import disturb
-from studies.plants import SESSION, random_plant, record_session
+from testbench.cases import disturb
+from testbench.plants import SESSION, random_plant, record_session
 
 KNOTS = np.linspace(-1.0, 1.0, 5)
 BUMP = Correction("position", False, KNOTS, np.array([0.0, 0.1, 0.3, 0.2, 0.0]))

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 from idtool.cli.main import ffc_id
 
-from studies.pages import FENCE, commands_in, fences, shell_words
+from pages.markdown import FENCE, commands_in, fences, shell_words
 
 PROJECT = Path(__file__).resolve().parents[2]
 PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]

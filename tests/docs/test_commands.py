@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 import pytest
 
-from studies.commands_page import PAGE, commands, option_names, page
-from studies.pages import commands_in
+from pages.commands import PAGE, commands, option_names, page
+from pages.markdown import commands_in
 
 from .support import PAGES, PROJECT, every_command, mentioned, page_id, parse, refusals
 

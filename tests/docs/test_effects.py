@@ -12,12 +12,12 @@ from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.export.mujoco import _carries
 from idtool.io.toml import parse_toml
+from idtool.model.units import file_key
 from idtool.parameters import EffectEntry, Parameter
-from idtool.parameters.units import file_key
 from idtool.rig.plant_file import EFFECT_KEYS, parse_plant
-from studies.effect_cases import CASES
-from studies.effect_pages import MUJOCO, NOT_GUIDED, PLANT, pages, plant_of, recipe_of, with_made
-from studies.pages import fences
+from pages.effect_cases import CASES
+from pages.effects import MUJOCO, NOT_GUIDED, PLANT, pages, plant_of, recipe_of, with_made
+from pages.markdown import fences
 
 from .support import PROJECT
 
@@ -33,7 +33,7 @@ def text_of(name: str) -> str:
 def test_the_pages_are_up_to_date(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(PROJECT)
     stale = [page.name for page, wanted in pages().items() if page.read_text(encoding="utf-8") != wanted]
-    assert stale == [], "run `make docs-effects` (or python -m studies.effect_pages --text)"
+    assert stale == [], "run `make docs-effects` (or python -m pages.effects --text)"
 
 
 @EFFECT

@@ -23,7 +23,7 @@ from idtool.importing import import_recording, recording
 from idtool.rig import open_rig
 from idtool.signals import record
 from idtool.verbs.identify import begin
-from studies.pages import fences
+from pages.markdown import fences
 
 from .support import PROJECT
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from idtool import Log
-from studies.pages import commands_in, fences, finished, missing
+from pages.markdown import commands_in, fences, finished, missing
 
 from .support import PROJECT
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from studies.pages import commands_in, finished
+from pages.markdown import commands_in, finished
 
 from .support import PROJECT
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from studies.pages import alike, finished, missing, steps
-from studies.tutorial_page import TAKEN, refreshed
+from pages.markdown import alike, finished, missing, steps
+from pages.tutorial import TAKEN, refreshed
 
 from .support import PROJECT
 

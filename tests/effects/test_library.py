@@ -10,7 +10,7 @@ from idtool.effects.base import Effect, derivative
 from idtool.errors import InputError
 from idtool.model.contribution import FIELDS
 from idtool.model.motion import Motion
-from idtool.parameters.units import SUFFIXES
+from idtool.model.units import SUFFIXES
 
 EFFECTS = pytest.mark.parametrize("effect", registry.library(), ids=registry.names())
 

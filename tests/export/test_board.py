@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from idtool.effects import registry
-from studies.board.__main__ import with_effects
-from studies.board.files import EFFECTS, LIGHT
-from studies.board.measure import CLOCK_HZ, host_commands, measure, missing
+from testbench.board.files import EFFECTS, LIGHT, with_effects
+from testbench.board.measure import CLOCK_HZ, host_commands, measure, missing
 
 pytestmark = pytest.mark.skipif(missing() is not None, reason=f"no {missing()} here")
 

@@ -26,9 +26,9 @@ from idtool.log import Log
 from idtool.model.contribution import Contribution, combine
 from idtool.model.motion import Array, Motion
 from idtool.model.torque import Friction, predict
+from idtool.model.units import Kind
 from idtool.parameters import EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
-from idtool.parameters.units import Kind
 
 STATIC = {"coulomb": 0.08, "static": 0.115, "stribeck_velocity": 0.08, "viscous": 0.12}
 DYNAMIC = {"bristle_stiffness": 8.0, "bristle_damping": 0.2}

@@ -17,8 +17,8 @@ from idtool.fit.joint import JointFit, refit, solve
 from idtool.fit.model import JointModel
 from idtool.fit.search import OPTIMIZERS
 from idtool.signals import record
-from studies.accuracy import NAMES, SPEC, truth_of
-from studies.plants import Plant, record_session
+from testbench.plants import Plant, record_session
+from testbench.truth import NAMES, SPEC, truth_of
 
 PAPER = Plant(0.070, 0.030, 0.090, 0.155, 0.051, 0.297, 0.006, 0.2295, 0.4457)
 SOFT = Plant(0.093, 0.117, 0.045, 0.200, 0.175, 0.214, 0.0105, 0.18, 0.57)

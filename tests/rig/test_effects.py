@@ -10,7 +10,7 @@ import pytest
 
 from idtool.effects.registry import get
 from idtool.effects.registry import names as library_names
-from idtool.parameters.units import file_key
+from idtool.model.units import file_key
 from idtool.rig.base import TrialSetup
 from idtool.rig.plant_file import EFFECT_KEYS
 

@@ -14,7 +14,7 @@ from idtool.experiment.recipe import Recipe, parse_recipe
 from idtool.parameters import Controller, Parameter, Parameters
 from idtool.rig.dynamixel.rig import DynamixelRig
 from idtool.rig.opening import read_plant
-from studies.bench import BAUD, FLAT, Bench
+from testbench.bench import BAUD, FLAT, Bench
 
 __all__ = ["BAUD", "FLAT", "Bench"]
 

@@ -21,7 +21,7 @@ from idtool.rig.faults import (
     WatchdogTripped,
 )
 from idtool.virtual_servo.faults import parse_fault
-from studies.reliability import killed
+from testbench.kill import killed
 
 from .support import Bench, bench, log_path, recipe
 

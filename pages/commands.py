@@ -1,6 +1,6 @@
 """Every command with its arguments and options, from the program itself.
 
-python -m studies.commands_page     (make docs-commands)
+python -m pages.commands     (make docs-commands)
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from idtool.errors import FfcIdError
 from idtool.log import Log
 from idtool.rig.plant_file import EFFECT_KEYS
 from idtool.rig.sensors import SENSORS
-from studies.plants import TORQUE_CONSTANT, Plant, between, record_session
+from testbench.plants import TORQUE_CONSTANT, Plant, between, record_session
 
 Draw = Callable[[np.random.Generator, float], dict[str, float]]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 from idtool.report import style
-from studies.effect_cases import View
+from pages.effect_cases import View
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from idtool.parameters import Controller, Parameter, Parameters
+from dataclasses import replace
+
+from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
 
 
@@ -53,3 +55,12 @@ EFFECTS: dict[str, dict[str, float]] = {
         "phase_2": 1.0,
     },
 }
+
+
+def with_effects(*names: str, light: bool = False) -> Parameters:
+    """The base file and these effects, in the published or the light mode."""
+    file = replace(BASE, controller=LIGHT) if light else BASE
+    for name in names:
+        numbers = {key: Parameter(value) for key, value in EFFECTS[name].items()}
+        file = file.with_effect(EffectEntry(name, numbers))
+    return file

@@ -4,8 +4,8 @@ What the library knows of an effect stands between two markers and is made here;
 written by hand, in the page itself. Pictures and what the diagnosis made of each session come from the
 simulated axis of docs/effects/bench.toml with that one effect, recorded in docs/effects/sessions.json.
 
-python -m studies.effect_pages [EFFECT...]      (make docs-effects; some minutes)
-python -m studies.effect_pages --text           only the text, from sessions.json
+python -m pages.effects [EFFECT...]      (make docs-effects; some minutes)
+python -m pages.effects --text           only the text, from sessions.json
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
 from idtool.io.toml import parse_toml
 from idtool.log import Log
-from idtool.parameters.units import file_key, unit_text
+from idtool.model.units import file_key, unit_text
 from idtool.rig.plant_file import parse_plant
 from idtool.rig.simulated import SimulatedRig
 from idtool.signals import record
 from idtool.verbs.identify import begin
-from studies.effect_cases import CASES, Case
-from studies.effect_figures import draw
+from pages.effect_cases import CASES, Case
+from pages.effect_figures import draw
 
 FOLDER = Path("docs/effects")
 PLANT = FOLDER / "bench.toml"

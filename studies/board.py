@@ -3,27 +3,16 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
 import click
 
 from idtool.effects import registry
-from idtool.parameters import EffectEntry, Parameter, Parameters
-from studies.board.files import BASE, EFFECTS, LIGHT
-from studies.board.measure import CLOCK_HZ, Figures, measure, missing
+from testbench.board.files import EFFECTS, with_effects
+from testbench.board.measure import CLOCK_HZ, Figures, measure, missing
 
 RESTING, TARING, GUIDING, STOPPING = 1, 2, 3, 4
 BEGIN, END = "<!-- make study-board: begin -->", "<!-- make study-board: end -->"
-
-
-def with_effects(*names: str, light: bool = False) -> Parameters:
-    """The base file and these effects, in the published or the light mode."""
-    file = replace(BASE, controller=LIGHT) if light else BASE
-    for name in names:
-        numbers = {key: Parameter(value) for key, value in EFFECTS[name].items()}
-        file = file.with_effect(EffectEntry(name, numbers))
-    return file
 
 
 def milliseconds(cycles: float) -> str:

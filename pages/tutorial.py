@@ -3,7 +3,7 @@
 Lines of its output keep their words. One whose words the program no longer prints is left as it is and
 named, for a person to mend.
 
-python -m studies.tutorial_page     (make docs-tutorial)
+python -m pages.tutorial     (make docs-tutorial)
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 import click
 from PIL import Image
 
-from studies.pages import finished, same_words, steps
+from pages.markdown import finished, same_words, steps
 
 PAGE, PLANT, PICTURES = Path("docs/tutorial.md"), Path("docs/tutorial.toml"), Path("docs/images/tutorial")
 #: Picture -> the file that a command of the tutorial writes.

@@ -1,0 +1,1 @@
+"""The axes, servos and boards that tests, studies and benchmarks share."""
