@@ -20,7 +20,6 @@ import numpy as np
 from idtool.errors import InputError, nearest
 from idtool.fit.model import JointModel
 from idtool.model import lugre
-from idtool.model.contribution import Contribution
 from idtool.model.motion import Array
 from idtool.model.stribeck import level
 
@@ -79,7 +78,7 @@ class Projection:
             null = {c.name: c.null for c in coordinates}
             for c in coordinates:
                 at = effect.contribute(motion, {**constants, **null, c.name: c.null + 1.0})
-                if isinstance(at.torque, np.ndarray) and at == Contribution(torque=at.torque):
+                if isinstance(at.torque, np.ndarray) and at.only_torque:
                     columns.append(at.torque)
                     self._names.append(f"{effect.name}.{c.name}")
         self._fixed = self.model.recording.filtered(np.column_stack(columns))

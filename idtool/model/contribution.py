@@ -40,6 +40,13 @@ class Contribution:
     delay: Term = 0.0
     saturation: Term = 0.0
 
+    @property
+    def only_torque(self) -> bool:
+        """Whether it adds a torque and acts nowhere else."""
+        return not _none(self.torque) and all(
+            _none(getattr(self, field.name)) for field in fields(self) if field.name != "torque"
+        )
+
 
 FIELDS = tuple(field.name for field in fields(Contribution))
 
@@ -50,6 +57,10 @@ def combine(parts: Iterable[Contribution]) -> Contribution:
     for part in parts:
         for name in FIELDS:
             value = getattr(part, name)
-            if not (isinstance(value, float) and value == 0.0):
+            if not _none(value):
                 total[name] = total[name] + value
     return Contribution(**total)
+
+
+def _none(value: Term) -> bool:
+    return isinstance(value, float) and value == 0.0

@@ -152,3 +152,12 @@ def test_derivatives_of_what_acts_on_the_finished_torque(name: str, amount: floa
     worst = np.max(np.abs(jacobian[inside, 0] - expected[inside]))
     assert worst < 1e-3 * np.max(np.abs(expected)) or name == "delay"
     assert np.median(np.abs(jacobian[:, 0] - expected)) < 1e-3 * np.max(np.abs(expected))
+
+
+def test_what_only_adds_a_torque() -> None:
+    """Asked without comparing arrays, whose truth Python 3.13 wants to know in such a comparison."""
+    torque = np.array([0.1, 0.2])
+    assert Contribution(torque=torque).only_torque
+    assert not Contribution().only_torque
+    assert not Contribution(torque=torque, level_change=torque).only_torque
+    assert not Contribution(torque=torque, delay=0.002).only_torque
