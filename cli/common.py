@@ -9,9 +9,7 @@ from __future__ import annotations
 import json
 import math
 import os
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -67,22 +65,6 @@ def console(*, stderr: bool = False) -> Console:
     if not screen.is_terminal and not os.environ.get("COLUMNS"):
         screen.width = _PIPED_WIDTH  # nobody folds what another program reads
     return screen
-
-
-@contextmanager
-def stop_signals() -> Iterator[None]:
-    """Let a closed terminal or a polite kill end a run as Ctrl-C does: the axis is stopped."""
-
-    def interrupt(*_: Any) -> None:
-        raise KeyboardInterrupt
-
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.signal(number, interrupt) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
 
 
 def finite(document: Any) -> Any:

@@ -85,7 +85,7 @@ def completion(shell: str) -> None:
     \b
     eval "$(ffc-id completion bash)"
     """
-    from .main import ffc_id
+    from .commands import ffc_id
 
     register()
     made: type[ShellComplete] | None = get_completion_class(shell)

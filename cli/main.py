@@ -1,106 +1,132 @@
-"""The `ffc-id` command: a group whose sub-commands are imported only when they are used.
+"""The `ffc-id` program from its first moment to its exit code: signals, and what becomes of errors.
 
-`ffc-id --help` must answer at once, so nothing here imports numpy, numba or matplotlib.
+Only the standard library is imported here: a signal that comes while numpy is being imported finds its
+handler, and every error its sentence.
 """
 
 from __future__ import annotations
 
+import errno
 import io
 import os
+import signal
 import sys
-from typing import Any
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any, NoReturn
 
-import click
-
-from .lazy import LazyGroup
-
-#: command -> (module beside this one, function, help line)
-COMMANDS: dict[str, tuple[str, str, str]] = {
-    "demo": ("demo", "demo", "The whole loop on the simulated rig, with an undeclared effect."),
-    "rigs": ("rigs", "rigs", "List the rigs."),
-    "recipes": ("rigs", "recipes", "List the experiment recipes, or show one."),
-    "run-gravity": ("run", "run_gravity", "Payload steps: move slowly up and down at each payload."),
-    "run-sweep": ("run", "run_sweep", "Velocity sweep: constant speeds both ways."),
-    "run-sine": ("run", "run_sine", "Velocity sines of several frequencies."),
-    "run": ("run", "run_any", "Run any recipe."),
-    "init": ("init", "init", "Write an axis file: kind, torque constant, limits."),
-    "import": ("importing", "import_recording", "Turn a recording from elsewhere into a log."),
-    "check": ("check", "check", "Quality of logs before any fit."),
-    "fit-gravity": ("fit", "fit_gravity", "Recover the gravity coefficients."),
-    "fit-static": ("fit", "fit_static", "Recover the static (Stribeck) friction parameters."),
-    "fit-dynamic": ("fit", "fit_dynamic", "Recover sigma0 and sigma1 of the LuGre model."),
-    "diagnose": ("diagnose", "diagnose", "Find the effect that the model lacks; error before and after."),
-    "identify": ("diagnose", "identify", "All fits and the diagnosis in one go."),
-    "fleet": ("fleet", "fleet", "Identify many sessions in parallel; compare the units."),
-    "predict": ("predict", "predict", "Predict the torque of logs with a parameter file."),
-    "compare": ("compare", "compare", "Compare two parameter files: unit to unit, before and after."),
-    "report": ("report", "report", "Make the fit report: one HTML page and its figures."),
-    "tune": ("tune", "tune", "Gains of the light mode for a wanted feel."),
-    "virtual-servo": ("virtual_servo", "virtual_servo", "A virtual servo, to rehearse a session with."),
-    "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
-    "completion": ("completion", "completion", "Print the completion script of bash, zsh or fish."),
-    "export": ("export", "export", "Turn a parameter file into what other programs and boards use."),
-}
+#: Exit codes that are not an error's own (sysexits.h calls 70 an internal software error).
+INTERRUPTED = 130
+PROGRAM_FAULT = 70
+CANNOT_WRITE = 3
+USAGE = 2
 
 
-def _version(ctx: click.Context, _: click.Parameter, value: bool) -> None:
-    if value and not ctx.resilient_parsing:
-        from idtool import __version__
-
-        click.echo(f"ffc-id {__version__}")
-        ctx.exit()
-
-
-@click.command(
-    cls=LazyGroup,
-    commands_of=COMMANDS,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Exit codes: 0 done, 2 usage, 3 bad input, 4 rig or device fault, 130 interrupted.",
-)
-@click.option(
-    "--version", is_flag=True, expose_value=False, is_eager=True, callback=_version, help="Show the version."
-)
-def ffc_id() -> None:
-    """Identify gravity, friction and whatever else one servo axis feels; then let a hand move it.
-
-    \b
-    ffc-id demo                          see the whole loop on a simulated axis
-    ffc-id run-sweep -o sweep.csv        run an experiment
-    ffc-id identify *.csv -o result      fits, diagnosis and report of your logs
-    ffc-id teach -p result/params.toml   hand guiding
-    """
+def main(argv: list[str] | None = None) -> NoReturn:
+    """Run the command line; every error ends as one sentence and an exit code."""
+    with _stop_signals() as stopped:
+        try:
+            try:
+                code = _run(argv)
+            except Exception as error:
+                # some libraries turn an interrupt into an error of their own
+                code = _interrupted() if stopped else _told(error)
+        except KeyboardInterrupt:
+            code = _interrupted()
+    sys.exit(code)
 
 
-def main(argv: list[str] | None = None) -> Any:
-    """Run the command line; every error of the user's ends as one sentence and an exit code."""
+def _run(argv: list[str] | None) -> int:
     # The matrices here are tall and thin: more threads of linear algebra only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that cannot show ± shows ? and no traceback
+    import logging
+
+    from .commands import ffc_id
+
+    # what libraries warn of is for programmers; the sentences for users are our own
+    logging.captureWarnings(True)
     if "_FFC_ID_COMPLETE" in os.environ:
         from .completion import register
 
         register()
     try:
         code = ffc_id.main(args=argv, prog_name="ffc-id", standalone_mode=False)
-    except click.exceptions.Abort:
-        click.echo("interrupted.", err=True)
-        code = 130
-    except click.ClickException as error:
-        error.show()
-        code = 2
-    except KeyboardInterrupt:
-        click.echo("interrupted.", err=True)
-        code = 130
-    except BrokenPipeError:
-        sys.stderr.close()  # the reader of our output went away; there is nobody to tell
-        code = 0
-    except Exception as error:
-        from idtool.errors import FfcIdError
+    finally:
+        logging.captureWarnings(False)
+    sys.stdout.flush()
+    return code if isinstance(code, int) else 0
 
-        if not isinstance(error, FfcIdError):
-            raise
-        click.echo(f"ffc-id: {error}", err=True)
-        code = error.exit_code
-    sys.exit(code if isinstance(code, int) else 0)
+
+@contextmanager
+def _stop_signals() -> Iterator[list[int]]:
+    """A closed terminal and a polite kill end the program as Ctrl-C does; the signals that came.
+
+    One that is ignored, as by nohup, stays so.
+    """
+    came: list[int] = []
+
+    def interrupt(number: int, _: Any) -> NoReturn:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    before = {number: signal.getsignal(number) for name in names if (number := getattr(signal, name, None))}
+    before = {n: had for n, had in before.items() if had in (signal.SIG_DFL, signal.default_int_handler)}
+    if threading.current_thread() is not threading.main_thread():
+        before = {}  # Python delivers signals to the main thread only
+    for number in before:
+        signal.signal(number, interrupt)
+    try:
+        yield came
+    finally:
+        for number, had in before.items():
+            signal.signal(number, had)
+
+
+def _told(error: Exception) -> int:
+    """Say what is wrong in one sentence; the exit code."""
+    import click
+
+    from idtool.errors import FfcIdError
+
+    if isinstance(error, click.exceptions.Abort):
+        return _interrupted()
+    if isinstance(error, click.ClickException):
+        error.show()
+        return USAGE
+    if isinstance(error, FfcIdError):
+        _say(f"ffc-id: {error}")
+        return error.exit_code
+    if isinstance(error, BrokenPipeError):
+        _drop_output()  # the reader of our output went away; there is nobody to tell
+        return 0
+    if isinstance(error, OSError) and error.filename is None and error.errno == errno.ENOSPC:
+        _say(
+            f"ffc-id: standard output cannot be written ({error.strerror}); free space or pick another place."
+        )
+        _drop_output()
+        return CANNOT_WRITE
+    from .fault import sentence_of
+
+    _say(f"ffc-id: {sentence_of(error)}")
+    return PROGRAM_FAULT
+
+
+def _interrupted() -> int:
+    _say("interrupted.")
+    return INTERRUPTED
+
+
+def _say(text: str) -> None:
+    with suppress(OSError, ValueError):  # the terminal itself may be what went away
+        print(text, file=sys.stderr, flush=True)
+
+
+def _drop_output() -> None:
+    """What is still in the buffers goes nowhere, or the interpreter would fail on it at its end."""
+    with suppress(OSError, ValueError, io.UnsupportedOperation):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

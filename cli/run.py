@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from .common import Output, force_option, output_options, rig_option, seed_option, stop_signals
+from .common import Output, force_option, output_options, rig_option, seed_option
 from .progress import Progress
 from .words import complete_recipe
 
@@ -180,7 +180,6 @@ def _run(
     refuse_existing(log, wishes.force or wishes.resume)
     _refuse_itself(name, log)
     with (
-        stop_signals(),
         open_rig(wishes.rig, seed=wishes.seed) as rig,
         _Bar(output, recipe.name, timed=False) as bar,
     ):

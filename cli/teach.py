@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output, force_option, output_options, rig_option, seed_option, stop_signals
+from .common import Output, force_option, output_options, rig_option, seed_option
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def teach(
     for path in (log, figure):
         if path is not None:
             refuse_existing(path, force)
-    with stop_signals(), open_rig(rig, seed=seed) as axis:
+    with open_rig(rig, seed=seed) as axis:
         controller = _controller(parameters, params, axis, smooth)
         hand = _hand(parameters, hand_speed, hand_force) if axis.simulated else None
         if hand is None and figure is None and log is None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import seed_option, stop_signals
+from .common import seed_option
 from .words import complete_plant
 
 if TYPE_CHECKING:
@@ -100,7 +100,6 @@ def virtual_servo(
     scaled = f",scale={scale:g}" if scale != 1.0 else ""
     try:
         with (
-            stop_signals(),
             Rehearsal(
                 file, id=id_, model=model, baud=baud, scale=scale, faults=faults, setup=setup, seed=seed
             ) as servo,

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import click
-from idtool.cli.main import ffc_id
+from idtool.cli.commands import ffc_id
 
 PAGE = Path("docs/commands.md")
 _HEAD = """# Commands
@@ -20,7 +20,7 @@ Made by `make docs-commands` from the program itself; `--help` after a command s
 {index}
 
 Every command also takes `-h` and `--help`; `ffc-id --version` says which version this is.
-Exit codes: 0 done, 2 usage, 3 bad input, 4 rig or device fault, 130 interrupted.
+Exit codes: 0 done, 2 usage, 3 bad input, 4 rig or device fault, 70 a fault of the program, 130 interrupted.
 """
 
 

@@ -7,12 +7,13 @@ gives the session to another worker.
 
 from __future__ import annotations
 
+import asyncio
 import gzip
 import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import resource_tracker
@@ -22,8 +23,10 @@ from idtool.errors import InputError
 from idtool.fleet.session import Task
 from idtool.fleet.work import Outcome, identify_session, version
 from idtool.report.text import counted
+from idtool.uninterrupted import uninterrupted
 
-_START_TIMEOUT_S = 15
+_START_TIMEOUT_S = 10
+_POLL_S = 0.1
 _REMEDY = "start it with dask scheduler and dask worker, and check the address"
 
 
@@ -57,14 +60,22 @@ def open_engine(scheduler: str | None, workers: int | None) -> Iterator[Engine]:
 @contextmanager
 def _local(workers: int) -> Iterator[Engine]:
     threads = ThreadPoolExecutor(workers, initializer=_deaf)
+    running: set[Future[Outcome]] = set()
+
+    def submit(task: Task) -> Future[Outcome]:
+        running.add(future := threads.submit(_alone, task))
+        future.add_done_callback(running.discard)
+        return future
+
     try:
-        yield Engine(
-            lambda task: threads.submit(_alone, task), workers, counted(workers, "process", "processes")
-        )
+        yield Engine(submit, workers, counted(workers, "process", "processes"))
     except BaseException:  # interrupted, for one: nobody waits for sessions that nobody keeps
-        threads.shutdown(wait=False, cancel_futures=True)
-        for process in multiprocessing.active_children():
-            process.terminate()
+        with uninterrupted():
+            threads.shutdown(wait=False, cancel_futures=True)
+            while running:  # a thread may be starting its process just now
+                for process in multiprocessing.active_children():
+                    process.terminate()
+                wait(running, _POLL_S)
         raise
     finally:
         threads.shutdown()
@@ -78,8 +89,9 @@ def _alone(task: Task) -> Outcome:
 
 
 def _deaf() -> None:
-    """An interrupt is for the main thread: processes inherit from this one that it is not for them."""
+    """Ctrl-C and a closed terminal are for the main thread: what is started here inherits that."""
     if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})
         resource_tracker.ensure_running()  # what starts it later would undo the next line
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
@@ -92,10 +104,11 @@ def _cluster(address: str) -> Iterator[Engine]:
         raise InputError(
             "a Dask cluster needs the package distributed", remedy="pip install 'ffc-id[fleet]'"
         ) from error
+    connect: Any = distributed.Client  # distributed is typed in parts only
     try:
-        connect: Any = distributed.Client  # distributed is typed in parts only
+        asyncio.run(_greeted(address))
         client = connect(address, timeout=_START_TIMEOUT_S, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
+    except Exception as error:  # whatever another kind of server says, or its silence
         raise InputError(
             f"no Dask scheduler answers at {address}", place="--scheduler", remedy=_REMEDY
         ) from error
@@ -110,6 +123,15 @@ def _cluster(address: str) -> Iterator[Engine]:
             )
         finally:
             executor.shutdown(wait=False)  # which cancels what is not done
+
+
+async def _greeted(address: str) -> None:
+    """Ask who is there: the client itself waits without end for one that accepts and says nothing."""
+    from distributed.core import rpc
+
+    ask: Any = rpc
+    async with asyncio.timeout(_START_TIMEOUT_S), ask(address) as scheduler:
+        await scheduler.identity()
 
 
 def _packed(task: Task) -> Task:

@@ -29,6 +29,9 @@ from idtool.signals.smoother import TOO_FAST, reading_variance, smooth
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
 _SPIKE = "outlier of the torque"
+#: SI magnitudes of a column as a whole lie between this and its inverse for every axis there is; squares and
+#: products of what does not lie there leave the range of a float. Times in seconds since 1970 are 2e9.
+_LARGEST = 1e12
 
 
 @dataclass(frozen=True)
@@ -221,6 +224,9 @@ def _read_columns(log: Log) -> dict[str, Array | None]:
     """Every role of one log, and `effort`: the measured torque."""
     roles = columns_of(log.axis.kind)
     columns: dict[str, Array | None] = {role: log.column(role) for role in roles if role != "trial"}
+    for role, values in columns.items():
+        if values is not None:
+            _refuse_magnitude(values, roles[role], log.source)
     current, torque = columns.pop("current"), columns.pop("torque")
     if torque is None:
         assert current is not None
@@ -236,6 +242,18 @@ def _read_columns(log: Log) -> dict[str, Array | None]:
     columns["effort"] = torque
     columns["trial"] = np.asarray(log.frame.groupby("trial", sort=False).ngroup(), dtype=float)
     return columns
+
+
+def _refuse_magnitude(values: Array, name: str, file: str) -> None:
+    """Refuse a column that is of no axis as a whole; single readings that cannot be are left out later."""
+    size = np.abs(values)
+    if (typical := float(np.quantile(size, 0.5, method="lower"))) > _LARGEST:
+        problem = f'column "{name}" is about {typical:.0e}, which no axis reaches'
+    elif 0.0 < float(size.max()) < 1.0 / _LARGEST:
+        problem = f'column "{name}" stays below {1.0 / _LARGEST:.0e}, which no sensor sees'
+    else:
+        return
+    raise InputError(problem, file=file, remedy="check its unit")
 
 
 def _join(parts: Sequence[dict[str, Array | None]], role: str) -> Array | None:

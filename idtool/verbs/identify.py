@@ -134,6 +134,10 @@ def begin(
 ) -> tuple[JointFit, Spec, list[str], list[Shortcoming]]:
     """A first joint fit, the base model that the data can carry, and why it stepped down (`step_down`)."""
     kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
+    if not recording.motion.velocity.any():
+        raise InputError(
+            "nothing moves", file=", ".join(recording.sources), remedy="record the axis while it moves"
+        )
     model, columns = choose_gravity(recording, gravity)
     notes = []
     if model == "slide" and "base" not in columns:

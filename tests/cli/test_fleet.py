@@ -76,7 +76,12 @@ def test_refusals(tmp_path: Path, arguments: list[str], code: int, expected: str
     assert not (tmp_path / "out").exists()
 
 
-def test_an_interrupt_ends_it_and_its_processes(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("end", "number"), [(os.killpg, signal.SIGINT), (os.kill, signal.SIGTERM), (os.killpg, signal.SIGHUP)]
+)
+def test_a_signal_ends_it_and_its_processes(
+    tmp_path: Path, end: Callable[[int, int], None], number: signal.Signals
+) -> None:
     for k in range(6):
         session(tmp_path / "sessions" / f"A{k}", seed=k)
     arguments = [str(PROGRAM), "fleet", "sessions", "-o", "out", "-j", "1", *QUICK]
@@ -91,7 +96,7 @@ def test_an_interrupt_ends_it_and_its_processes(tmp_path: Path) -> None:
     first = tmp_path / "out" / "sessions" / "A0" / "session.json"
     while not first.exists() and process.poll() is None:
         time.sleep(0.05)
-    os.killpg(process.pid, signal.SIGINT)
+    end(process.pid, number)
     _, told = process.communicate(timeout=120)  # ends when every process of it has let go of its pipes
     assert process.returncode == 130
     assert "interrupted." in told

@@ -15,7 +15,7 @@ from types import ModuleType
 
 import click
 import pytest
-from idtool.cli.main import ffc_id as group
+from idtool.cli.commands import ffc_id as group
 
 from idtool import Axis, Parameters, __version__
 from idtool.parameters import EffectEntry, Parameter

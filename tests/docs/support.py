@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import click
-from idtool.cli.main import ffc_id
+from idtool.cli.commands import ffc_id
 
 from pages.markdown import FENCE, commands_in, fences, shell_words
 

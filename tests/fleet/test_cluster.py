@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -109,8 +110,10 @@ def test_no_cluster_and_no_workers(
 ) -> None:
     session(tmp_path / "sessions" / "A")
     monkeypatch.setattr("idtool.fleet.engine._START_TIMEOUT_S", 2)
-    for address in ("tcp://127.0.0.1:1", "nonsense://x"):
-        with pytest.raises(InputError, match="--scheduler: no Dask scheduler answers at"):
-            run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, scheduler=address)
+    with socket.create_server(("127.0.0.1", 0)) as silent:  # accepts, and never says a word
+        mute = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        for address in ("tcp://127.0.0.1:1", "nonsense://x", "nonsense", mute):
+            with pytest.raises(InputError, match="--scheduler: no Dask scheduler answers at"):
+                run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, scheduler=address)
     with pytest.raises(InputError, match="has no workers; start dask worker"):
         run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, scheduler=cluster(0))
