@@ -22,8 +22,8 @@ from typing import Any
 from idtool.errors import InputError
 from idtool.fleet.session import Task
 from idtool.fleet.work import Outcome, identify_session, version
+from idtool.io.defer_signals import uninterrupted
 from idtool.report.text import counted
-from idtool.uninterrupted import uninterrupted
 
 _START_TIMEOUT_S = 10
 _POLL_S = 0.1
