@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 from typing import Any
 
-import tomli_w
+import tomlkit
+from tomlkit.items import AoT, InlineTable
 
 from idtool.errors import InputError
 from idtool.io.read_file import read_bytes
@@ -19,11 +20,20 @@ _KEY_ENDS = re.compile(r"[=\n{},]")
 _MOST_PARTS = 100
 
 
-def dumps_inline(document: Mapping[str, Any]) -> str:
-    """TOML text in which every identified parameter is one inline table on one line."""
-    lines: list[str] = []
-    _emit(document, (), lines)
-    return "\n".join(lines).lstrip("\n") + "\n"
+def revised(text: str, document: Mapping[str, Any]) -> str:
+    """TOML text of `document` that keeps the comments, the order and the layout of `text`.
+
+    Where `text` is empty, every identified parameter is one inline table on one line.
+
+    Raises:
+        ValueError: `text` cannot be revised.
+    """
+    kept = tomlkit.parse(text)
+    _revise(kept, document)
+    result = tomlkit.dumps(kept)
+    if text and tomllib.loads(result) != tomllib.loads(revised("", document)):
+        raise ValueError("its layout cannot be kept")
+    return result
 
 
 def is_finite(value: Any) -> bool:
@@ -45,41 +55,40 @@ def short(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _emit(table: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
-    nested: list[tuple[str, Any]] = []
-    for key, value in table.items():
-        if (isinstance(value, dict) and not is_finite(value.get("value"))) or _is_table_list(value):
-            nested.append((key, value))
-        else:
-            lines.append(f"{_key(key)} = {_inline(value)}")
-    for key, value in nested:
-        here = (*path, key)
-        name = ".".join(_key(part) for part in here)
-        for item in value if isinstance(value, list) else [value]:
-            if isinstance(value, list):
-                lines += ["", f"[[{name}]]"]
-            elif not item or not all(
-                isinstance(part, dict) and not is_finite(part.get("value")) for part in item.values()
-            ):
-                lines += ["", f"[{name}]"]  # a table of nothing but tables needs no line of its own
-            _emit(item, here, lines)
+def _revise(kept: MutableMapping[str, Any], document: Mapping[str, Any]) -> None:
+    for key in [key for key in kept if key not in document]:
+        del kept[key]
+    for key, value in document.items():
+        old = kept.get(key)
+        if isinstance(value, dict) and isinstance(old, MutableMapping) and not isinstance(old, InlineTable):
+            _revise(old, value)
+        elif _is_table_list(value) and isinstance(old, AoT):
+            del old[len(value) :]
+            for table, one in zip(old, value, strict=False):
+                _revise(table, one)
+            for one in value[len(old) :]:
+                old.append(_item(one))
+        elif old != value:
+            kept[key] = _item(value)
+
+
+def _item(value: Any) -> Any:
+    """A value as tomlkit writes it: an identified parameter on one line, other tables with a head."""
+    if isinstance(value, dict):
+        table = tomlkit.inline_table() if is_finite(value.get("value")) else tomlkit.table(None)
+        for key, one in value.items():
+            table.append(key, _item(one))
+        return table
+    if _is_table_list(value):
+        tables = tomlkit.aot()
+        for one in value:
+            tables.append(_item(one))
+        return tables
+    return tomlkit.item(value)
 
 
 def _is_table_list(value: Any) -> bool:
     return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)
-
-
-def _key(key: str) -> str:
-    return tomli_w.dumps({key: 0}).removesuffix(" = 0\n")
-
-
-def _inline(value: Any) -> str:
-    """A value as TOML on one line, tables and lists too."""
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_key(key)} = {_inline(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(_inline(item) for item in value) + "]"
-    return tomli_w.dumps({"v": value}).removeprefix("v = ").removesuffix("\n")
 
 
 def parse_toml(text: str) -> dict[str, Any]:

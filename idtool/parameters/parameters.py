@@ -16,9 +16,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from tomlkit.exceptions import TOMLKitError
+
 from idtool.errors import InputError, nearest
 from idtool.io.atomic import atomic_write, refuse_existing
-from idtool.io.toml import dumps_inline, is_finite, load_toml, short
+from idtool.io.toml import is_finite, load_toml, revised, short
 from idtool.model.units import Kind, file_key
 from idtool.parameters.axis import Axis
 from idtool.parameters.older_files import effects_of_today
@@ -163,7 +165,7 @@ class Parameters:
         return document
 
     def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Write the file whole or not at all.
+        """Write the file whole or not at all; a parameter file that is there keeps its comments.
 
         Raises:
             InputError: `path` exists and `force` is not given, it cannot be written, or `read` would not
@@ -172,7 +174,7 @@ class Parameters:
         refuse_existing(Path(path), force)
         document = self.to_document()
         Parameters.from_document(document, Path(path))
-        text = dumps_inline(document)
+        text = _text(document, Path(path))
         with atomic_write(path) as stream:
             stream.write(text)
 
@@ -222,6 +224,15 @@ class Parameters:
             controller=_read_controller(document.get("controller"), axis.kind, file),
             provenance=dict(_table(document.get("provenance", {}), "provenance", file)),
         )
+
+
+def _text(document: Mapping[str, Any], file: Path) -> str:
+    """The document as TOML; where `file` is a parameter file already, with its comments and layout."""
+    try:
+        Parameters.read(file)
+        return revised(file.read_text("utf-8-sig"), document)
+    except (InputError, OSError, ValueError, TOMLKitError):  # none there, or none that can be kept
+        return revised("", document)
 
 
 def _tables(values: Mapping[str, Parameter], dimensions: Mapping[str, str], kind: Kind) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import math
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -360,3 +361,77 @@ def test_the_controller_s_mode_and_start_torque_are_kept(tmp_path: Path) -> None
     path.write_text(path.read_text().replace("[controller]", '[controller]\nmode = "lite"'))
     with pytest.raises(InputError, match=r"controller.mode.*light"):
         Parameters.read(path)
+
+
+COMMENTED = """\
+# the elbow of the second unit
+schema = "ffc-id/params/1"
+
+[axis] # as on its plate
+kind = "rotary"
+torque_constant_nm_per_a = 2.67   # K, from the maker
+
+# measured with the new gear
+[friction.static]
+# in the order of the paper
+viscous_nm_s_per_rad = {value = 0.155, at_bound = false, identified = true}
+coulomb_nm = {value = 0.07, stderr = 0.0003, at_bound = false, identified = true} # warm
+static_nm = {value = 0.03, at_bound = false, identified = true}
+stribeck_velocity_rad_s = {value = 0.09, at_bound = false, identified = true}
+
+# the gear has 24 teeth
+[[effects]]
+name = "position_ripple"
+[effects.parameters]
+cycles_per_turn = {value = 24.0, at_bound = false, identified = true} # counted
+amplitude_1_nm = {value = 0.012, at_bound = false, identified = true}
+phase_1_rad = {value = 0.7, at_bound = false, identified = true}
+amplitude_2_nm = {value = 0.003, at_bound = false, identified = true}
+phase_2_rad = {value = -1.1, at_bound = false, identified = true}
+
+# out of the box
+[[effects]]
+name = "inertia"
+[effects.parameters]
+inertia_kg_m2 = {value = 0.0059, at_bound = false, identified = true}
+
+[provenance]
+note = "by hand"
+"""
+
+
+def test_comments_and_layout_survive_a_change(tmp_path: Path) -> None:
+    file = tmp_path / "p.toml"
+    file.write_text(COMMENTED)
+    before = Parameters.read(file)
+    before.write(file, force=True)
+    assert file.read_text() == COMMENTED
+    changed = replace(
+        before,
+        static=before.static | {"coulomb": Parameter(0.071, 0.0002, (0.0706, 0.0714))},
+        controller=Controller(2.05, 1.68, 0.01),
+        effects=before.effects[:1],
+    )
+    changed.write(file, force=True)
+    text = file.read_text()
+    assert Parameters.read(file) == changed
+    for line in COMMENTED[: COMMENTED.index("# out of the box")].splitlines():
+        assert (
+            line.replace("0.07, stderr = 0.0003", "0.071, stderr = 0.0002, ci95 = [0.0706, 0.0714]") in text
+        )
+    assert text.index("viscous") < text.index("coulomb") < text.index("static_nm")
+    assert "inertia" not in text
+
+
+def test_a_layout_that_cannot_be_kept_costs_no_value(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Dotted keys, tables out of order, what is no parameter file: what is written is what was meant."""
+    file = tmp_path / "p.toml"
+    file.write_text(COMMENTED)
+    meant = Parameters.read(file)
+    scattered = COMMENTED.replace(
+        "[friction.static]", 'provenance.by = "me"\nprovenance.note = "by hand"\n[friction.static]'
+    ).replace('[provenance]\nnote = "by hand"\n', "")
+    for text in (scattered.replace("[axis] # as on its plate", "[axis]"), "kind = 1\n", "= broken", "\x00"):
+        file.write_text(text)
+        meant.write(file, force=True)
+        assert Parameters.read(file) == meant
