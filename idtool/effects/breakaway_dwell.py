@@ -1,4 +1,4 @@
-"""Break-away after rest: the static level rises with the time at rest."""
+"""Break-away after rest: the stiction rises with the time at rest."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ class BreakawayDwell(Effect):
     name = "breakaway_dwell"
     title = "Break-away after rest"
     follows = ("time",)
-    formula = "static level times 1 + gain (1 - exp(-rest / time constant))"
+    formula = "stiction times 1 + gain (1 - exp(-rest / time constant))"
     reveals = "starts after pauses of different length"
     look_alikes = ("stribeck_shape", "thermal_drift")
     citation = "Rabinowicz 1958; Armstrong-Helouvry et al. 1994"
     parameters = (
-        EffectParameter("gain", "number", "relative rise of the static level after a long rest", 0.0),
+        EffectParameter("gain", "number", "relative rise of the stiction after a long rest", 0.0),
         EffectParameter("time_constant", "time", "time constant of the rise", 0.0),
         EffectParameter("rest_speed", "velocity", "below this speed the axis rests", 0.0),
         EffectParameter("wear", "position", "travel that wears the rise off", 0.0),

@@ -182,7 +182,7 @@ def parse_recipe(
         document = parse_toml(text)
     except (ValueError, RecursionError) as error:  # a whole number too long to read is a ValueError
         reason = str(error).splitlines()[0].rstrip(".")
-        raise InputError(f"is not TOML ({reason})", file=source, remedy="mend that place") from error
+        raise InputError(f"is not TOML ({reason})", file=source, remedy="correct that place") from error
     if document.get("schema") != SCHEMA:
         raise InputError(
             f"schema is {short(document['schema'])}" if "schema" in document else "schema is missing",
@@ -377,6 +377,6 @@ def _number(value: Any, place: str, source: str, *, low: float, high: float) -> 
             f"expected a number from {low:g} to {high:g}, found {short(value)}",
             file=source,
             place=place,
-            remedy="mend it",
+            remedy="correct it",
         )
     return float(value)

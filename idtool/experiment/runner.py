@@ -16,7 +16,7 @@ from idtool.experiment.black_box import with_remains
 from idtool.experiment.plan import plan_of, rows_every
 from idtool.experiment.recipe import Recipe, RecipeTrial
 from idtool.experiment.resume import Done, done_in
-from idtool.io.defer_signals import uninterrupted
+from idtool.io.defer_signals import deferred_signals
 from idtool.log import LogWriter, columns_of
 from idtool.model.motion import Array
 from idtool.rig.base import Block, Rig, Trajectory, TrialSetup
@@ -124,16 +124,16 @@ def run(
         except KeyboardInterrupt:
             interrupted = True
         except BaseException as error:
-            with uninterrupted():
+            with deferred_signals():
                 with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
                     rig.stop()
                 if isinstance(error, RigFault):
                     raise with_remains(error, path, rig.axis, session.kept()) from error
             raise
         finally:
-            with uninterrupted():
+            with deferred_signals():
                 session.drop_if_empty()
-        with uninterrupted():
+        with deferred_signals():
             watched.stop()
     return session.summary(interrupted)
 
@@ -189,7 +189,7 @@ class _Session:
         if self._shift is None:  # the rig's clock began anew; the log's goes on
             self._shift = self._last + _PAUSE_S - float(rows[0, 1])
         rows[:, 1] = np.round(rows[:, 1] + self._shift, 9)
-        with uninterrupted():
+        with deferred_signals():
             self._writer.append(rows)
             self._rows += len(rows)
             self._first = float(rows[0, 1]) if self._first is None else self._first

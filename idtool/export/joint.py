@@ -111,7 +111,7 @@ def _law_lost(parameters: Parameters) -> list[str]:
     if abs(static["static"].value / max(static["coulomb"].value, 1e-12) - 1.0) > _LEVELS_ALIKE:
         unit = unit_text("torque", parameters.axis.kind)
         lost.append(
-            f"the Stribeck curve: a static level of {static['static'].value:.4g} {unit} "
+            f"the Stribeck curve: a stiction of {static['static'].value:.4g} {unit} "
             f"beside the Coulomb level of {static['coulomb'].value:.4g} {unit}"
         )
     if simple.has_bristle(parameters):

@@ -22,7 +22,7 @@ from idtool.experiment.black_box import with_remains
 from idtool.guiding.hand import Hand, travel_per_position
 from idtool.guiding.record import Record, TeachFigures, measure
 from idtool.io.atomic import refuse_existing
-from idtool.io.defer_signals import uninterrupted
+from idtool.io.defer_signals import deferred_signals
 from idtool.log import LogWriter, columns_of
 from idtool.model.units import file_key
 from idtool.parameters import Parameters
@@ -133,7 +133,7 @@ def teach(
     except KeyboardInterrupt:
         interrupted = True
     except BaseException as error:
-        with uninterrupted():
+        with deferred_signals():
             with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
                 rig.stop()
             if isinstance(error, RigFault):
@@ -142,9 +142,9 @@ def teach(
                     raise with_remains(error, log, parameters.axis) from error
         raise
     finally:
-        with uninterrupted():
+        with deferred_signals():
             recorder.close()
-    with uninterrupted():
+    with deferred_signals():
         rig.stop()
     record = recorder.record()
     figures = None

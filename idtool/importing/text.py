@@ -132,7 +132,7 @@ def _table(names: list[str], body: list[str], delimiter: str, file: Path, first:
             "a row has too many fields" if place else "is not a table",
             file=file,
             place=f"line {int(place[1]) + first}" if place else None,
-            remedy="mend or delete that row" if place else "export the recording as CSV",
+            remedy="correct or delete that row" if place else "export the recording as CSV",
         ) from error
     frame.columns = pd.Index(names)
     return frame

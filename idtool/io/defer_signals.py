@@ -10,7 +10,7 @@ from typing import Any
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
+def deferred_signals() -> Iterator[None]:
     """Hold Ctrl-C, and other signals that end a run, back until the end of the block.
 
     A row must be written and counted, and the axis stopped, also when the key is hit twice. Elsewhere

@@ -122,6 +122,6 @@ def load_toml(
     except UnicodeDecodeError as error:
         raise InputError("is not a text file", file=file, remedy=f"name {what} (TOML)") from error
     except RecursionError as error:
-        raise InputError("is not TOML (nested too deeply)", file=file, remedy="mend that place") from error
+        raise InputError("is not TOML (nested too deeply)", file=file, remedy="correct that place") from error
     except ValueError as error:  # tomllib lets int() complain of huge numbers as ValueError
-        raise InputError(f"is not TOML ({error})", file=file, remedy="mend that place") from error
+        raise InputError(f"is not TOML ({error})", file=file, remedy="correct that place") from error

@@ -67,7 +67,7 @@ def parse_header(lines: list[str], file: Path) -> dict[str, Any]:
         if not ours:
             return {}
         raise InputError(
-            f"the `# ` lines on top are not TOML ({error})", file=file, remedy="mend or remove them"
+            f"the `# ` lines on top are not TOML ({error})", file=file, remedy="correct or remove them"
         ) from error
     if not ours:
         return header if isinstance(header.get("axis"), dict) else {}

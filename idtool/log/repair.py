@@ -1,4 +1,4 @@
-"""What is wrong with the readings of a log, mended where that is safe, left out or refused where not."""
+"""What is wrong with the readings of a log, repaired where that is safe, left out or refused where not."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GAP = 1.75
 
 
 @dataclass(frozen=True)
-class Mended:
+class Repaired:
     """The columns of one log, and what was done to them.
 
     Attributes:
@@ -37,7 +37,7 @@ class Mended:
     remarks: tuple[str, ...] = ()
 
 
-def mend(log: Log, columns: dict[str, Array | None], *, every_row: bool = False) -> Mended:
+def repair(log: Log, columns: dict[str, Array | None], *, every_row: bool = False) -> Repaired:
     """Look for faults of the sensors of one log.
 
     Args:
@@ -88,7 +88,7 @@ def mend(log: Log, columns: dict[str, Array | None], *, every_row: bool = False)
                 f"{log.source}: {rows} rows of whole trials were left out ({reason})."
                 for reason, rows in dropped.items()
             ]
-    return Mended(columns, faulty, dropped, tuple(remarks))
+    return Repaired(columns, faulty, dropped, tuple(remarks))
 
 
 def _refuse_mostly_stuck(log: Log, role: str, mask: NDArray[np.bool_]) -> None:

@@ -130,7 +130,7 @@ def _names(line: bytes, number: int, file: Path) -> list[str]:
         raise _not_text(file) from error
     except csv.Error as error:
         raise InputError(
-            f"the header row is not CSV ({error})", file=file, place=place, remedy="mend that line"
+            f"the header row is not CSV ({error})", file=file, place=place, remedy="correct that line"
         ) from error
     if not any(names):
         raise InputError(
@@ -209,9 +209,9 @@ def _check_lengths(text: LogText, file: Path) -> None:
             "the line is empty" if blank else f"has {fields[row]} fields, expected {len(text.names)}",
             file=file,
             place=f"line {text.line(row)}",
-            remedy=f"mend or delete that line ({len(wrong)} such)"
+            remedy=f"correct or delete that line ({len(wrong)} such)"
             if len(wrong) > 1
-            else "mend or delete that line",
+            else "correct or delete that line",
         )
 
 
@@ -238,7 +238,7 @@ def parse_rows(text: LogText, file: Path) -> pd.DataFrame:
         raise _not_text(file) from error
     except (pd.errors.ParserError, ValueError, OverflowError) as error:
         raise InputError(
-            f"is not a CSV table ({str(error).strip()})", file=file, remedy="mend that place"
+            f"is not a CSV table ({str(error).strip()})", file=file, remedy="correct that place"
         ) from error
     if len(frame) != len(text.ends):
         raise InputError(
@@ -321,9 +321,9 @@ def _numeric(values: pd.Series[Any], name: str, text: LogText | None, file: Path
             f'column "{name}" {shown}',
             file=file,
             place=_place(text, row),
-            remedy=f"mend or delete that row ({len(bad)} such)"
+            remedy=f"correct or delete that row ({len(bad)} such)"
             if len(bad) > 1
-            else "mend or delete that row",
+            else "correct or delete that row",
         )
     return numbers
 

@@ -22,7 +22,7 @@ class Contribution:
         torque: added torque, N m (N).
         level_change: relative change of the friction level g.
         level_torque: torque added to g.
-        static_change: relative change of the static level only.
+        static_change: relative change of the stiction only.
         viscous_change: relative change of the viscous coefficient.
         bristle_change: relative change of the torque that the bristle passes on.
         exponent_change: added to the Stribeck exponent.

@@ -113,12 +113,11 @@ def _friction_shape(evidence: Evidence) -> str:
     unit = unit_text("velocity", evidence.kind)
     if below:
         return (
-            "The static level lies below the Coulomb level: friction rises from standstill up to "
+            "The stiction lies below the Coulomb level: friction rises from standstill up to "
             f"about {speed} {unit}. "
         )
     return (
-        f"The static level lies above the Coulomb level: friction falls until about {speed} {unit}, "
-        "then rises. "
+        f"The stiction lies above the Coulomb level: friction falls until about {speed} {unit}, then rises. "
     )
 
 

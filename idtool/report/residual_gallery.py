@@ -1,4 +1,4 @@
-"""The figures of the residual: against everything that was logged, its memory and its rhythms."""
+"""The figures of the residual: against everything that was logged, its autocorrelation and its spectra."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def residual_plates(evidence: Evidence) -> Iterator[Plate]:
             ),
         )
     yield _histogram(evidence)
-    yield from _rhythms(evidence)
+    yield from _spectra_over(evidence)
 
 
 def _least_spread(variable: str) -> float:
@@ -166,7 +166,7 @@ def _histogram(evidence: Evidence) -> Plate:
     )
 
 
-def _rhythms(evidence: Evidence) -> Iterator[Plate]:
+def _spectra_over(evidence: Evidence) -> Iterator[Plate]:
     rows, kind = evidence.rows, evidence.kind
     trials = [segment.rows for segment in rows.segments]
     step, before = spectra.even_pieces(rows.time, rows.residual_before, trials)
@@ -190,7 +190,7 @@ def _rhythms(evidence: Evidence) -> Iterator[Plate]:
             "spectrum_time",
             "residual",
             "Spectrum over time",
-            "A sharp peak is a rhythm from outside (breathing, a pump, mains) or a resonance; the fall at "
+            "A sharp peak is a vibration from outside (breathing, a pump, mains) or a resonance; the fall at "
             "the right end "
             "is the filter.",
             "Power of the residual over frequency on logarithmic axes, before and after.",
@@ -205,7 +205,7 @@ def _rhythms(evidence: Evidence) -> Iterator[Plate]:
             "residual",
             "Does the power add up as that of noise?",
             "A residual of noise alone stays in the grey band. A rise at the left is slow structure, a "
-            f"step a rhythm. Chance of the extended model's curve if it were noise: {said}.",
+            f"step a periodic part. Chance of the extended model's curve if it were noise: {said}.",
             "Cumulative periodogram of the residual in time and over the angle, before and after.",
             partial(cumulative_figure, curves.before, curves.after),
         )

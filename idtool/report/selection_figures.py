@@ -1,4 +1,4 @@
-"""How sure the result is: which parameters trade against each other, and which effects were weighed."""
+"""How sure the result is: how the parameters correlate, and which effects were weighed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def correlation_figure(names: Sequence[str], matrix: Array) -> Figure:
     figure, (panel,) = style.panels(
         height=side + 0.55 + below, left=margin, right=style.WIDTH - margin - side, top=0.55, bottom=below
     )
-    style.title(figure, "Which parameters trade against each other")
+    style.title(figure, "Correlation of the parameters")
     panel.grid(False)
     image = panel.imshow(matrix, cmap="RdBu", vmin=-1.0, vmax=1.0, aspect="auto")
     shown = [name if len(name) <= 34 else name[:32] + "…" for name in names]

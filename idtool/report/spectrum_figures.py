@@ -1,4 +1,4 @@
-"""Memory and rhythm of the residual: autocorrelation, and spectra over time and over the angle."""
+"""Autocorrelation and spectrum of the residual: over lags, time and over the angle."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def autocorrelation_figure(step: float, before: Array, after: Array, *, rows: in
         rows: number of rows behind them, for the band that white noise keeps within.
     """
     figure, (panel,) = style.panels(height=3.5)
-    style.title(figure, "How long the residual remembers")
+    style.title(figure, "Autocorrelation of the residual")
     bound = 1.96 / np.sqrt(max(rows, 1))
     panel.axhspan(-bound, bound, color=style.SHADE, lw=0, label="white noise, 95 %")
     panel.axhline(0.0, color=style.FAINT, lw=0.9)
@@ -47,7 +47,7 @@ def autocorrelation_figure(step: float, before: Array, after: Array, *, rows: in
 def periodogram_figure(frequency: Array, before: Array, after: Array, *, kind: Kind = "rotary") -> Figure:
     """Power of the residual over frequency in time, log axes."""
     figure, (panel,) = style.panels(height=3.5, left=0.95)
-    style.title(figure, "Rhythm of the residual in time")
+    style.title(figure, "Spectrum of the residual in time")
     for values, (colour, name) in zip((before, after), _PAIR, strict=True):
         panel.loglog(frequency, np.maximum(values, 1e-30), color=colour, lw=1.0, label=name)
     top = max(float(np.max(before)), float(np.max(after)))
@@ -95,7 +95,7 @@ def angle_spectrum_figure(
         found: spatial frequencies of an accepted ripple, marked.
     """
     figure, (panel,) = style.panels(height=3.5)
-    style.title(figure, f"Rhythm of the residual over {'travel' if kind == 'linear' else 'angle'}")
+    style.title(figure, f"Spectrum of the residual over {'travel' if kind == 'linear' else 'angle'}")
     for index, line in enumerate(n for n in found if frequency[0] <= n <= frequency[-1]):
         label = "identified ripple" if index == 0 else None
         panel.axvline(line, color=style.THIRD, lw=5.0, alpha=0.3, label=label)

@@ -14,11 +14,11 @@ from idtool.report.evidence import Evidence
 #: base name -> (symbol, meaning)
 _MEANINGS = {
     "base": ("", "carried weight without payload"),
-    "per_payload": ("", "more of it per kilogram of payload"),
+    "per_payload": ("", "payload coefficient"),
     "sin": ("A", "factor of sin q"),
     "cos": ("B", "factor of cos q"),
     "coulomb": ("τc", "Coulomb level: friction while moving"),
-    "static": ("τs", "static level: friction near standstill"),
+    "static": ("τs", "stiction: friction near standstill"),
     "stribeck_velocity": ("ωs", "Stribeck velocity: where one goes over into the other"),
     "viscous": ("σ2", "viscous coefficient: growth with speed"),
     "bristle_stiffness": ("σ0", "bristle stiffness: spring before it slides"),

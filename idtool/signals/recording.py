@@ -18,7 +18,7 @@ from scipy import signal, sparse
 
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
-from idtool.log.repair import Mended, mend
+from idtool.log.repair import Repaired, repair
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import Array, Motion
 from idtool.parameters.axis import Axis
@@ -49,7 +49,7 @@ class Recording:
         filter: what the low-pass is.
         position_resolution: smallest step of the position reading, 0 without one.
         lost: reason -> rows that it cost.
-        remarks: sentences on what was mended, missing or left out whole.
+        remarks: sentences on what was repaired, missing or left out whole.
         sources: file of each log.
     """
 
@@ -150,8 +150,8 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     if not logs:
         raise InputError("no log was given", remedy="name at least one log file")
     axis = _common_axis(logs)
-    mended = [mend(log, _read_columns(log), every_row=every_row) for log in logs]
-    parts = [one.columns for one in mended]
+    repaired = [repair(log, _read_columns(log), every_row=every_row) for log in logs]
+    parts = [one.columns for one in repaired]
     joined = {role: _join(parts, role) for role in parts[0] if role != "trial"}
     trial = _number_trials([part["trial"] for part in parts])
     experiment, source = _label_trials(logs, parts)
@@ -179,8 +179,8 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         temperature=joined["temperature"],
         torque_constant=axis.torque_constant,
     )
-    usable, lost, calm = _usable_rows(torque, smoothed.surprise, _faulty(mended), motion)
-    for one in mended:
+    usable, lost, calm = _usable_rows(torque, smoothed.surprise, _faulty(repaired), motion)
+    for one in repaired:
         for reason, rows in one.dropped.items():
             lost[reason] = lost.get(reason, 0) + rows
     rate = lowpass.common_rate(motion, np.asarray(source)[trial])
@@ -197,7 +197,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         resolution(joined["position"]),
         lost,
         tuple(log.source for log in logs),
-        tuple(remark for one in mended for remark in one.remarks),
+        tuple(remark for one in repaired for remark in one.remarks),
     )
 
 
@@ -215,7 +215,7 @@ def _common_axis(logs: Sequence[Log]) -> Axis:
                 f"{axis.constant_key} differs from that of {logs[0].source}",
                 file=log.source,
                 place=f"axis.{axis.constant_key}",
-                remedy="give logs of one axis, or mend the constant",
+                remedy="give logs of one axis, or correct the constant",
             )
     return axis
 
@@ -306,14 +306,14 @@ def _gravity_factor(alpha: Array | None, beta: Array | None) -> Array | None:
     return np.where(np.abs(factor) < 1e-3, 0.0, factor)
 
 
-def _faulty(mended: Sequence[Mended]) -> dict[str, NDArray[np.bool_]]:
+def _faulty(repaired: Sequence[Repaired]) -> dict[str, NDArray[np.bool_]]:
     """Reason -> rows of all logs that a sensor's fault spoils."""
-    reasons = dict.fromkeys(reason for one in mended for reason in one.faulty)
-    sizes = [len(one.columns["time"]) for one in mended if one.columns["time"] is not None]
+    reasons = dict.fromkeys(reason for one in repaired for reason in one.faulty)
+    sizes = [len(one.columns["time"]) for one in repaired if one.columns["time"] is not None]
     blank = [np.zeros(size, dtype=bool) for size in sizes]
     return {
         reason: np.concatenate(
-            [one.faulty.get(reason, none) for one, none in zip(mended, blank, strict=True)]
+            [one.faulty.get(reason, none) for one, none in zip(repaired, blank, strict=True)]
         )
         for reason in reasons
     }

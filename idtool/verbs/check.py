@@ -206,7 +206,7 @@ def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[li
         short = next((one for one in lacking if set(names) & set(one.parameters)), None)
         if lack:
             cannot.append(Verdict(what, lack, run))
-        elif short is not None and short.code == "at_bound":  # no run is known to mend that
+        elif short is not None and short.code == "at_bound":  # no run is known to correct that
             cannot.append(Verdict(what, f"{short.why}; {short.remedy}"))
         elif short is not None:
             cannot.append(Verdict(what, short.why, short.run or short.remedy))
@@ -239,7 +239,7 @@ def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[li
         "ffc-id run-sweep",
     )
     judge(
-        "friction: static level and Stribeck velocity",
+        "friction: stiction and Stribeck velocity",
         ["static.static", "static.stribeck_velocity"],
         f"slowest constant speed {speeds[0] if speeds else 0:.3g}, {reversals} reversals",
     )

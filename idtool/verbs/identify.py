@@ -172,7 +172,7 @@ def _about_friction(fit: JointFit) -> list[str]:
         notes.append(
             "the Stribeck curve falls from the static to the Coulomb level with speed."
             if falls
-            else "the Stribeck curve RISES with speed: the static level is below the Coulomb level."
+            else "the Stribeck curve RISES with speed: the stiction is below the Coulomb level."
         )
     if fit.model.spec.friction == "lugre" and (sentence := passivity(static, dynamic)):
         notes.append(sentence)

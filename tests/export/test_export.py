@@ -130,7 +130,7 @@ def test_mujoco_rising_stribeck_curve() -> None:
 
 
 def test_mujoco_sticks_until_break_away() -> None:
-    """Under a torque that rises to less than the static level the bristle only bends; then it slides."""
+    """Under a torque that rises to less than the stiction the bristle only bends; then it slides."""
     text = export("mujoco", axis()).text
     held, _ = simulate(text, 5e-4, lambda t: 0.1 * t / 3)
     slides, _ = simulate(text, 5e-4, lambda t: 0.13 * t / 3)
@@ -151,7 +151,7 @@ def test_mujoco_coulomb_and_viscous() -> None:
     left = (applied - model)[moving]
     assert np.sqrt(np.mean(left**2)) < 0.02 * np.sqrt(np.mean(applied**2))
     lost = "\n".join(exported.plan.lost)
-    assert "the Stribeck curve: a static level of 0.115 N m beside the Coulomb level of 0.08 N m" in lost
+    assert "the Stribeck curve: a stiction of 0.115 N m beside the Coulomb level of 0.08 N m" in lost
     assert "the bristle of the LuGre model" in lost
     assert "with logs they are fitted" in "\n".join(exported.plan.notes)
     joint = ET.fromstring(exported.text).find(".//joint")

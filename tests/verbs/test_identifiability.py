@@ -192,7 +192,7 @@ def test_check_says_what_is_lacking_before_a_fit(folders: dict[str, Path], name:
     assert all(row.says in one.sentence and row.advice in one.sentence for one in found.findings)
     verdicts = {verdict.what: verdict for verdict in found.cannot if not verdict.what.startswith("effect")}
     assert all(verdict.run for verdict in verdicts.values())
-    assert ("friction: static level and Stribeck velocity" in verdicts) == bool(row.lost & STRIBECK)
+    assert ("friction: stiction and Stribeck velocity" in verdicts) == bool(row.lost & STRIBECK)
     assert ("friction: sigma0 and sigma1" in verdicts) == bool(row.lost & BRISTLE) or not row.fits
 
 

@@ -132,7 +132,7 @@ HANDLED = {
     "dropped rows": Handled(dropped, NAMES, ("rows are missing (gaps in time",)),
     "wrapped position": Handled(wrapped, NAMES, ("the position wraps", "it was made continuous")),
     "spikes of the current": Handled(spikes, NAMES, ("outlier of the torque",)),
-    # the rows at the limit are those that show the static level
+    # the rows at the limit are those that show the stiction
     "saturated current": Handled(
         saturated, ("sweep",), ("the current is saturated", "current saturated "), worse=4.0
     ),
@@ -260,7 +260,8 @@ def gone(column: str) -> Callable[[pd.DataFrame], pd.DataFrame]:
 REFUSED = {
     "the same row twice": Refused(doubled, ("line", "time stands still", "1 in all", "ffc-id import")),
     "NaN of the current": Refused(
-        gone("current_a"), ("line", 'column "current_a" is empty or NaN', "mend or delete that row (2 such)")
+        gone("current_a"),
+        ("line", 'column "current_a" is empty or NaN', "correct or delete that row (2 such"),
     ),
     "NaN of the position": Refused(gone("position_rad"), ("line", 'column "position_rad" is empty or NaN')),
     "position stuck throughout": Refused(

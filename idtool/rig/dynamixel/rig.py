@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from idtool.errors import InputError, RigFault
-from idtool.io.defer_signals import uninterrupted
+from idtool.io.defer_signals import deferred_signals
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
@@ -221,7 +221,7 @@ class DynamixelRig(Rig):
         """
         if self._closed or self._servo.mode is None:
             return
-        with uninterrupted():
+        with deferred_signals():
             self._servo.hold()
             until = self._clock.now() + 0.3
             while self._clock.now() < until and abs(self._servo.read(alert=False).velocity) > _STANDS:
@@ -236,7 +236,7 @@ class DynamixelRig(Rig):
         """
         if self._closed:
             return
-        with uninterrupted():
+        with deferred_signals():
             try:
                 with suppress(RigFault):  # what could not be stopped is without torque next
                     self.stop()

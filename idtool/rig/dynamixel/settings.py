@@ -107,6 +107,6 @@ def _number(key: str, value: str) -> float:
     if not low <= number <= high or (key in _WHOLE and number != int(number)):
         what = "a whole number" if key in _WHOLE else "a number"
         raise InputError(
-            f'"{value[:40]}" is not {what} from {low:g} to {high:g}', place=key, remedy="mend it"
+            f'"{value[:40]}" is not {what} from {low:g} to {high:g}', place=key, remedy="correct it"
         )
     return number
