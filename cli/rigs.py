@@ -31,21 +31,17 @@ def rigs(output: Output, scan: str | None) -> int:
     ffc-id rigs
     ffc-id rigs --scan                  which servos are there (some seconds a port)
     """
-    from idtool.rig import named_rigs
+    from idtool.rig import forms, named_rigs
 
     if scan is not None:
         return _scan(scan, output)
     found = named_rigs()
-    forms = {
-        "sim:FILE.toml": "a simulated axis of your own, with any effect (see docs/rigs.md)",
-        "dynamixel:DEVICE[,id=N]": "a servo on a bus (see docs/hardware.md)",
-        "replay:LOG": "a log played back",
-    }
+    others = forms()
 
     def show(console: Console) -> None:
-        _list(console, {**found, **forms})
+        _list(console, {**found, **others})
 
-    output.result({"rigs": found, "forms": forms}, show)
+    output.result({"rigs": found, "forms": others}, show)
     return 0
 
 

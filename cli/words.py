@@ -39,23 +39,31 @@ def recipe_names() -> list[str]:
 
 
 def effect_names() -> list[str]:
-    """Names of all effects."""
-    return sorted(path.stem for path in _inside("effects").glob("*.py") if path.stem not in _NO_EFFECTS)
+    """Names of all effects, those of other packages too."""
+    from idtool.io.entry_points import outside
+
+    brought = (path.stem for path in _inside("effects").glob("*.py") if path.stem not in _NO_EFFECTS)
+    return sorted([*brought, *outside("ffc_id.effects")])
 
 
 def complete_rig(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
     """Rig specs: names, plant files, logs and serial devices."""
     kind, colon, rest = incomplete.partition(":")
     if not colon:
-        known = [*(f"sim:{name}" for name in rig_names()), "dynamixel:", "replay:"]
+        from idtool.io.entry_points import outside
+
+        others = (f"{name}:" for name in outside("ffc_id.rigs"))
+        known = [*(f"sim:{name}" for name in rig_names()), "dynamixel:", "replay:", *others]
         return _items(word for word in known if word.startswith(incomplete))
     if kind == "sim":
         found = [name for name in rig_names() if name.startswith(rest)] + list(_paths(rest, (".toml",)))
     elif kind == "replay":
         found = list(_paths(rest, (".csv", ".gz")))
-    else:
+    elif kind == "dynamixel":
         devices = sorted(str(path) for mask in ("ttyUSB*", "ttyACM*") for path in Path("/dev").glob(mask))
         found = [device for device in devices if device.startswith(rest)]
+    else:
+        found = []
     return _items(f"{kind}:{word}" for word in found)
 
 

@@ -21,6 +21,8 @@ from idtool.model.units import Kind, radians_per_unit
 
 Values = Mapping[str, float]
 
+#: What an effect may be a function of, as the tests of the residual name it.
+FOLLOWED = ("position", "velocity", "acceleration", "direction", "load", "temperature", "time", "order")
 #: What a person would call an attribute of `Motion`.
 _NEEDS = {
     "load": "a load (payload or tilt columns, or an arm that swings)",
@@ -145,6 +147,7 @@ class Effect(ABC):
         reveals: the run that shows it best.
         look_alikes: effects that are hard to tell from it.
         citation: where it is described.
+        page: an address that explains it; those of the tool have theirs in docs/effects/.
         absorbs: effects that are special cases of it; it takes their place.
         needs: attributes of `Motion` without which it cannot be tested.
         parameters: as in the parameter file.
@@ -161,6 +164,7 @@ class Effect(ABC):
     reveals: ClassVar[str]
     look_alikes: ClassVar[tuple[str, ...]] = ()
     citation: ClassVar[str]
+    page: ClassVar[str] = ""
     absorbs: ClassVar[tuple[str, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     parameters: ClassVar[tuple[EffectParameter, ...]]

@@ -10,10 +10,13 @@ import pandas as pd
 
 from idtool.errors import InputError
 from idtool.importing import bam, dynamixel, matlab, ros, text
-from idtool.importing.table import Table
+from idtool.importing.table import Reader, Table
+from idtool.io.entry_points import load, outside
 from idtool.io.read_file import read_bytes
 
 WHAT = "a recording"
+#: The entry points by which other packages add readers.
+GROUP = "ffc_id.readers"
 #: Files people try that only look like tables -> what to do.
 _FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"PK\x03\x04", "is a zip archive (Excel and NumPy .npz are too)", "export the table as CSV"),
@@ -40,6 +43,9 @@ def read_table(file: Path) -> Table:
 
 def _read_file(file: Path) -> Table:
     raw, cut = read_bytes(file, what=WHAT)
+    for reader in (load(GROUP, name, Reader) for name in outside(GROUP)):  # asked first: they know best
+        if reader.recognises(raw, file):
+            return reader.read(raw, file)
     for magic, problem, remedy in _FOREIGN:
         if raw.startswith(magic):
             raise InputError(problem, file=file, remedy=remedy)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -34,3 +35,18 @@ class Table:
     single: tuple[str, ...] = ()
     experiment: str = ""
     facts: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A format that another package reads (entry points `ffc_id.readers`).
+
+    Attributes:
+        title: what the format is called.
+        recognises: (raw content, file) -> whether it is such a file; told by its first bytes, or its name.
+        read: (raw content, file) -> its table; raises InputError.
+    """
+
+    title: str
+    recognises: Callable[[bytes, Path], bool]
+    read: Callable[[bytes, Path], Table]

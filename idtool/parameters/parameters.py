@@ -244,9 +244,7 @@ def _tables(values: Mapping[str, Parameter], dimensions: Mapping[str, str], kind
 
 
 def _effect_dimensions(name: str) -> dict[str, str]:
-    from idtool.effects import (
-        registry,
-    )  # the registry knows every effect; imported late to keep reading light
+    from idtool.effects import registry  # it loads the compiler, which reading an axis does not need
 
     return {p.name: p.dimension for p in registry.get(name).parameters}
 
@@ -384,7 +382,7 @@ def _read_effects(entries: Any, kind: Kind, file: Path) -> tuple[EffectEntry, ..
         table = _table(entry, place, file)
         _no_strangers(table, ("name", "parameters"), f"{place}.", file)
         name = table.get("name")
-        if not isinstance(name, str) or name not in registry.names():
+        if not isinstance(name, str) or not registry.knows(name):
             raise InputError(
                 "is missing" if name is None else f"unknown effect {short(name)}",
                 file=file,

@@ -99,6 +99,7 @@ class EffectCard:
 
     title: str
     formula: str
+    page: str
     p_value: str
     alternatives: str
     reveals: str
@@ -232,13 +233,14 @@ def _errors(evidence: Evidence) -> list[ErrorRow]:
 
 
 def _card(effect: Found) -> EffectCard:
-    known = registry.get(effect.name) if effect.name in registry.names() else None
+    known = registry.get(effect.name) if registry.knows(effect.name) else None
     return EffectCard(
         title=text.effect_title(effect.name),
         formula=known.formula if known else "",
         p_value=text.p_text(effect.p_value),
         alternatives=text.listed([text.effect_title(name) for name in effect.alternatives], "or"),
         reveals=known.reveals if known else "",
+        page=known.page if known else "",
     )
 
 

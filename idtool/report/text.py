@@ -97,7 +97,7 @@ def words(name: str) -> str:
 
 def effect_title(name: str) -> str:
     """What an effect is called in a sentence; a name that the library lacks, as words."""
-    if name not in registry.names():
+    if not registry.knows(name):
         return words(name)
     title = registry.get(name).title
     return title[:1].lower() + title[1:]

@@ -4,6 +4,6 @@
 package. The interface of every rig is in `base`.
 """
 
-from idtool.rig.opening import named_rigs, open_rig
+from idtool.rig.opening import RigKind, forms, named_rigs, open_rig
 
-__all__ = ["named_rigs", "open_rig"]
+__all__ = ["RigKind", "forms", "named_rigs", "open_rig"]

@@ -9,19 +9,47 @@ dynamixel:/dev/ttyUSB0,id=1     a servo on a bus; options as in `dynamixel.setti
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from idtool.errors import InputError, misspelt, nearest
+from idtool.io.entry_points import load, outside
 from idtool.rig.base import Rig
+from idtool.rig.dynamixel.settings import OPTIONS
 from idtool.rig.plant_file import PlantFile, check_sensors, read_plant_file
 
 _FOLDER = Path(__file__).parent
-_KINDS = ("sim", "dynamixel", "replay")
+#: The entry points by which other packages add kinds of rigs.
+GROUP = "ffc_id.rigs"
+
+
+@dataclass(frozen=True)
+class RigKind:
+    """What the word before the colon of a rig stands for.
+
+    Attributes:
+        form: as a person writes it, "sim:FILE.toml".
+        description: a line for `ffc-id rigs`.
+        open: what follows the colon, the options and a seed -> the rig; raises InputError or RigFault.
+        options: keys that may follow after a comma; None where a comma is a part of what follows the colon.
+    """
+
+    form: str
+    description: str
+    open: Callable[[str, Mapping[str, str], int], Rig]
+    options: tuple[str, ...] | None = ()
 
 
 def named_rigs() -> dict[str, str]:
     """The rigs that come with the package: name as `open_rig` takes it, and one line about each."""
     return {f"sim:{path.stem}": read_plant_file(path).description for path in sorted(_FOLDER.glob("*.toml"))}
+
+
+def forms() -> dict[str, str]:
+    """What `open_rig` takes besides: form, and one line about it. Those of other packages come last."""
+    kinds = (*_KINDS.values(), *map(_from_outside, outside(GROUP)))
+    return {kind.form: kind.description for kind in kinds}
 
 
 def open_rig(spec: str, *, seed: int = 0) -> Rig:
@@ -35,20 +63,29 @@ def open_rig(spec: str, *, seed: int = 0) -> Rig:
         InputError: the word, an option or the plant file is wrong.
         RigFault: the rig cannot be reached.
     """
-    head, *rest = spec.split(",")
-    kind, colon, target = head.partition(":")
-    if kind not in _KINDS or not colon or not target:
-        if target and (wrong := misspelt(_KINDS, [kind])):
+    word, _, rest = spec.partition(":")
+    names = (*_KINDS, *outside(GROUP))
+    if word not in names or not rest.partition(",")[0]:
+        target = rest.partition(",")[0]
+        if target and (wrong := misspelt(names, [word])):
             raise InputError(f'unknown rig "{spec}"', remedy=f'did you mean "{wrong[1]}:{target}"')
-        known = [*named_rigs(), "sim:FILE.toml", "dynamixel:DEVICE", "replay:LOG"]
-        raise InputError(f'unknown rig "{spec}"', remedy=nearest(head, known))
-    if kind == "dynamixel":
-        return _dynamixel(target, rest, spec)
-    if kind == "replay":
-        from idtool.rig.replay import ReplayRig
+        raise InputError(
+            f'unknown rig "{spec}"', remedy=nearest(spec.partition(",")[0], [*named_rigs(), *forms()])
+        )
+    kind = _KINDS.get(word) or _from_outside(word)
+    if kind.options is None:
+        return kind.open(rest, {}, seed)
+    target, *parts = rest.split(",")
+    return kind.open(target, _options(parts, kind.options, spec), seed)
 
-        return ReplayRig(spec.partition(":")[2])
-    options = _options(rest, ("sensors",), spec)
+
+def _from_outside(word: str) -> RigKind:
+    if word in _KINDS:
+        raise InputError(f'there is a rig "{word}" already', place=GROUP, remedy="name yours otherwise")
+    return load(GROUP, word, RigKind)
+
+
+def _simulated(target: str, options: Mapping[str, str], seed: int) -> Rig:
     sensors = check_sensors(options["sensors"]) if "sensors" in options else None
     file = read_plant(target)
     from idtool.rig.simulated import SimulatedRig  # the compiled plant loads here, not at start-up
@@ -56,11 +93,31 @@ def open_rig(spec: str, *, seed: int = 0) -> Rig:
     return SimulatedRig(file, seed=seed, sensors=sensors)
 
 
-def _dynamixel(device: str, words: list[str], spec: str) -> Rig:
+def _dynamixel(device: str, options: Mapping[str, str], seed: int) -> Rig:
     from idtool.rig.dynamixel.rig import DynamixelRig
-    from idtool.rig.dynamixel.settings import OPTIONS, Settings
+    from idtool.rig.dynamixel.settings import Settings
 
-    return DynamixelRig(device, Settings.read(_options(words, OPTIONS, spec)))
+    return DynamixelRig(device, Settings.read(options))
+
+
+def _replay(log: str, options: Mapping[str, str], seed: int) -> Rig:
+    from idtool.rig.replay import ReplayRig
+
+    return ReplayRig(log)
+
+
+_KINDS = {
+    "sim": RigKind(
+        "sim:FILE.toml",
+        "a simulated axis of your own, with any effect (see docs/rigs.md)",
+        _simulated,
+        ("sensors",),
+    ),
+    "dynamixel": RigKind(
+        "dynamixel:DEVICE[,id=N]", "a servo on a bus (see docs/hardware.md)", _dynamixel, OPTIONS
+    ),
+    "replay": RigKind("replay:LOG", "a log played back", _replay, None),
+}
 
 
 def read_plant(target: str) -> PlantFile:

@@ -16,6 +16,7 @@ from idtool import __version__
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.diagnosis.following import Following
 from idtool.effects import registry
+from idtool.effects.base import Effect
 from idtool.errors import InputError, nearest
 from idtool.experiment.recipe import document_of_command
 from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fit, step_down
@@ -94,6 +95,7 @@ def identify(
     friction: str = "lugre",
     gravity: str = "auto",
     optimizer: str = "direct",
+    effects: Sequence[Effect] = (),
     tell: Callable[[str], None] = lambda _: None,
 ) -> Identification:
     """Identify gravity, friction and the effects that the base model lacks.
@@ -106,18 +108,20 @@ def identify(
             looked for.
         gravity: "auto", "slide", "arm" or "none".
         optimizer: "direct", "crs2", "isres" or "esch".
+        effects: of your own, to compete with those of the library; this process knows them from then on.
         tell: called with a sentence on what is going on.
 
     Raises:
-        InputError: an unknown option, or logs that cannot be used.
+        InputError: an unknown option, an effect that lacks something, or logs that cannot be used.
     """
+    own = tuple(map(registry.add, effects))
     law = check_choice("friction", friction, FRICTION_KINDS)
     check_choice("gravity", gravity, GRAVITY_CHOICES)
     tell("reading the motion")
     recording = record(logs)
     tell("searching the friction parameters")
     start, spec, notes, reasons = begin(recording, law, gravity, optimizer=optimizer, seed=seed)
-    library = registry.library()
+    library = (*registry.library(), *own)
     if law == "coulomb":
         library = tuple(effect for effect in library if effect.name in TEXTBOOK_EFFECTS)
         notes.append(

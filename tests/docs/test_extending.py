@@ -127,6 +127,10 @@ offset_nm = {value = 0.02}
     assert "% Not carried: the effect torque offset." in done.text
 
 
-def test_nothing_of_the_page_is_left_out() -> None:
-    blocks = [fence for fence in fences(PAGE) if fence.language == "python"]
-    assert len(blocks) == 4
+def test_the_page_shows_the_package_as_it_is() -> None:
+    shown = [fence.text for fence in fences(PAGE) if fence.language in ("python", "toml")]
+    package = PROJECT / "tests" / "outside"
+    names = ["pyproject.toml", *(f"ffc_id_example/{n}.py" for n in ("imbalance", "memory_rig", "json_lines"))]
+    for name in names:
+        assert (package / name).read_text(encoding="utf-8") in shown, name
+    assert len(shown) == len(names) + 1  # and the export

@@ -1,0 +1,64 @@
+"""What other packages add to this one, by entry points of their `pyproject.toml`.
+
+    [project.entry-points."ffc_id.effects"]
+    imbalance = "my_package.imbalance:Imbalance"
+
+Groups: `ffc_id.effects`, `ffc_id.rigs`, `ffc_id.readers` (docs/extending.md). A name is known without its
+package being imported; `load` imports it.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import TypeVar
+
+from idtool.errors import InputError
+
+T = TypeVar("T")
+
+
+@cache
+def outside(group: str) -> dict[str, EntryPoint]:
+    """The entry points of a group by name, in the order of the names.
+
+    Raises:
+        InputError: two packages add the same name.
+    """
+    found: dict[str, EntryPoint] = {}
+    for point in sorted(entry_points(group=group), key=lambda point: point.name):
+        other = found.setdefault(point.name, point)
+        if other.value != point.value:
+            raise InputError(
+                f'{_package(other)} and {_package(point)} both add "{point.name}" to {group}',
+                remedy="uninstall one of them",
+            )
+    return found
+
+
+def load(group: str, name: str, kind: type[T]) -> T:
+    """What an entry point names: a `kind`, or a sub-class of it, which is made.
+
+    Raises:
+        InputError: it cannot be imported, or is none.
+    """
+    point = outside(group)[name]
+    try:
+        value = point.load()
+        if isinstance(value, type) and issubclass(value, kind):
+            value = value()
+    except Exception as error:  # code of others may raise anything
+        raise InputError(
+            f'{_package(point)} adds "{name}" to {group}, but {point.value} cannot be loaded ({error})',
+            remedy="install another version of that package, or uninstall it",
+        ) from error
+    if not isinstance(value, kind):
+        raise InputError(
+            f'{_package(point)} adds "{name}" to {group}, but {point.value} is no {kind.__name__}',
+            remedy="install another version of that package, or uninstall it",
+        )
+    return value
+
+
+def _package(point: EntryPoint) -> str:
+    return f"the package {point.dist.name}" if point.dist else "a package"
