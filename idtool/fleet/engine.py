@@ -22,7 +22,7 @@ from typing import Any
 from idtool.errors import InputError
 from idtool.fleet.session import Task
 from idtool.fleet.work import Outcome, identify_session, version
-from idtool.io.defer_signals import uninterrupted
+from idtool.io.defer_signals import deferred_signals
 from idtool.report.text import counted
 
 _START_TIMEOUT_S = 10
@@ -70,7 +70,7 @@ def _local(workers: int) -> Iterator[Engine]:
     try:
         yield Engine(submit, workers, counted(workers, "process", "processes"))
     except BaseException:  # interrupted, for one: nobody waits for sessions that nobody keeps
-        with uninterrupted():
+        with deferred_signals():
             threads.shutdown(wait=False, cancel_futures=True)
             while running:  # a thread may be starting its process just now
                 for process in multiprocessing.active_children():
