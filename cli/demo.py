@@ -54,13 +54,12 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
 
     from idtool.report import write_report
     from idtool.report.guiding import FILE as GUIDING
-    from idtool.report.result_folder import make_folder, refuse_folder, write_json, write_results
+    from idtool.report.result_folder import result_folder, write_json, write_results
     from idtool.verbs.identify import identify
 
     began = time.perf_counter()
-    refuse_folder(folder, force)
-    make_folder(folder)
     with (
+        result_folder(folder, force),
         resources.as_file(resources.files("idtool.data") / _PLANT) as plant,
         Progress(output) as progress,
     ):

@@ -60,21 +60,21 @@ def identify(
     \b
     ffc-id identify gravity.csv sweep.csv sine.csv -o result
     """
-    from idtool.report.result_folder import refuse_folder
+    from idtool.report.result_folder import result_folder
     from idtool.verbs.identify import identify as run
 
     read = given.read(logs, output)
-    refuse_folder(folder, force)
-    with Progress(output) as progress:
-        result = run(
-            read,
-            seed=seed,
-            friction=friction,
-            gravity=gravity,
-            optimizer=optimizer,
-            tell=progress.say,
-        )
-    finish(result, folder, seed, output)
+    with result_folder(folder, force):
+        with Progress(output) as progress:
+            result = run(
+                read,
+                seed=seed,
+                friction=friction,
+                gravity=gravity,
+                optimizer=optimizer,
+                tell=progress.say,
+            )
+        finish(result, folder, seed, output)
 
 
 @click.command()
@@ -109,15 +109,15 @@ def diagnose(
     ffc-id diagnose gravity.csv sweep.csv sine.csv -p params.toml -o result
     """
     from idtool.parameters import Parameters
-    from idtool.report.result_folder import refuse_folder
+    from idtool.report.result_folder import result_folder
     from idtool.verbs.identify import diagnose_from
 
     known = Parameters.read(params)
     read = given.read(logs, output, known.axis)
-    refuse_folder(folder, force)
-    with Progress(output) as progress:
-        result = diagnose_from(read, known, friction=friction, seed=seed, tell=progress.say)
-    finish(result, folder, seed, output)
+    with result_folder(folder, force):
+        with Progress(output) as progress:
+            result = diagnose_from(read, known, friction=friction, seed=seed, tell=progress.say)
+        finish(result, folder, seed, output)
 
 
 def finish(result: Identification, folder: Path, seed: int, output: Output) -> None:

@@ -10,19 +10,23 @@ from pathlib import Path
 from typing import IO, Any
 
 from idtool.errors import InputError
+from idtool.io.lock import refuse_held
 
 
 def refuse_existing(path: Path, force: bool) -> None:
     """Raise unless `path` may be written: absent, or an ordinary file and `force` given.
 
     Raises:
-        InputError: it is a folder or a device, exists without `force`, or its folder is missing.
+        InputError: it is a folder or a device, exists without `force`, is being written by another program,
+            or its folder is missing.
     """
     try:
         if path.is_dir():
             raise InputError("is a folder where a file should be", file=path, remedy="name a file")
         if path.exists() and not path.is_file():
             raise InputError("is not an ordinary file", file=path, remedy="name another file")
+        if path.exists():
+            refuse_held(path)
         if path.exists() and not force:
             raise InputError("already exists", file=path, remedy="pass --force to overwrite it")
         if not path.parent.is_dir():

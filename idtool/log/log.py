@@ -42,6 +42,7 @@ class Log:
         header: every other key of the TOML lines.
         source: where it was read from, for messages.
         incomplete: the file was cut short; its last whole row is the last row here.
+        first_line: line of its first row in `source`, counted from 1; 0 where a row is not a line of a file.
     """
 
     frame: pd.DataFrame
@@ -50,6 +51,11 @@ class Log:
     header: dict[str, Any] = field(default_factory=dict)
     source: str = "log"
     incomplete: bool = False
+    first_line: int = 0
+
+    def place(self, row: int) -> str:
+        """Where a row, counted from 0, is to be found: "line 12" of a file, "row 3" of a table."""
+        return f"line {self.first_line + row}" if self.first_line else f"row {row + 1}"
 
     @property
     def trials(self) -> list[pd.DataFrame]:
@@ -87,7 +93,7 @@ class Log:
             found = Axis(found.kind, constant, found.extra)
         frame = check_rows(parse_rows(text, file), found, text, file)
         rest = {key: value for key, value in header.items() if key not in TOP_KEYS}
-        return cls(frame, found, experiment, rest, str(file), text.incomplete)
+        return cls(frame, found, experiment, rest, str(file), text.incomplete, text.line_of_rows)
 
     def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the log whole or not at all; gzipped if the name ends in `.gz`.

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.errors import InputError
-from idtool.log import Log, columns_of, sensor_faults
+from idtool.log import Log, columns_of, impossible, sensor_faults
+from idtool.log.impossible import GAP
 from idtool.model.motion import Array
 
 #: Reasons for which rows are not compared, as they are told.
@@ -16,8 +17,35 @@ SATURATED = "current saturated"
 STUCK = {"position": "position stuck", "velocity": "velocity stuck"}
 #: A trial with more of its rows stuck than this is left out whole; a log with more of them is refused.
 _MOSTLY = 0.5
-#: A step of time this many times the usual one is a gap (rows that jitter by 30 % stay below it).
-GAP = 1.75
+#: Reasons for which single readings are left out.
+IMPOSSIBLE = {
+    "position": "impossible position",
+    "velocity": "impossible speed",
+    "effort": "impossible torque",
+}
+_SLIPPED = "position slipped"
+#: So many impossible readings of a column are told one by one; the rest are counted.
+_TOLD = 3
+#: Rows further apart than this, s, are no recording of a servo's friction: the clock counts something else.
+_SLOWEST = 1.0
+_FASTEST = 1e-6
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A reading that cannot be.
+
+    Attributes:
+        row: of the log's frame, from 0.
+        column: in which it is.
+        value: what was read.
+        expected: what the rows around it say.
+    """
+
+    row: int
+    column: str
+    value: float
+    expected: float
 
 
 @dataclass(frozen=True)
@@ -25,16 +53,19 @@ class Repaired:
     """The columns of one log, and what was done to them.
 
     Attributes:
-        columns: by role; position and velocity are NaN at rows where their sensor is stuck.
+        columns: by role; position and velocity are NaN at rows where their sensor is stuck or what it read
+            cannot be; a torque that cannot be is replaced by what the rows around it say.
         faulty: reason -> rows not to be compared, shape (rows,).
         dropped: reason -> rows of whole trials that were left out.
         remarks: sentences for the reader.
+        impossible: the readings that cannot be, in the order of the rows.
     """
 
     columns: dict[str, Array | None]
     faulty: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
     dropped: dict[str, int] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    impossible: tuple[Reading, ...] = ()
 
 
 def repair(log: Log, columns: dict[str, Array | None], *, every_row: bool = False) -> Repaired:
@@ -46,16 +77,20 @@ def repair(log: Log, columns: dict[str, Array | None], *, every_row: bool = Fals
         every_row: leave no trials out.
 
     Raises:
-        InputError: a sensor is stuck on most of the rows.
+        InputError: a sensor is stuck on most of the rows, the axis never moves, or the clock is none of a
+            servo.
     """
     columns = dict(columns)
-    time, trial, effort = columns["time"], columns["trial"], columns["effort"]
+    time, trial = columns["time"], columns["trial"]
     assert time is not None
     assert trial is not None
-    assert effort is not None
     first = np.ones(len(time), dtype=bool)
     first[1:] = np.diff(trial) != 0
-    remarks = _missing_rows(log, time, first)
+    _refuse_odd_clock(log, time, first)
+    _refuse_dead_encoder(log, columns)
+    remarks: list[str] = []
+    columns["trial"] = trial = _cut_at_gaps(log, columns, time, first, remarks)
+    remarks += _missing_rows(log, time, first)
     position = columns["position"]
     if position is not None and log.axis.kind == "rotary":
         columns["position"], wraps = sensor_faults.unwrap(position, first)
@@ -63,32 +98,200 @@ def repair(log: Log, columns: dict[str, Array | None], *, every_row: bool = Fals
             remarks.append(
                 f"{log.source}: the position wraps {wraps} times by whole turns; it was made continuous."
             )
-    faulty = {SATURATED: sensor_faults.clipped(effort)}
-    position, velocity = columns["position"], columns["velocity"]
+    faulty, readings = _leave_out_impossible(log, columns, time, first, remarks)
+    blank = {
+        role: faulty[reason] for role, reason in IMPOSSIBLE.items() if role in STUCK and reason in faulty
+    }
+    position, velocity, effort = columns["position"], columns["velocity"], columns["effort"]
+    assert effort is not None
+    faulty[SATURATED] = sensor_faults.clipped(effort)
     dropped: dict[str, int] = {}
+    whole = np.zeros(len(time), dtype=bool)
     if position is not None and velocity is not None:
         masks = dict(zip(STUCK, sensor_faults.stuck(time, position, velocity, first), strict=True))
-        whole = np.zeros(len(time), dtype=bool)
-        for (role, mask), reading in zip(masks.items(), (position, velocity), strict=True):
+        for role, mask in masks.items():
             if mask.any():
                 _refuse_mostly_stuck(log, role, mask)
                 if not every_row:
                     whole |= _whole_trials(role, mask, trial, dropped)
-                columns[role] = np.where(mask, np.nan, reading)
+                blank[role] = blank.get(role, np.zeros(len(time), dtype=bool)) | mask
                 faulty[STUCK[role]] = mask
-        if whole.all():
-            raise InputError(
-                "position or velocity is stuck in every trial", file=log.source, remedy="record again"
-            )
-        if whole.any():
-            columns = {role: None if values is None else values[~whole] for role, values in columns.items()}
-            columns["trial"] = np.unique(trial[~whole], return_inverse=True)[1].astype(float)
-            faulty = {reason: mask[~whole] for reason, mask in faulty.items()}
-            remarks += [
-                f"{log.source}: {rows} rows of whole trials were left out ({reason})."
-                for reason, rows in dropped.items()
-            ]
-    return Repaired(columns, faulty, dropped, tuple(remarks))
+    for role, rows in blank.items():
+        values = columns[role]
+        assert values is not None
+        columns[role] = np.where(rows & ~first, np.nan, values)  # a trial starts from a number
+    if whole.all():
+        raise InputError(
+            "position or velocity is stuck in every trial", file=log.source, remedy="record again"
+        )
+    if whole.any():
+        columns = {role: None if values is None else values[~whole] for role, values in columns.items()}
+        columns["trial"] = np.unique(trial[~whole], return_inverse=True)[1].astype(float)
+        faulty = {reason: mask[~whole] for reason, mask in faulty.items()}
+        remarks += [
+            f"{log.source}: {rows} rows of whole trials were left out ({reason})."
+            for reason, rows in dropped.items()
+        ]
+    return Repaired(columns, faulty, dropped, tuple(remarks), readings)
+
+
+def _refuse_odd_clock(log: Log, time: Array, first: NDArray[np.bool_]) -> None:
+    steps = np.diff(time)[~first[1:]]
+    usual = float(np.median(steps)) if len(steps) else _FASTEST
+    if _FASTEST <= usual < _SLOWEST:
+        return
+    guess = "milli-, micro- or nanoseconds" if usual >= _SLOWEST else "hours or days"
+    raise InputError(
+        f'column "time_s" steps by {usual:.3g} s, no rate at which a servo is recorded',
+        file=log.source,
+        remedy=f"if it counts {guess}, say so: `ffc-id import --unit time=ms` (or us, ns)",
+    )
+
+
+def _refuse_dead_encoder(log: Log, columns: dict[str, Array | None]) -> None:
+    names = columns_of(log.axis.kind)
+    there = {role: values for role in STUCK if (values := columns[role]) is not None}
+    still = [
+        role
+        for role, values in there.items()
+        if np.ptp(values) == 0.0 and (role == "position" or values[0] == 0)
+    ]
+    if len(still) == len(there):
+        listed = " and ".join(f'"{names[role]}"' for role in still)
+        never = f"columns {listed} never change" if len(still) > 1 else f"column {listed} never changes"
+        raise InputError(
+            f"{never}: the axis was held, or its encoder is dead",
+            file=log.source,
+            remedy="check the encoder and its cable and record again, or leave this log out",
+        )
+
+
+def _cut_at_gaps(
+    log: Log, columns: dict[str, Array | None], time: Array, first: NDArray[np.bool_], remarks: list[str]
+) -> Array:
+    """The trial of each row; `first` is marked where a gap begins a new one."""
+    cuts = gap_cuts(time, first, columns["position"], columns["velocity"])
+    if cuts.any():
+        remarks.append(
+            f"{log.source}: {int(cuts.sum())} gaps in time (the first before "
+            f"{log.place(int(np.argmax(cuts)))}) are long enough for the axis to go all its way; "
+            "a new trial begins after each."
+        )
+        first |= cuts
+    return np.asarray(np.cumsum(first) - 1.0)
+
+
+def gap_cuts(
+    time: Array, first: NDArray[np.bool_], position: Array | None, velocity: Array | None
+) -> NDArray[np.bool_]:
+    """Rows before which so much time is missing that the axis could have gone all its way meanwhile.
+
+    Nothing is known of the friction's state after such a gap: a trial begins there.
+
+    Args:
+        time: s, shape (rows,).
+        first: True at the first row of each trial.
+        position, velocity: readings, shape (rows,), or None.
+    """
+    steps = np.where(first[1:], 0.0, np.diff(time))
+    cuts = np.zeros(len(time), dtype=bool)
+    usual = float(np.median(steps[~first[1:]])) if (~first[1:]).any() else np.inf
+    long = steps > GAP * usual
+    if not long.any():
+        return cuts
+    inside = ~first[1:] & ~long
+    if position is None:
+        assert velocity is not None
+        speed = np.abs(velocity)
+        way = float(np.sum(speed[1:][inside] * steps[inside]))
+    else:
+        speed = np.abs(np.diff(position)[inside]) / steps[inside]
+        way = float(np.ptp(position))
+    # the usual speed of a move, which a few impossible readings do not change
+    moving = speed[speed > 0.0]
+    if len(moving):
+        cuts[1:] = long & (steps * float(np.median(moving)) > way)
+    return cuts
+
+
+def _leave_out_impossible(
+    log: Log, columns: dict[str, Array | None], time: Array, first: NDArray[np.bool_], remarks: list[str]
+) -> tuple[dict[str, NDArray[np.bool_]], tuple[Reading, ...]]:
+    """Put what the rows around say into `columns` where a reading cannot be; reason -> rows, and each one."""
+    effort = columns["effort"]
+    assert effort is not None
+    found = impossible.find(time, first, columns["position"], columns["velocity"], effort)
+    names = columns_of(log.axis.kind)
+    names["effort"] = names["torque"] if names["torque"] in log.frame.columns else names["current"]
+    faulty: dict[str, NDArray[np.bool_]] = {}
+    readings: list[Reading] = []
+    for role, reason in IMPOSSIBLE.items():
+        rows = getattr(found, role)
+        if not rows.any():
+            continue
+        faulty[reason] = rows
+        raw = log.frame[names[role]].to_numpy(dtype=float)
+        values = columns[role]
+        assert values is not None
+        scale = log.axis.torque_constant if names[role] == names["current"] else None
+        said = found.expected[role] / scale if scale else found.expected[role]
+        several = [Reading(int(k), names[role], float(raw[k]), float(said[k])) for k in np.flatnonzero(rows)]
+        columns[role] = np.where(rows, found.expected[role], values)
+        remarks += _tell(log, several)
+        readings += several
+    if found.slips:
+        faulty[_SLIPPED] = _undo_slips(log, columns, first, found.slips, remarks)
+    return faulty, tuple(sorted(readings, key=lambda one: one.row))
+
+
+def _tell(log: Log, several: list[Reading]) -> list[str]:
+    sentences = [
+        f"{log.source}, {log.place(one.row)}: {one.column} {one.value:.6g} cannot be (the rows around it say "
+        f"{one.expected:.4g}); it was left out."
+        for one in several[:_TOLD]
+    ]
+    if len(several) > _TOLD:
+        more = len(several) - _TOLD
+        sentences.append(
+            f"{log.source}: {more} more of {several[0].column} cannot be, from "
+            f"{log.place(several[_TOLD].row)} to {log.place(several[-1].row)}; they were left out."
+        )
+    return sentences
+
+
+def _undo_slips(
+    log: Log,
+    columns: dict[str, Array | None],
+    first: NDArray[np.bool_],
+    slips: dict[int, float],
+    remarks: list[str],
+) -> NDArray[np.bool_]:
+    """Make the position continuous where it jumps for good; rows whose place is not known then."""
+    position = columns["position"]
+    assert position is not None
+    starts = np.append(np.flatnonzero(first), len(first))
+    offset, unknown = np.zeros(len(first)), np.zeros(len(first), dtype=bool)
+    for row, jump in slips.items():
+        number = int(np.searchsorted(starts, row, side="right"))
+        begin, end = int(starts[number - 1]), int(starts[number])
+        offset[row:end] -= jump
+        unknown[slice(begin, row) if row - begin < end - row else slice(row, end)] = True
+    columns["position"] = position + offset
+    sizes = np.abs(list(slips.values()))
+    name = columns_of(log.axis.kind)["position"]
+    row = next(iter(slips))
+    if impossible.alike(sizes):
+        remarks.append(
+            f"{log.source}: {name} wraps {len(slips)} times by {float(np.median(sizes)):.3g}; "
+            "it was made continuous."
+        )
+        return np.zeros(len(first), dtype=bool)
+    remarks.append(
+        f"{log.source}, {log.place(row)}: {name} jumps by {slips[row]:.4g}, which no motion of this log "
+        f"comes near, and stays there ({len(slips)} such); {int(unknown.sum())} rows on the shorter side "
+        "were left out."
+    )
+    return unknown
 
 
 def _refuse_mostly_stuck(log: Log, role: str, mask: NDArray[np.bool_]) -> None:

@@ -15,6 +15,8 @@ _TURN = 2.0 * math.pi
 #: A jump between two rows is a wrap if, a whole turn taken off, this share of a turn at most is left.
 _LEFT_OF_A_TURN = 0.2
 _SURPLUS = 0.01
+#: The same for any one jump: a reading that is off by about a turn for some rows does not wrap.
+_MOST_SURPLUS = 0.05
 #: Equal readings in a row, at the extreme, that make a clipped stretch; rows in all such stretches.
 _CLIPPED_RUN = 3
 _CLIPPED_ROWS = 10
@@ -49,12 +51,13 @@ def unwrap(position: Array, first: NDArray[np.bool_]) -> tuple[Array, int]:
     jump = np.diff(position, prepend=position[:1])
     turns = np.round(jump / _TURN)
     rest = jump - turns * _TURN
-    wraps = (turns != 0) & (np.abs(rest) < _LEFT_OF_A_TURN * _TURN)
-    inside = np.flatnonzero(wraps & ~first)
     # what is left of a jump is the motion of that step, much as that of the step before; otherwise the
     # range of the reading is no whole number of turns, and who knows what it is
-    surplus = rest[inside] - jump[np.maximum(inside - 1, 0)]
-    if not len(inside) or float(np.median(np.abs(surplus))) > _SURPLUS * _TURN:
+    surplus = np.abs(np.diff(rest, prepend=0.0))
+    near = first | (surplus < _MOST_SURPLUS * _TURN)
+    wraps = (turns != 0) & (np.abs(rest) < _LEFT_OF_A_TURN * _TURN) & near
+    inside = np.flatnonzero(wraps & ~first)
+    if not len(inside) or float(np.median(surplus[inside])) > _SURPLUS * _TURN:
         return position, 0
     # between trials the axis was brought somewhere; only within less than half a turn can that be told
     return position - _TURN * np.cumsum(np.where(wraps, turns, 0.0)), len(inside)
@@ -139,6 +142,14 @@ def stuck(
     return masks[0], masks[1]
 
 
+def repeated(values: Array, first: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Rows of long stretches of equal readings, shape (rows,)."""
+    rows = np.zeros(len(values), dtype=bool)
+    for begin, end in _repeats(values, first):
+        rows[begin:end] = True
+    return rows
+
+
 def _repeats(values: Array, first: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """(first row, row after the last) of each long stretch of equal readings of one trial."""
     changes = np.flatnonzero((np.diff(values) != 0) | first[1:]) + 1
@@ -157,5 +168,8 @@ def resolution(values: Array | None) -> float:
         return 0.0
     values = values[np.isfinite(values)]
     steps = np.abs(np.diff(values))
-    steps = steps[steps > 1e-12 * (1.0 + float(np.max(np.abs(values))))]
+    # of the usual size: one reading of 1e30 must not make every step look like rounding
+    steps = (
+        steps[steps > 1e-12 * (1.0 + float(np.median(np.abs(values), axis=None)))] if len(steps) else steps
+    )
     return float(np.quantile(steps, 0.01)) if len(steps) else 0.0

@@ -52,6 +52,11 @@ class LogText:
     first_line: int
     incomplete: bool
 
+    @property
+    def line_of_rows(self) -> int:
+        """The line of the first row, where every row is a line; 0 where quoted text holds line breaks."""
+        return self.first_line if self.rows.count(b"\n") == len(self.ends) else 0
+
     def line(self, row: int) -> int:
         """The line number of a data row; quoted text may hold line breaks of its own."""
         start = int(self.ends[row - 1]) + 1 if row else 0

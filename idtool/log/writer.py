@@ -16,6 +16,7 @@ import numpy as np
 
 from idtool.errors import InputError
 from idtool.io.atomic import cannot_write, refuse_existing
+from idtool.io.lock import hold
 from idtool.log.format import columns_of, header_text
 from idtool.parameters.axis import Axis
 
@@ -52,8 +53,8 @@ class LogWriter:
                 them is cut off.
 
         Raises:
-            InputError: `path` exists and `force` is not given, cannot be written, or is to be gone on
-                with but begins otherwise.
+            InputError: `path` exists and `force` is not given, cannot be written, is being written by
+                another program, or is to be gone on with but begins otherwise.
         """
         self.path = Path(path)
         self.columns = list(columns)
@@ -69,11 +70,20 @@ class LogWriter:
         text = header_text(axis, experiment, header or {}) + ",".join(self.columns) + "\n"
         refuse_existing(self.path, force or keep_rows is not None)
         try:
-            # Unbuffered: what `append` was given is the operating system's when it returns.
-            mode = "w+b" if keep_rows is None else "r+b"
-            self._stream = open(self.path, mode, buffering=0)  # noqa: SIM115
+            # Unbuffered: what `append` was given is the operating system's when it returns. Not emptied
+            # before it is ours alone.
+            handle = os.open(self.path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666)
+            self._stream = os.fdopen(handle, "r+b", buffering=0)
         except OSError as error:
             raise cannot_write(self.path, error) from error
+        try:
+            hold(self._stream.fileno(), self.path)
+            if keep_rows is None:
+                self._stream.truncate(0)
+        except (InputError, OSError):
+            self._pool.shutdown()
+            self._stream.close()
+            raise
         if keep_rows is not None:
             self._go_on(text.encode(), keep_rows)
             return

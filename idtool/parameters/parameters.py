@@ -24,6 +24,7 @@ from idtool.io.toml import is_finite, load_toml, revised, short
 from idtool.model.units import Kind, file_key
 from idtool.parameters.axis import Axis
 from idtool.parameters.older_files import effects_of_today
+from idtool.parameters.physics import ROUNDING, positive, some_friction, within_bounds
 
 SCHEMA = "ffc-id/params/1"
 MAX_BYTES = 1 << 20
@@ -49,6 +50,8 @@ CONTROLLER_KEYS: dict[str, tuple[str, str]] = {
 #: Those that a file may leave out.
 _CONTROLLER_OPTIONAL = ("start_torque",)
 CONTROLLER_MODES = ("paper", "light")
+#: No coefficient of a machine, in SI, comes near (the stiffness of a ball screw is 1e8 N/m).
+_MOST = 1e12
 
 
 @dataclass(frozen=True)
@@ -214,12 +217,13 @@ class Parameters:
             else {}
             for part, dimensions in (("static", STATIC), ("dynamic", DYNAMIC))
         }
+        some_friction(parts["static"], parts["dynamic"], axis.kind, file)
         return cls(
             axis=axis,
             gravity_model=model,
             gravity=gravity,
-            static=_positive(parts["static"], STATIC, "friction.static", axis.kind, file),
-            dynamic=_positive(parts["dynamic"], DYNAMIC, "friction.dynamic", axis.kind, file),
+            static=positive(parts["static"], STATIC, "friction.static", axis.kind, file),
+            dynamic=positive(parts["dynamic"], DYNAMIC, "friction.dynamic", axis.kind, file),
             effects=_read_effects(effects_of_today(document, axis.kind), axis.kind, file),
             controller=_read_controller(document.get("controller"), axis.kind, file),
             provenance=dict(_table(document.get("provenance", {}), "provenance", file)),
@@ -311,6 +315,13 @@ def _parameter(value: Any, place: str, file: Path) -> Parameter:
     if "value" not in value:
         raise InputError("is missing", file=file, place=f"{place}.value", remedy="expected a finite number")
     number = _finite(value["value"], f"{place}.value", file)
+    if abs(number) > _MOST:
+        raise InputError(
+            f"expected a number of a machine, below {_MOST:g}, found {number:g}",
+            file=file,
+            place=f"{place}.value",
+            remedy="correct it, or fit it again",
+        )
     stderr = _finite(value["stderr"], f"{place}.stderr", file) if "stderr" in value else None
     if stderr is not None and stderr < 0:
         raise InputError("is negative", file=file, place=f"{place}.stderr", remedy="expected a number >= 0")
@@ -328,6 +339,14 @@ def _parameter(value: Any, place: str, file: Path) -> Parameter:
         if interval[0] > interval[1]:
             raise InputError(
                 "low is above high", file=file, place=f"{place}.ci95", remedy="expected [low, high]"
+            )
+        slack = ROUNDING * (1.0 + abs(number))
+        if not interval[0] - slack <= number <= interval[1] + slack:
+            raise InputError(
+                f"[{interval[0]:g}, {interval[1]:g}] does not hold the value {number:g}",
+                file=file,
+                place=f"{place}.ci95",
+                remedy="expected the interval of this value; correct it, or remove the key",
             )
     flags = {}
     for flag, default in (("at_bound", False), ("identified", True)):
@@ -351,22 +370,6 @@ def _finite(value: Any, place: str, file: Path) -> float:
             remedy="write a number there",
         )
     return float(value)
-
-
-def _positive(
-    values: dict[str, Parameter], dimensions: Mapping[str, str], place: str, kind: Kind, file: Path
-) -> dict[str, Parameter]:
-    for name, parameter in values.items():
-        zero_allowed = name in ("viscous", "bristle_damping", "coulomb", "static")
-        if parameter.value < 0 or (parameter.value == 0 and not zero_allowed):
-            key = file_key(name, dimensions[name], kind)
-            raise InputError(
-                f"expected a number {'>= 0' if zero_allowed else '> 0'}, found {parameter.value:g}",
-                file=file,
-                place=f"{place}.{key}.value",
-                remedy="correct it, or fit it again",
-            )
-    return values
 
 
 def _read_effects(entries: Any, kind: Kind, file: Path) -> tuple[EffectEntry, ...]:
@@ -397,6 +400,7 @@ def _read_effects(entries: Any, kind: Kind, file: Path) -> tuple[EffectEntry, ..
         values = _parameters(
             table.get("parameters", {}), _effect_dimensions(name), f"{place}.parameters", kind, file, optional
         )
+        within_bounds(name, values, f"{place}.parameters", kind, file)
         result.append(EffectEntry(name, values))
     return tuple(result)
 

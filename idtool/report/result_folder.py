@@ -8,6 +8,8 @@ import io
 import json
 import math
 import platform
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ from idtool.fit.search import cost_over_stiffness
 from idtool.fit.staged import gravity_points
 from idtool.fit.windows import steady_windows
 from idtool.io.atomic import atomic_write
+from idtool.io.lock import held_folder
 from idtool.model.stribeck import steady
 from idtool.parameters import Parameters
 from idtool.verbs.identify import Identification
@@ -37,14 +40,31 @@ FILES = ("params.toml", "diagnosis.json", "evidence.json", "evidence.csv.gz", "r
 OPTIONAL_FILES = (NEXT_RECIPE, CORRECTION)
 
 
-def refuse_folder(folder: Path, force: bool) -> None:
-    """Refuse a folder that cannot take a result, before anything is computed. Makes nothing.
+@contextmanager
+def result_folder(folder: Path, force: bool) -> Iterator[None]:
+    """A folder made and kept for one result; gone again if nothing came of it.
 
     Raises:
-        InputError: it is a file, or holds a result already and `force` is not given.
+        InputError: it is a file, holds a result already and `force` is not given, cannot be made, or
+            another program writes a result into it.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError("is a file where a folder should be", file=folder, remedy="name a folder")
+    made = not folder.exists()
+    if not made:
+        _refuse_result(folder, force)
+    make_folder(folder)
+    try:
+        with held_folder(folder):
+            _refuse_result(folder, force)  # what another program has finished meanwhile
+            yield
+    finally:
+        if made:
+            with suppress(OSError):
+                folder.rmdir()
+
+
+def _refuse_result(folder: Path, force: bool) -> None:
     there = [name for name in FILES if (folder / name).exists()]
     if there and not force:
         raise InputError(f"already holds {there[0]}", file=folder, remedy="pass --force to overwrite it")

@@ -18,7 +18,7 @@ from scipy import signal, sparse
 
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
-from idtool.log.repair import Repaired, repair
+from idtool.log.repair import Reading, Repaired, repair
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import Array, Motion
 from idtool.parameters.axis import Axis
@@ -51,6 +51,7 @@ class Recording:
         lost: reason -> rows that it cost.
         remarks: sentences on what was repaired, missing or left out whole.
         sources: file of each log.
+        impossible: of each log, the readings that cannot be and were left out.
     """
 
     axis: Axis
@@ -65,6 +66,7 @@ class Recording:
     lost: dict[str, int] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    impossible: tuple[tuple[Reading, ...], ...] = ()
 
     @cached_property
     def operator(self) -> sparse.csr_matrix:
@@ -198,6 +200,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         lost,
         tuple(log.source for log in logs),
         tuple(remark for one in repaired for remark in one.remarks),
+        tuple(one.impossible for one in repaired),
     )
 
 

@@ -21,7 +21,8 @@ from idtool.fit.identifiability import (
 from idtool.fit.joint import JointFit
 from idtool.fit.model import Spec
 from idtool.log import Log, columns_of
-from idtool.log.repair import GAP, missing_rows
+from idtool.log.impossible import GAP
+from idtool.log.repair import missing_rows
 from idtool.model import gravity
 from idtool.parameters import GRAVITY_MODELS
 from idtool.signals import Recording, record
@@ -31,18 +32,29 @@ SCHEMA = "ffc-id/check/1"
 _JITTER = 0.1
 #: A run of this many equal readings while the axis is told to move may be a stuck sensor.
 _STUCK_ROWS = 50
+#: So many impossible readings are listed for a person.
+_LISTED = 10
 #: Travel that sensors must tell of, commanded but not read, as a share of the whole commanded travel.
 _UNREAD = 0.05
 
 
 @dataclass(frozen=True)
 class LogCheck:
-    """One log: facts by name, and findings as sentences."""
+    """One log.
+
+    Attributes:
+        file, experiment: which it is.
+        facts: by name.
+        findings: sentences.
+        impossible: readings that cannot be: `line` (of the file, from 1), `row` (of the data, from 0),
+            `column`, `value`, `expected`.
+    """
 
     file: str
     experiment: str
     facts: dict[str, Any]
     findings: list[str]
+    impossible: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -165,7 +177,24 @@ def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
     lost = facts["unusable_rows"]
     if lost > 0.02 * facts["rows"]:
         findings.append(f"{lost} of {facts['rows']} rows will not be compared")
-    return LogCheck(log.source, log.experiment, facts, findings)
+    impossible = [
+        {
+            "line": log.first_line + one.row if log.first_line else None,
+            "row": one.row,
+            "column": one.column,
+            "value": one.value,
+            "expected": one.expected,
+        }
+        for one in recording.impossible[index]
+    ]
+    findings += [
+        f"{log.place(one.row)}: {one.column} {one.value:.6g} cannot be, the rows around it say "
+        f"{one.expected:.4g}"
+        for one in recording.impossible[index][:_LISTED]
+    ]
+    if len(impossible) > _LISTED:
+        findings.append(f"{len(impossible) - _LISTED} more readings that cannot be (--json lists them)")
+    return LogCheck(log.source, log.experiment, facts, findings, impossible)
 
 
 def _not_following(log: Log) -> list[str]:

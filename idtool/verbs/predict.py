@@ -59,8 +59,8 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
         correction: a smooth correction to add.
 
     Raises:
-        InputError: logs of another axis, a file with nothing in it, or an effect that needs a column
-            that was not logged.
+        InputError: logs of another axis, a file with nothing in it, an effect that needs a column
+            that was not logged, or a model that overflows.
     """
     _check_axis(logs, parameters)
     if not parameters.static and not parameters.gravity:
@@ -75,6 +75,7 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
     torque = predict_torque(recording.motion, friction, effect, start).torque
     if correction is not None:
         torque = torque + correction(recording.motion)
+    _refuse_no_number(torque, recording)
     notes = [*_notes(parameters), *recording.remarks]
     return Prediction(
         _frame(recording, logs, torque),
@@ -82,6 +83,20 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
         notes,
         recording.motion.trial,
         recording.experiment,
+    )
+
+
+def _refuse_no_number(torque: Array, recording: Recording) -> None:
+    """A model that overflows on these logs has no answer."""
+    bad = np.flatnonzero(~np.isfinite(torque))
+    if not len(bad):
+        return
+    trial = int(recording.motion.trial[bad[0]])
+    raise InputError(
+        f"the model gives no number on {len(bad)} rows",
+        file=recording.sources[recording.source[trial]],
+        place=f"time_s {recording.motion.time[bad[0]]:.6g}",
+        remedy="check the size of the file's parameters, and that they are of this axis",
     )
 
 

@@ -9,14 +9,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from idtool.effects import registry
 from idtool.errors import InputError
+from idtool.log import Log
+from idtool.model.motion import Motion
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, Controller, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
+from idtool.verbs.predict import predict
 
 SLOW = settings(
     max_examples=60,
@@ -173,11 +178,31 @@ BAD: dict[str, tuple[str, str, str]] = {
         "{value = -0.07}",
         "coulomb_nm.value: expected a number >= 0, found -0.07",
     ),
+    "of no machine": (
+        "{value = 0.2,",
+        "{value = -1e300,",
+        "gravity.base_nm.value: expected a number of a machine, below 1e+12, found -1e+300",
+    ),
+    "no friction to bend against": (
+        "coulomb_nm = {value = 0.07}\nstatic_nm = {value = 0.03}",
+        "coulomb_nm = {value = 0.0}\nstatic_nm = {value = 0.0}",
+        "friction.static.coulomb_nm.value: both levels of the friction are 0",
+    ),
+    "negative inertia": (
+        "inertia_kg_m2 = {value = 0.001}",
+        "inertia_kg_m2 = {value = -0.001}",
+        "effects[0].parameters.inertia_kg_m2.value: expected a number >= 0 (inertia at the shaft",
+    ),
     "zero": ("{value = 0.09}", "{value = 0}", "stribeck_velocity_rad_s.value: expected a number > 0"),
     "stderr": ("stderr = 0.001", "stderr = -0.001", "gravity.base_nm.stderr: is negative"),
     "stderr NaN": ("stderr = 0.001", "stderr = nan", "gravity.base_nm.stderr: expected a finite number"),
     "ci95": ("[0.198, 0.202]", "[0.198]", "gravity.base_nm.ci95: expected [low, high], found [0.198]"),
     "ci95 turned": ("[0.198, 0.202]", "[0.202, 0.198]", "low is above high"),
+    "ci95 elsewhere": (
+        "[0.198, 0.202]",
+        "[0.21, 0.22]",
+        "gravity.base_nm.ci95: [0.21, 0.22] does not hold the value 0.2",
+    ),
     "ci95 text": ("[0.198, 0.202]", '["a", 0.202]', "ci95: expected a finite number, found 'a'"),
     "flag": ("at_bound = false", "at_bound = 0", "gravity.base_nm.at_bound: expected true or false, found 0"),
     "effect": (
@@ -241,14 +266,26 @@ def test_paths_that_are_no_file(tmp_path: Path) -> None:
     assert "is a folder where a parameter file should be" in refused(tmp_path)
 
 
-PARAMETER = st.builds(
-    Parameter,
-    POSITIVE,
-    st.none() | POSITIVE,
-    st.none() | st.tuples(FINITE, FINITE).map(lambda pair: (min(pair), max(pair))),
-    st.booleans(),
-    st.booleans(),
-)
+def around(value: float) -> Any:
+    """An interval that holds the value."""
+    wide = st.floats(0.0, 1e3)
+    return st.tuples(wide, wide).map(lambda pair: (value - pair[0], value + pair[1]))
+
+
+def parameter(lower: float = 1e-6, upper: float = 1e6) -> Any:
+    """Any that physics allows."""
+    return st.floats(max(lower, -1e6), min(upper, 1e6)).flatmap(
+        lambda value: st.builds(
+            Parameter,
+            st.just(value),
+            st.none() | POSITIVE,
+            st.none() | around(value),
+            st.booleans(),
+            st.booleans(),
+        )
+    )
+
+
 SCALAR = st.text(max_size=6) | st.integers(-(2**60), 2**60) | FINITE | st.booleans()
 TREE = st.recursive(
     SCALAR,
@@ -257,7 +294,12 @@ TREE = st.recursive(
 
 
 def part(names: Any) -> Any:
-    return st.fixed_dictionaries(dict.fromkeys(names, PARAMETER))
+    return st.fixed_dictionaries(dict.fromkeys(names, parameter()))
+
+
+def part_of(effect: str) -> Any:
+    parameters = registry.get(effect).parameters
+    return st.fixed_dictionaries({p.name: parameter(p.lower, p.upper) for p in parameters})
 
 
 @st.composite
@@ -270,9 +312,7 @@ def parameter_sets(draw: Any) -> Parameters:
         gravity=draw(part(GRAVITY_MODELS[model])) if model else {},
         static=draw(st.just({}) | part(STATIC)),
         dynamic=draw(st.just({}) | part(DYNAMIC)),
-        effects=tuple(
-            EffectEntry(name, draw(part([p.name for p in registry.get(name).parameters]))) for name in effects
-        ),
+        effects=tuple(EffectEntry(name, draw(part_of(name))) for name in effects),
         controller=draw(st.none() | st.builds(Controller, POSITIVE, POSITIVE, POSITIVE)),
         provenance=draw(st.dictionaries(st.text(max_size=6), TREE, max_size=3)),
     )
@@ -309,7 +349,7 @@ def test_any_document_is_an_input_error_or_parameters(tree: Any, key: str) -> No
 @pytest.mark.parametrize("name", registry.names())
 def test_optional_parameters_of_an_effect_may_be_absent(tmp_path: Path, name: str) -> None:
     everything = registry.get(name).parameters
-    needed = {p.name: Parameter(0.5) for p in everything if not p.optional}
+    needed = {p.name: Parameter(min(max(p.lower, 0.5), p.upper)) for p in everything if not p.optional}
     path = tmp_path / "params.toml"
     Parameters(effects=(EffectEntry(name, needed),)).write(path)
     assert Parameters.read(path).effects[0].parameters == needed
@@ -435,3 +475,23 @@ def test_a_layout_that_cannot_be_kept_costs_no_value(tmp_path: Path, monkeypatch
         file.write_text(text)
         meant.write(file, force=True)
         assert Parameters.read(file) == meant
+
+
+def test_a_model_that_overflows_is_refused_instead_of_predicting_nan(tmp_path: Path) -> None:
+    time = np.arange(0.0, 10.0, 0.01)
+    frame = pd.DataFrame(
+        {
+            "trial": 0,
+            "time_s": time,
+            "position_rad": 0.3 * np.sin(time),
+            "velocity_rad_s": 0.3 * np.cos(time),
+            "torque_nm": 0.1 * np.sign(np.cos(time)) + 0.01 * np.sin(7.0 * time),
+        }
+    )
+    known = Parameters.read(put(tmp_path, GOOD))
+
+    def overflowing(motion: Motion) -> np.ndarray:
+        return np.where(motion.time > 3.005, np.inf, 0.0)
+
+    with pytest.raises(InputError, match=r"time_s 3\.01: the model gives no number on 699 rows"):
+        predict([Log(frame, known.axis)], known, overflowing)  # type: ignore[arg-type]

@@ -131,7 +131,7 @@ def stuck(column: str, trial: int, begin: float, end: float) -> Spoil:
 HANDLED = {
     "dropped rows": Handled(dropped, NAMES, ("rows are missing (gaps in time",)),
     "wrapped position": Handled(wrapped, NAMES, ("the position wraps", "it was made continuous")),
-    "spikes of the current": Handled(spikes, NAMES, ("outlier of the torque",)),
+    "spikes of the current": Handled(spikes, NAMES, ("impossible torque", "current_a", "cannot be")),
     # the rows at the limit are those that show the stiction
     "saturated current": Handled(
         saturated, ("sweep",), ("the current is saturated", "current saturated "), worse=4.0
@@ -188,14 +188,19 @@ def test_a_held_axis_is_no_stuck_sensor(clean: Logs) -> None:
     assert not any("stuck" in reason for reason in recording.lost)
 
 
-def test_a_range_of_no_whole_turns_is_not_taken_for_turns(clean: Logs) -> None:
-    """An angle that wraps at 6 rad is left alone, and its jumps are not used."""
+def test_a_range_of_no_whole_turns_is_made_continuous_too(clean: Logs) -> None:
+    """An angle that wraps at 6 rad jumps by 6 rad each time, further than it travels in a row."""
     frame = clean["sweep"].frame
     middle = float(frame["position_rad"].median())
     odd = frame.assign(position_rad=np.mod(frame["position_rad"] - middle, 6.0))
     recording = signals.record([replace(clean["sweep"], frame=odd)])
-    assert not any("wraps" in remark for remark in recording.remarks)
-    assert recording.lost["motion faster than its sampling"] > 0
+    assert any("wraps" in remark and "by 6;" in remark for remark in recording.remarks)
+    right = signals.record([clean["sweep"]])
+    for trial in range(right.trials):
+        rows = right.motion.trial == trial
+        apart = recording.motion.position[rows] - right.motion.position[rows]
+        assert float(np.ptp(apart)) < 0.01
+    assert recording.lost == right.lost
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.002])

@@ -1,0 +1,262 @@
+"""Readings that cannot be: found where they are, and nothing else is taken for one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from idtool.errors import InputError
+from idtool.importing import import_recording
+from idtool.log import Log, impossible
+from idtool.model.motion import Array
+from idtool.signals import record
+from idtool.verbs.check import check
+from idtool.verbs.identify import begin
+
+from .support import GRAVITY, SINE, SWEEP, document, ffc_id
+from .support import record as run
+
+COLUMN = {"position": "position_rad", "velocity": "velocity_rad_s", "effort": "current_a"}
+#: Recordings of real machines and how they are imported.
+RECORDINGS: dict[str, dict[str, Any]] = {
+    "emps/emps_identification.csv.gz": {},
+    "emps/emps_validation_pulses.csv.gz": {},
+    "cicese_dd2dof/test1_breakaway_torque_ramps.csv.gz": {"trial_by": "run"},
+    "cicese_dd2dof/test2_constant_speed_both_joints.csv.gz": {
+        "mapping": {"position_rad": "position2_rad", "torque_nm": "torque2_cmd_nm"},
+        "trial_by": "run",
+    },
+    "cicese_dd2dof/test3_presliding_sigma0_sigma1.csv.gz": {"trial_by": "run"},
+    "dfki_pendulum_ak80/direct_collocation.csv.gz": {},
+    "dfki_pendulum_ak80/gravity_compensation_hand_moved.csv.gz": {},
+    "dfki_pendulum_ak80/pd_system_identification.csv.gz": {},
+    "hsm150_servo/torque_step_neg_0.04.csv.gz": {"trial_by": "run"},
+    "damiao_motors/motor01_dm8009.csv.gz": {"unwrap": 25.0},
+    "damiao_motors/motor05_dm4310.csv.gz": {"unwrap": 25.0},
+    "laas_bldc_cogging/speed_test.csv.gz": {"torque_constant": 0.03},
+    "laas_bldc_cogging/stopped_mapping.csv.gz": {"torque_constant": 0.03},
+    "servo_motor_lugre/breakaway_torque_ramp.csv.gz": {"trial_by": "run"},
+    "servo_motor_lugre/inertia_viscous_torque_triangle.csv.gz": {"trial_by": "run"},
+    "servo_motor_lugre/presliding_torque_triangle.csv.gz": {"trial_by": "run"},
+    "dvrk_mtm_cable_joint4/mtm_joint4_slow_sweep.csv.gz": {"mapping": {"time": "time_nominal_s"}},
+    "brfd_friction_damper/d2_1hz_30lb_1in.csv.gz": {},
+    "sts3215_backlash/motor_telemetry_single.csv": {"torque_constant": 1.0},
+    "ur10e/joint_2.csv.gz": {"torque_constant": 10.0},
+}
+#: Three speeds that the counter lost with 0.07 rad: 36 to 41 rad/s between 15 and 14.
+GENUINE = {"inertia_viscous_torque_triangle.csv.gz": [5019, 5020, 5021]}
+
+
+def find(log: Log) -> impossible.Impossible:
+    trial = log.frame["trial"].to_numpy()
+    first = np.concatenate([[True], trial[1:] != trial[:-1]])
+    torque = log.column("torque")
+    effort = log.column("current") if torque is None else torque
+    assert effort is not None
+    time = log.frame["time_s"].to_numpy(dtype=float)
+    return impossible.find(time, first, log.column("position"), log.column("velocity"), effort)
+
+
+def flagged(found: impossible.Impossible) -> list[int]:
+    return np.flatnonzero(found.position | found.velocity | found.effort).tolist()
+
+
+@pytest.mark.parametrize("name", RECORDINGS)
+def test_nothing_genuine_is_taken_for_impossible(measured: Path, name: str) -> None:
+    """Counters, coarse and late speeds, stick-slip, cogging, saturation, commanded torques."""
+    found = find(import_recording(measured / name, **RECORDINGS[name]).log)
+    assert flagged(found) == GENUINE.get(Path(name).name, [])
+    assert not found.slips
+
+
+def test_nothing_of_an_independent_axis_is_impossible(measured: Path) -> None:
+    logs = sorted((measured.parent / "sessions").glob("*/*.csv.gz"))
+    assert len(logs) > 50
+    for path in logs:
+        found = find(Log.read(path))
+        assert not flagged(found), path
+        assert not found.slips, path
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> list[Log]:
+    folder = tmp_path_factory.mktemp("session")
+    recipes = {"gravity": GRAVITY, "sweep": SWEEP, "sine": SINE}
+    return [run(text, folder / f"{name}.csv", seed=seed) for seed, (name, text) in enumerate(recipes.items())]
+
+
+def spoilt(log: Log, role: str, size: float, length: int, count: int, seed: int) -> tuple[Log, set[int]]:
+    """A log with so many faults of a column, and the rows that they are in."""
+    rng = np.random.default_rng(seed)
+    frame = log.frame.copy()
+    values = frame[COLUMN[role]].to_numpy(dtype=float).copy()
+    trial = frame["trial"].to_numpy()
+    rows: set[int] = set()
+    while len(rows) < count * length:
+        begin = int(rng.integers(10, len(values) - length - 10))
+        near = set(range(begin - 9, begin + length + 9))
+        if trial[begin - 9] == trial[begin + length + 9] and not near & rows:
+            values[begin : begin + length] += size * rng.choice([-1.0, 1.0]) * rng.uniform(0.8, 1.2, length)
+            rows |= set(range(begin, begin + length))
+    frame[COLUMN[role]] = values
+    return replace(log, frame=frame), rows
+
+
+#: role, size, rows that it lasts
+FAULTS = [
+    ("position", 0.05, 1),
+    ("position", 0.05, 3),
+    ("position", 2 * np.pi, 1),
+    ("position", 1.0, 8),
+    ("position", 1e9, 2),
+    ("velocity", 1.0, 1),
+    ("velocity", 3.0, 2),
+    ("velocity", 3.0, 12),
+    ("velocity", 1e9, 3),
+    ("effort", 1.0, 1),
+    ("effort", 1e30, 1),
+    ("effort", 1e30, 6),
+]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("role", "size", "length"), FAULTS)
+def test_every_fault_is_found_and_hardly_a_row_beside_it(
+    session: list[Log], role: str, size: float, length: int, seed: int
+) -> None:
+    for number, log in enumerate(session):
+        bad, rows = spoilt(log, role, size, length, 4, 10 * seed + number)
+        found = find(bad)
+        assert set(np.flatnonzero(getattr(found, role)).tolist()) >= rows
+        beside = set(flagged(found)) - rows
+        assert all({row - 1, row + 1} & rows for row in beside)
+        assert len(beside) <= 1
+
+
+@pytest.fixture(scope="module")
+def reference(session: list[Log]) -> dict[str, tuple[float, float]]:
+    return numbers(session)
+
+
+def numbers(logs: list[Log]) -> dict[str, tuple[float, float]]:
+    """Value and standard error of what the base model's fit determines."""
+    from idtool.fit.results import dynamic_parameters, gravity_parameters, static_parameters
+
+    fit = begin(record(logs), "lugre", "auto")[0]
+    found = static_parameters(fit) | dynamic_parameters(fit) | gravity_parameters(fit)
+    return {k: (p.value, p.stderr) for k, p in found.items() if p.identified and p.stderr}
+
+
+@pytest.mark.parametrize(
+    ("role", "size", "length"),
+    [
+        ("position", 2 * np.pi, 1),
+        ("position", 1.0, 8),
+        ("position", 0.003, 1),
+        ("velocity", 3.0, 1),
+        ("velocity", 3.0, 12),
+        ("velocity", 0.05, 1),
+        ("effort", 1.0, 1),
+        ("effort", 1e30, 6),
+    ],
+)
+def test_no_fault_moves_a_number_by_its_standard_error(
+    session: list[Log], reference: dict[str, tuple[float, float]], role: str, size: float, length: int
+) -> None:
+    """Large ones are found; small ones must not matter."""
+    spoilt_logs = [spoilt(log, role, size, length, 3, number)[0] for number, log in enumerate(session)]
+    found = numbers(spoilt_logs)
+    assert set(found) == set(reference)
+    for name, (value, stderr) in reference.items():
+        assert abs(found[name][0] - value) < stderr, name
+
+
+def test_said_with_line_and_reason(
+    session: list[Log], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frame = session[1].frame.copy()
+    frame.loc[500, "position_rad"] += 6.3
+    frame.loc[900, "velocity_rad_s"] = 3.0
+    replace(session[1], frame=frame).write(tmp_path / "sweep.csv")
+    lines = (tmp_path / "sweep.csv").read_text().split("\n")
+    header = next(k for k, line in enumerate(lines) if not line.startswith("#"))
+    log = document(capsys, "check", tmp_path / "sweep.csv")["logs"][0]
+    told = {(one["line"], one["column"]): one for one in log["impossible"]}
+    assert set(told) == {(header + 502, "position_rad"), (header + 902, "velocity_rad_s")}
+    assert told[header + 902, "velocity_rad_s"]["value"] == 3.0
+    assert abs(told[header + 902, "velocity_rad_s"]["expected"]) < 0.5
+    assert any(f"line {header + 902}: velocity_rad_s 3 cannot be" in one for one in log["findings"])
+    _, said, _ = ffc_id(capsys, "check", tmp_path / "sweep.csv")
+    assert "impossible position 1" in said
+    assert "impossible speed 1" in said
+    assert json.loads(json.dumps(log["impossible"]))[0]["row"] == 500
+
+
+def test_a_position_that_slips_is_said_and_the_shorter_side_left_out(session: list[Log]) -> None:
+    frame = session[2].frame.copy()
+    rows = np.flatnonzero(frame["trial"] == frame["trial"].iloc[0])
+    frame.loc[rows[-100] : rows[-1], "position_rad"] += 0.8
+    bad = record([replace(session[2], frame=frame)])
+    assert bad.lost["position slipped"] == 100
+    assert any("jumps by " in remark and "stays there" in remark for remark in bad.remarks)
+    clean = record([session[2]])
+    assert np.allclose(bad.motion.position, clean.motion.position, atol=2e-3)
+
+
+def test_a_clock_of_another_unit_is_refused(session: list[Log]) -> None:
+    for factor, word in ((1e3, "milli"), (1e9, "nano"), (1e-7, "hours")):
+        frame = session[1].frame.assign(time_s=session[1].frame["time_s"] * factor)
+        with pytest.raises(InputError, match=f"no rate at which a servo is recorded.*{word}"):
+            record([replace(session[1], frame=frame)])
+
+
+def test_a_gap_in_which_the_axis_could_have_been_anywhere_begins_a_trial(session: list[Log]) -> None:
+    frame = session[2].frame.copy()
+    frame.loc[300:, "time_s"] += 1e6
+    cut = record([replace(session[2], frame=frame)])
+    assert cut.trials == record([session[2]]).trials + 1
+    assert any("long enough for the axis to go all its way" in remark for remark in cut.remarks)
+    assert not any("rows are missing" in remark for remark in cut.remarks)
+    assert check([replace(session[2], frame=frame)]).logs[0].facts["gaps"] == 0
+    frame.loc[300:, "time_s"] -= 1e6 - 0.05
+    assert record([replace(session[2], frame=frame)]).trials == cut.trials - 1
+
+
+def dead(frame: object) -> dict[str, Array]:
+    return {"position_rad": 0.2 * np.ones(len(frame)), "velocity_rad_s": np.zeros(len(frame))}  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "columns", [("position_rad",), ("velocity_rad_s",), ("position_rad", "velocity_rad_s")]
+)
+def test_a_dead_encoder_is_refused(session: list[Log], columns: tuple[str, ...]) -> None:
+    kept = session[1].frame.drop(columns=[c for c in ("position_rad", "velocity_rad_s") if c not in columns])
+    still = {name: values for name, values in dead(kept).items() if name in columns}
+    with pytest.raises(InputError, match=r"never changes?: the axis was held, or its encoder is dead"):
+        record([replace(session[1], frame=kept.assign(**still))])
+
+
+SHAPES: dict[str, Callable[[Array], Array]] = {
+    "staircase": lambda t: np.floor(t),
+    "triangle": lambda t: np.abs((t % 2.0) - 1.0),
+    "pulses of a row": lambda t: (np.arange(len(t)) % 50 == 0).astype(float),
+    "square": lambda t: np.sign(np.sin(t)),
+    "noise": lambda t: np.random.default_rng(0).standard_normal(len(t)),
+    "heavy noise": lambda t: np.random.default_rng(1).standard_t(5, len(t)),
+    "counter": lambda t: np.round(3.0 * np.sin(t)),
+    "still": lambda t: 0.0 * t,
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_no_shape_by_itself_is_impossible(shape: str) -> None:
+    t = np.arange(0.0, 60.0, 0.01)
+    first = np.zeros(len(t), dtype=bool)
+    first[[0, 2000]] = True
+    assert not impossible.beyond(SHAPES[shape](t), first).any()
