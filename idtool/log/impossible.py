@@ -246,9 +246,14 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
     # the instant of a reading is known to within a row
     bound = _JUMP * (speed * (held + clock.period) + 2.0 * resolution(position))
     jumps = (np.flatnonzero(np.abs(change) > bound) + 1).tolist()
+
+    def slip(row: int) -> float:
+        """The jump without the motion of that row, which is much as that of the row before."""
+        return float(change[row - 1] - (0.0 if clock.first[row - 1] else change[row - 2]))
+
     sizes = np.abs(change[np.array(jumps, dtype=np.intp) - 1])
     if alike(sizes) and max(np.diff(jumps)) > _WIDE:  # a counter that wraps, there and back
-        return away, {row: float(change[row - 1]) for row in jumps}
+        return away, {row: slip(row) for row in jumps}
     way = _travel(clock, velocity) if velocity is not None else np.zeros(len(position))
     doubt = speed if velocity is None else _LATE * speed
     while jumps:
@@ -262,7 +267,7 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
                 jumps = [k for k in jumps if k > back]
                 break
         if not away[row]:
-            slips[row] = float(change[row - 1])
+            slips[row] = slip(row)
     return away, slips
 
 
