@@ -1,6 +1,10 @@
-"""What `identify` finds on recordings of real machines, beside what their sources published.
+"""What `identify` finds on recordings of real machines, beside plain least squares and what was published.
 
-python -m studies.measured [--folder FOLDER]        (make study-measured, into docs/measured.md)
+python -m studies.measured [--folder FOLDER] [--only NAME]...        (make study-measured)
+python -m studies.measured --text                                     only the page, from docs/measured.json
+
+Every recording is identified twice, on all rows and without the held-out ones, and what came out is kept in
+docs/measured.json; one that is there already, made by the same code, is not run again.
 
 The recordings are not shipped; the folder is `$FFC_ID_SHARED/measured`, or `shared/measured` beside the
 project.
@@ -8,207 +12,171 @@ project.
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
+from idtool.io.atomic import atomic_write
 from idtool.errors import FfcIdError
+from idtool.verbs.identify import Identification, identify
 from idtool.importing import import_recording
 from idtool.log import Log
-from idtool.model.units import unit_text
-from idtool.verbs.identify import Identification, identify
+from idtool.model.motion import Array
+from idtool.parameters import Parameters
 from idtool.verbs.predict import predict
+from studies import emps
+from studies.measured_page import page
+from studies.recordings import RECORDINGS, Recording
+from studies.regression import OTHER, Rows, held_out, moving, regress, relative, supports, torque_of
+
+FOUND = Path("docs/measured.json")
+BY_NAME = {recording.name: recording for recording in RECORDINGS}
 
 
-@dataclass(frozen=True)
-class Recording:
-    """One recording and what is known of it.
-
-    Attributes:
-        title, source: for the page.
-        files: in the folder.
-        options: of the import.
-        friction: of `identify`.
-        published: what to compare with, as rows (name, published, how to read it off the result).
-        validation: a file of the source to predict, and the published relative error.
-        remark: what to know.
-    """
-
-    title: str
-    source: str
-    files: tuple[str, ...]
-    options: dict[str, Any] = field(default_factory=dict)
-    friction: str = "lugre"
-    published: tuple[tuple[str, str, Callable[[Identification], str]], ...] = ()
-    validation: tuple[str, str] | None = None
-    remark: str = ""
-
-
-def _static(name: str) -> Callable[[Identification], str]:
-    return lambda result: _plain(result.parameters.static[name])
-
-
-def _gravity(name: str) -> Callable[[Identification], str]:
-    return lambda result: _plain(result.parameters.gravity.get(name))
-
-
-def _effect(effect: str, name: str) -> Callable[[Identification], str]:
-    def read(result: Identification) -> str:
-        entry = result.parameters.effect(effect)
-        return "not found" if entry is None else _plain(entry.parameters[name])
-
-    return read
-
-
-def _plain(parameter: Any) -> str:
-    if parameter is None:
-        return "not found"
-    if not parameter.identified:
-        return f"{parameter.value:.4g}, not determined"
-    return f"{parameter.value:.5g}" + (f" ± {parameter.stderr:.2g}" if parameter.stderr else "")
-
-
-def _relative(result: Identification) -> str:
-    return f"{result.diagnosis['error']['relative_percent']['all_rows_after']:.2f} %"
-
-
-EMPS = "A. Janot, M. Gautier, M. Brunot, Data Set and Reference Models of EMPS, 2019 (nonlinearbenchmark.org)"
-CICESE = "github.com/jorgevchin/Friction-Identification"
-
-RECORDINGS = (
-    Recording(
-        "EMPS, textbook model",
-        EMPS,
-        ("emps/emps_identification.csv.gz",),
-        friction="coulomb",
-        published=(
-            ("M, kg", "95.109", _effect("inertia", "inertia")),
-            ("viscous, N s/m", "203.50", _static("viscous")),
-            ("Coulomb, N", "20.394", _static("coulomb")),
-            ("offset, N", "-3.165", _effect("torque_offset", "offset")),
-            ("relative error", "4.08 %", _relative),
-        ),
-        validation=("emps/emps_validation_pulses.csv.gz", "5.98 % (at 50 Hz)"),
-        remark="The published error is over rows decimated to 50 Hz, ours over the full rate.",
-    ),
-    Recording(
-        "EMPS, with the library of effects",
-        EMPS,
-        ("emps/emps_identification.csv.gz",),
-        published=(("relative error", "3.11 % (the authors' asymmetric friction)", _relative),),
-        validation=("emps/emps_validation_pulses.csv.gz", ""),
-        remark="The authors traced the asymmetry to fatigue of the screw.",
-    ),
-    Recording(
-        "CICESE DD2DOF, joint 1 (direct drive, vertical, constant speeds)",
-        CICESE,
-        ("cicese_dd2dof/test2_constant_speed_both_joints.csv.gz",),
-        {"mapping": {"position_rad": "position1_rad", "torque_nm": "torque1_cmd_nm"}, "trial_by": "run"},
-        published=(
-            ("gravity, sin q, N m", "38.5 (and 1.8 sin 2q)", _gravity("sin")),
-            ("Coulomb, N m", "12.4 forwards, 10.9 backwards", _static("coulomb")),
-            ("viscous, N m s/rad", "3.4, 2.8", _static("viscous")),
-        ),
-        remark="Joint 2 moves along, so what is left depends on the angle.",
-    ),
-    Recording(
-        "DFKI pendulum (AK80-6), ddp",
-        "github.com/dfki-ric-underactuated-lab/torque_limited_simple_pendulum",
-        ("dfki_pendulum_ak80/ddp.csv.gz",),
-        published=(("gravity, sin q, N m", "3.31 (another file of the source: 2.14)", _gravity("sin")),),
-    ),
-    Recording(
-        "HSM150 servo, torque step",
-        "github.com/malik-robert/HSM150-data",
-        ("hsm150_servo/torque_step_pos_0.06.csv.gz",),
-        {"trial_by": "run"},
-        published=(("inertia, kg m2", "1.2e-4 (catalogue)", _effect("inertia", "inertia")),),
-    ),
-    Recording(
-        "Damiao DM4310",
-        "github.com/YIZHIXIAOCANGSHU/Friction-Identification-for-Manipulators_usb2fdcan",
-        ("damiao_motors/motor05_dm4310.csv.gz",),
-        {"unwrap": 25.0},
-        published=(
-            ("Coulomb, N m", "0.101", _static("coulomb")),
-            ("viscous, N m s/rad", "0.00586", _static("viscous")),
-        ),
-        remark="48 Hz at up to 8 rad/s: few rows per motion.",
-    ),
-    Recording(
-        "LAAS cogging, one speed",
-        "github.com/heitor-andrade/laas_anti_cogging",
-        ("laas_bldc_cogging/speed_test.csv.gz",),
-        {"torque_constant": 0.03},
-    ),
-    Recording(
-        "Servo motor, torque triangle",
-        "github.com/TeacherRock/LuGre_Friction",
-        ("servo_motor_lugre/inertia_viscous_torque_triangle.csv.gz",),
-        {"trial_by": "run"},
-        published=(
-            ("Coulomb, N m", "0.0149, which its own logs contradict (about 0.030)", _static("coulomb")),
-        ),
-        remark="Torque is commanded, and the published numbers are of another recording: a negative control.",
-    ),
-)
-
-
-def section(recording: Recording, folder: Path) -> list[str]:
-    """What comes out, as lines of the page."""
-    lines = [f"## {recording.title}", "", f"{recording.source}. Files: {', '.join(recording.files)}.", ""]
-    if recording.remark:
-        lines += [recording.remark, ""]
+def run(recording: Recording, folder: Path) -> dict[str, Any]:
+    """Identify a recording; what the page needs of it."""
+    log = _read(recording.name, folder)
     start = time.process_time()
+    document: dict[str, Any] = {"rows": len(log.frame)}
     try:
-        logs = [_import(recording, folder / name) for name in recording.files]
-        result = identify(logs, friction=recording.friction)
-        lines += _found(recording, result, time.process_time() - start)
+        result = identify([log], friction=recording.friction)
+        whole = _predicted(log, result.parameters)
     except FfcIdError as error:
-        return [*lines, f"Refused: {error}", ""]
-    if recording.validation is not None:
-        name, published = recording.validation
-        (error,) = predict([_import(recording, folder / name)], result.parameters).errors.values()
-        said = f"; published: {published}" if published else ""
-        lines += [
-            f"On the source's own validation file, every row of it: {error['relative_percent']:.1f} %{said}.",
-            "",
-        ]
-    return lines
+        return document | _compared(recording, log, None, None) | {"refused": _plain(error, folder)}
+    document["seconds"] = time.process_time() - start
+    part, why = _without_held_out(recording, log, folder)
+    document |= _said(recording, result) | {"held_out_refused": why}
+    document |= _compared(recording, log, whole, part)
+    document["sane"] = _sizes(log, whole, result.parameters)
+    document["named"] = {e["name"]: _supported(recording, log, e["name"]) for e in document["effects"]}
+    document["others"] = [
+        _other(recording, result.parameters, BY_NAME[name], folder) for name in recording.others
+    ]
+    if recording.name.startswith("emps"):
+        document["authors"] = emps.table(log, whole, part)
+    return document
 
 
-def _import(recording: Recording, path: Path) -> Log:
-    return import_recording(path, **recording.options).log
-
-
-def _found(recording: Recording, result: Identification, seconds: float) -> list[str]:
+def _said(recording: Recording, result: Identification) -> dict[str, Any]:
     diagnosis = result.diagnosis
-    unit = unit_text("torque", result.recording.axis.kind)
-    lines = []
-    if recording.published:
-        lines += ["| | published | found |", "|---|---|---|"]
-        lines += [f"| {name} | {known} | {read(result)} |" for name, known, read in recording.published]
-        lines.append("")
-    held = diagnosis["error"]["held_out"]
-    names = [
-        e["name"] + (f" (or {', '.join(e['alternatives'])})" if e["alternatives"] else "")
-        for e in diagnosis["effects"]
-    ]
-    lines += [
-        f"Verdict `{diagnosis['verdict']}`, friction law `{diagnosis['friction']}`, "
-        f"effects: {', '.join(names) or 'none'}. Held-out error {held['before']:.3g} {unit} before, "
-        f"{held['after']:.3g} {unit} after; sensor noise {diagnosis['error']['noise_floor']:.2g} {unit}. "
-        f"{len(result.recording.torque):,} rows, {seconds:.1f} s of one core.",
-        "",
-    ]
-    if diagnosis["unexplained"]:
-        lines += [f"Unexplained: {diagnosis['unexplained']['note']}", ""]
-    return lines
+    return {
+        "verdict": diagnosis["verdict"],
+        "friction": diagnosis["friction"],
+        "gravity": result.parameters.gravity_model,
+        "effects": [
+            {key: effect.get(key) for key in ("name", "percent_of_torque", "alternatives")}
+            for effect in diagnosis["effects"]
+        ],
+        "unexplained": (diagnosis["unexplained"] or {}).get("note"),
+        "left": diagnosis.get("left"),
+        "published": [[name, known, read(result)] for name, known, read in recording.published],
+    }
+
+
+def _without_held_out(recording: Recording, log: Log, folder: Path) -> tuple[Array | None, str | None]:
+    """What a model that never saw the held-out rows says of every row, or why there is none."""
+    held, trial = held_out(log), log.frame["trial"].to_numpy()
+    # what the held-out rows part is parted: no trial of the training rows runs across a gap
+    parted = np.concatenate([[False], (np.diff(held.astype(int)) != 0) | (trial[1:] != trial[:-1])])
+    frame = log.frame.assign(trial=np.cumsum(parted))[~held]
+    try:
+        result = identify([replace(log, frame=frame)], friction=recording.friction)
+        return _predicted(log, result.parameters), None
+    except FfcIdError as error:
+        return None, _plain(error, folder)
+
+
+def _compared(recording: Recording, log: Log, whole: Array | None, part: Array | None) -> dict[str, Any]:
+    """The errors on moving rows, beside those of the regression."""
+    predictions = {name: p for name, p in (("whole", whole), ("part", part)) if p is not None}
+    rows = moving(log, predictions)
+    found = regress(rows, recording.gravity)
+    return {
+        "moving": len(rows.time),
+        "coulomb": found.coulomb,
+        "regression": {
+            "in_sample": found.in_sample,
+            "held_out": found.held_out,
+            "found": [
+                {"name": t.name, "said": t.said, "percent_of_coulomb": 100.0 * t.size / found.coulomb}
+                for t in found.found
+            ],
+        },
+        "in_sample": relative(rows, rows.others["whole"]) if whole is not None else None,
+        "held_out": relative(rows, rows.others["part"], rows.held) if part is not None else None,
+    }
+
+
+def _supported(recording: Recording, log: Log, effect: str) -> bool | None:
+    rows = moving(log)
+    return supports(rows, regress(rows, recording.gravity), effect)
+
+
+def _sizes(log: Log, whole: Array, parameters: Parameters) -> dict[str, float]:
+    """Predictions and levels over the largest torque that was measured."""
+    most = float(np.max(np.abs(torque_of(log))))
+    level = max(parameters.static[name].value for name in ("coulomb", "static"))
+    return {"predicted": float(np.max(np.abs(whole))) / most, "level": level / most}
+
+
+def _other(recording: Recording, parameters: Parameters, other: Recording, folder: Path) -> dict[str, Any]:
+    """Another recording of the machine, predicted with the parameter file of this one."""
+    log = _read(other.name, folder)
+    document: dict[str, Any] = {"name": other.name}
+    try:
+        predicted = _predicted(log, parameters)
+    except FfcIdError as error:
+        return document | {"refused": _plain(error, folder)}
+    rows = moving(log, {"predicted": predicted})
+    document["error"] = relative(rows, rows.others["predicted"])
+    both = _joined(moving(_read(recording.name, folder)), replace(rows, others={}))
+    document["regression"] = regress(both, recording.gravity).held_out
+    if recording.name.startswith("emps"):
+        document["authors"] = emps.counted(log, predicted)
+    return document
+
+
+def _joined(first: Rows, second: Rows) -> Rows:
+    """The rows of both; those of the second are the held-out ones."""
+    fold = np.concatenate([first.fold, np.full(len(second.time), OTHER)])
+    signals = {
+        name: np.concatenate([getattr(first, name), getattr(second, name)])
+        for name in ("trial", "time", "position", "velocity", "acceleration", "jerk", "torque")
+    }
+    return replace(first, fold=fold, **signals)
+
+
+def _predicted(log: Log, parameters: Parameters) -> Array:
+    """The predicted torque of every row."""
+    return np.asarray(predict([log], parameters).frame.iloc[:, -1], dtype=float)
+
+
+@lru_cache(maxsize=4)
+def _read(name: str, folder: Path) -> Log:
+    return import_recording(folder / BY_NAME[name].file, **BY_NAME[name].options).log
+
+
+def _plain(error: FfcIdError, folder: Path) -> str:
+    """What was said, without where the recordings are."""
+    return str(error).replace(f"{folder}{os.sep}", "")
+
+
+def code() -> str:
+    """A digest of the tool and of this study: results of other code are run again."""
+    digest = hashlib.sha256()
+    studied = ("measured.py", "regression.py", "recordings.py", "emps.py")
+    for path in [*sorted(Path("idtool").rglob("*.py")), *(Path("studies") / name for name in studied)]:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
 
 
 def default_folder() -> Path:
@@ -217,26 +185,32 @@ def default_folder() -> Path:
     return (Path(shared) if shared else Path(__file__).parents[2] / "shared") / "measured"
 
 
+def fill(found: dict[str, Any], names: list[str], folder: Path, tell: Callable[[str], None]) -> None:
+    """Run recordings and write what comes out as it comes."""
+    for name in names:
+        tell(name)
+        found[name] = run(BY_NAME[name], folder) | {"code": code()}
+        with atomic_write(FOUND) as stream:
+            json.dump(found, stream, indent=1, default=float)
+            stream.write("\n")
+
+
 @click.command()
 @click.option("--folder", type=click.Path(path_type=Path), default=None)
+@click.option("--only", multiple=True, type=click.Choice(list(BY_NAME)), help="Run these, done or not.")
+@click.option("--text", is_flag=True, help="Run nothing.")
 @click.option("--out", type=click.Path(path_type=Path), default=Path("docs/measured.md"))
-def main(folder: Path | None, out: Path) -> None:
+def main(folder: Path | None, only: tuple[str, ...], text: bool, out: Path) -> None:
     """Identify every recording and write the page."""
     where = folder or default_folder()
-    if not where.is_dir():
-        raise click.ClickException(f"{where}: no recordings there; give --folder")
-    lines = [
-        "# What it finds on recordings of real machines",
-        "",
-        "Made by `make study-measured`. None of these recordings is shipped; their sources are named.",
-        "Nothing in the tool is tuned to any of them. EMPS and CICESE are tests too",
-        "(`tests/test_measured.py`), which skip where the recordings are absent.",
-        "",
-    ]
-    for recording in RECORDINGS:
-        click.echo(recording.title, err=True)
-        lines += section(recording, where)
-    out.write_text("\n".join(lines).rstrip() + "\n")
+    found: dict[str, Any] = json.loads(FOUND.read_text()) if FOUND.is_file() else {}
+    if not text:
+        if not where.is_dir():
+            raise click.ClickException(f"{where}: no recordings there; give --folder")
+        now = code()
+        names = list(only) or [name for name in BY_NAME if found.get(name, {}).get("code") != now]
+        fill(found, names, where, lambda words: click.echo(words, err=True))
+    out.write_text(page(found))
     click.echo(f"written: {out}")
 
 

@@ -1,0 +1,286 @@
+"""The page on recordings of real machines, from what `studies.measured` found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from studies.recordings import LEFT_OUT, RECORDINGS, Recording
+from studies.regression import STANDS_FOR
+
+#: An effect of the regression counts from this share of the Coulomb level, per cent.
+COUNTS = 5.0
+#: The error may be this many times that of the regression.
+AS_GOOD = 1.1
+#: Beyond these multiples of the largest torque that was measured a prediction or a level is absurd.
+_PREDICTED, _LEVEL = 1.5, 1.0
+
+_HEAD = """# What it finds on recordings of real machines
+
+Made by `make study-measured`; what it found is in [measured.json](measured.json). None of these
+recordings is shipped; their sources are named. Nothing in the tool is tuned to any of them. EMPS and
+CICESE are tests too (`tests/test_measured.py`), which skip where the recordings are absent.
+
+How it is measured. Every recording is identified twice with the defaults: on all its rows (what is
+named, the error in sample) and without the held-out rows, every fourth trial or, where there are fewer
+than four, three of sixteen blocks of time (the error held out). Both errors are those of plain
+prediction, as `ffc-id predict` makes it, on the rows on which the axis moves (above 5 % of its usual top
+speed), measured and predicted torque through the same zero-phase low-pass of 10 Hz, `||e|| / ||F||`.
+Beside them stands what a stepwise least-squares regression reaches on the same rows
+(`studies/regression.py`): Coulomb, viscous, inertia, gravity where there is any, then one column after
+another, the one that lowers the error on rows held out in turn most; s is the sign of the speed. The
+size of a column is what it explains that those before it do not, as a share of the Coulomb level.
+"""
+
+_MAPPING = """## Which name stands for which column
+
+A column of the regression counts as named where the tool names one of the effects beside it ("friction":
+the law that was fitted has a Stribeck curve; "gravity": the gravity of an arm was found). A named effect
+counts as confirmed where a column that stands for it lowers the regression's error on rows held out in
+turn; effects with a memory (backlash, hysteresis, break-away dwell) have no column, and can be neither
+confirmed nor denied by it.
+
+| column | stands for it |
+|---|---|
+"""
+
+
+def page(found: dict[str, Any]) -> str:
+    """The whole page."""
+    done = [r for r in RECORDINGS if r.name in found]
+    parts = [
+        _HEAD,
+        _goals(done, found),
+        _overview(done, found),
+        _emps(found),
+        _others(done, found),
+        _beyond(done, found),
+    ]
+    parts += ["## Each recording\n", *(_section(r, found[r.name]) for r in done)]
+    left_out = "".join(f"- `{folder}`: {why}\n" for folder, why in LEFT_OUT.items())
+    missing = [r.title for r in RECORDINGS if r.name not in found]
+    parts.append("## Not run\n\n" + left_out + "".join(f"- {title}: not run yet.\n" for title in missing))
+    mapping = "".join(f"| {column} | {', '.join(names)} |\n" for column, names in STANDS_FOR.items())
+    return "\n".join([*parts, _MAPPING + mapping])
+
+
+def _counted(recordings: list[Recording]) -> list[Recording]:
+    """Those that a model of one axis can describe, each once."""
+    return [r for r in recordings if not r.beyond and r.friction == "lugre"]
+
+
+def unnamed(one: dict[str, Any]) -> list[dict[str, Any]]:
+    """Columns of the regression that count and that nothing of the tool stands for."""
+    there = {e["name"] for e in one.get("effects", [])}
+    there |= {other for e in one.get("effects", []) for other in e["alternatives"] or []}
+    there |= {"gravity"} if one.get("gravity") == "arm" else set()
+    there |= {"friction"} if one.get("friction", "coulomb") != "coulomb" else set()
+    return [t for t in _large(one) if not there & set(STANDS_FOR[t["name"]])]
+
+
+def _large(one: dict[str, Any]) -> list[dict[str, Any]]:
+    return [t for t in one["regression"]["found"] if t["percent_of_coulomb"] >= COUNTS]
+
+
+def _ratio(one: dict[str, Any], which: str) -> float | None:
+    return one[which] / one["regression"][which] if one.get(which) is not None else None
+
+
+def _false(one: dict[str, Any]) -> list[str]:
+    return [name for name, confirmed in one.get("named", {}).items() if confirmed is False]
+
+
+def _sane(one: dict[str, Any]) -> bool:
+    return "refused" in one or (one["sane"]["predicted"] <= _PREDICTED and one["sane"]["level"] <= _LEVEL)
+
+
+def _goals(done: list[Recording], found: dict[str, Any]) -> str:
+    counted = [found[r.name] for r in _counted(done)]
+    large = sum(len(_large(one)) for one in counted)
+    named = large - sum(len(unnamed(one)) for one in counted)
+    rows = [
+        (
+            "every effect of the regression above 5 % of Coulomb is named",
+            f"{named} of {large}",
+            named == large,
+        )
+    ]
+    for which, words in (("in_sample", "in sample"), ("held_out", "held out")):
+        near = sum((_ratio(one, which) or 1e9) <= AS_GOOD for one in counted)
+        goal = f"error {words} at most {AS_GOOD} of the regression's on four sets of five"
+        rows.append((goal, f"{near} of {len(counted)}", near >= 0.8 * len(counted)))
+    false = sum(len(_false(one)) for one in counted)
+    names = sum(len(one.get("named", {})) for one in counted)
+    rows.append(("no false name (one that no column confirms)", f"{false} of {names} names", false == 0))
+    if "emps" in found and "authors" in found["emps"]:
+        error = found["emps"]["authors"]["in_sample"]
+        rows.append(("EMPS below 2.2 % as its authors count", f"{error:.2f} %", error < 2.2))
+        pulses = next(o for o in found["emps"]["others"] if o["name"] == "emps_pulses")
+        if "emps_pulses" in found and "authors" in pulses:
+            theirs = found["emps_pulses"]["authors"]["models"]["asymmetric"]["all"]
+            goal = f"EMPS's pulses below the authors' asymmetric model ({theirs:.2f} %)"
+            rows.append((goal, f"{pulses['authors']:.2f} %", pulses["authors"] < theirs))
+    beyond = [found[r.name] for r in done]
+    sane = sum(_sane(one) for one in beyond)
+    rows.append(("refused, or no absurd number", f"{sane} of {len(beyond)}", sane == len(beyond)))
+    lines = [f"| {goal} | {reached} | {'yes' if met else '**no**'} |" for goal, reached, met in rows]
+    return "\n".join(["| goal | reached | met |", "|---|---|---|", *lines, ""])
+
+
+def _overview(done: list[Recording], found: dict[str, Any]) -> str:
+    head = [
+        "## All of them",
+        "",
+        "Errors on moving rows, per cent: the tool's / the regression's. `!` marks more than 1.1 times that of",
+        "the regression, a name in brackets with `?` one that no column confirms; shares are of the torque.",
+        "",
+        "| recording | named | columns above 5 % of Coulomb, not named | in sample | held out |",
+        "|---|---|---|---|---|",
+    ]
+    return "\n".join([*head, *(_line(r, found[r.name]) for r in done), ""])
+
+
+def _line(recording: Recording, one: dict[str, Any]) -> str:
+    title = recording.title + (" (beyond one axis)" if recording.beyond else "")
+    lacking = [f"{t['said']} {t['percent_of_coulomb']:.0f} %" for t in unnamed(one)]
+    named = "refused" if "refused" in one else _named(one)
+    errors = " | ".join(_pair(one, which) for which in ("in_sample", "held_out"))
+    return f"| {title} | {named} | {', '.join(lacking) or '–'} | {errors} |"
+
+
+def _named(one: dict[str, Any]) -> str:
+    words = []
+    for effect in one["effects"]:
+        share = effect["percent_of_torque"]
+        name = effect["name"] + (f" {share:.0f} %" if share is not None else "")
+        words.append(f"({name}?)" if effect["name"] in _false(one) else name)
+    return ", ".join(words) or "none"
+
+
+def _pair(one: dict[str, Any], which: str) -> str:
+    theirs, ratio = one["regression"][which], _ratio(one, which)
+    if ratio is None:
+        return f"– / {theirs:.2f}"
+    return f"{one[which]:.2f} / {theirs:.2f}{' !' if ratio > AS_GOOD else ''}"
+
+
+def _emps(found: dict[str, Any]) -> str:
+    shown = [name for name in ("emps_textbook", "emps", "emps_pulses") if "authors" in found.get(name, {})]
+    if not shown:
+        return ""
+    lines = [
+        "## EMPS, as its authors count",
+        "",
+        "Position through a 4th-order low-pass of 100 Hz, decimated to 50 Hz, all rows, `||e|| / ||F||`. Not",
+        "every step of theirs is told, so their models stand here by our count too, with what they printed.",
+        "",
+        "| model | recording | in sample | on the held-out rows, fitted without them | printed |",
+        "|---|---|---|---|---|",
+    ]
+    for name in shown:
+        authors, pulses = found[name]["authors"], name == "emps_pulses"
+        where = "pulses" if pulses else "identification"
+        held = f"{authors['held_out']:.2f} %" if "held_out" in authors else "–"
+        ours = "ours, textbook" if name == "emps_textbook" else "ours"
+        lines.append(f"| {ours} | {where} | {authors['in_sample']:.2f} % | {held} | – |")
+        if name == "emps_textbook":
+            continue
+        for kind, theirs in authors["models"].items():
+            printed = theirs["printed"][pulses]
+            which = "predicted" if pulses else "fitted"
+            errors = f"{theirs['all']:.2f} % | {theirs['held_out']:.2f} %"
+            said = f"{printed} %" if printed else "–"
+            lines.append(f"| the authors', {kind} ({which}) | {where} | {errors} | {said} |")
+    for name in ("emps_textbook", "emps"):
+        for other in found.get(name, {}).get("others", []):
+            if "authors" in other:
+                ours = "ours, textbook" if name == "emps_textbook" else "ours"
+                error = f"{other['authors']:.2f} %"
+                lines.append(
+                    f"| {ours}, fitted to the identification | pulses | predicted: {error} | – | – |"
+                )
+    return "\n".join([*lines, ""])
+
+
+def _others(done: list[Recording], found: dict[str, Any]) -> str:
+    titles = {r.name: r.title for r in RECORDINGS}
+    lines = [
+        "## Another recording of the same machine",
+        "",
+        "Predicted with the parameter file of the first, on moving rows; so does the regression.",
+        "",
+        "| fitted to | predicts | error | regression |",
+        "|---|---|---|---|",
+    ]
+    for recording in done:
+        for other in found[recording.name].get("others", []):
+            if "refused" in other:
+                lines.append(
+                    f"| {recording.title} | {titles[other['name']]} | refused: {other['refused']} | – |"
+                )
+                continue
+            worse = " !" if other["error"] > AS_GOOD * other["regression"] else ""
+            lines.append(
+                f"| {recording.title} | {titles[other['name']]} | {other['error']:.2f} %{worse} | "
+                f"{other['regression']:.2f} % |"
+            )
+    return "\n".join([*lines, ""])
+
+
+def _beyond(done: list[Recording], found: dict[str, Any]) -> str:
+    lines = [
+        "## What one axis cannot describe",
+        "",
+        "It must be refused, or stay sane: no prediction beyond 1.5 times the largest torque that was measured,",
+        "no friction level beyond it. Others that break this are listed too.",
+        "",
+        "| recording | why | outcome | largest prediction / measured | largest level / measured | sane |",
+        "|---|---|---|---|---|---|",
+    ]
+    for recording in done:
+        one = found[recording.name]
+        if not recording.beyond and _sane(one):
+            continue
+        outcome = "refused" if "refused" in one else f"`{one['verdict']}`"
+        sizes = (
+            "– | –" if "refused" in one else f"{one['sane']['predicted']:.2f} | {one['sane']['level']:.2f}"
+        )
+        why = recording.beyond or "one axis"
+        lines.append(
+            f"| {recording.title} | {why} | {outcome} | {sizes} | {'yes' if _sane(one) else '**no**'} |"
+        )
+    return "\n".join([*lines, ""])
+
+
+def _section(recording: Recording, one: dict[str, Any]) -> str:
+    lines = [f"### {recording.title}", "", f"{recording.source}. File: {recording.file}.", ""]
+    if recording.remark:
+        lines += [recording.remark, ""]
+    if "refused" in one:
+        return "\n".join([*lines, f"Refused: {one['refused']}", ""])
+    if one["published"]:
+        lines += ["| | published | found |", "|---|---|---|"]
+        lines += [f"| {name} | {known} | {value} |" for name, known, value in one["published"]]
+        lines.append("")
+    lines += [
+        f"Verdict `{one['verdict']}`, friction law `{one['friction']}`; named: {_named(one)}.",
+        f"{one['rows']:,} rows; {one['moving']:,} thinned ones move; {one['seconds']:.1f} s of one core.",
+    ]
+    if one["unexplained"]:
+        lines.append(f"Unexplained: {one['unexplained']}")
+    if one.get("held_out_refused"):
+        lines.append(f"Without the held-out rows refused: {one['held_out_refused']}")
+    columns = [f"{t['said']} {t['percent_of_coulomb']:.0f} %" for t in one["regression"]["found"]]
+    lines.append(f"The regression's columns, shares of Coulomb: {', '.join(columns) or 'none'}.")
+    return "\n".join([*lines, *_misses(one), ""])
+
+
+def _misses(one: dict[str, Any]) -> list[str]:
+    missed = [f"not named: {t['said']}" for t in unnamed(one)]
+    missed += [f"no column confirms {name}" for name in _false(one)]
+    for which, words in (("in_sample", "in sample"), ("held_out", "held out")):
+        ratio = _ratio(one, which)
+        if ratio is not None and ratio > AS_GOOD:
+            missed.append(f"error {words} {ratio:.2f} times the regression's")
+    if not _sane(one):
+        missed.append("a number beyond what was measured")
+    return [f"Missed: {'; '.join(missed)}."] if missed else []

@@ -1,0 +1,402 @@
+"""The recordings of real machines that `studies.measured` runs, and what their sources published.
+
+They are not shipped. Nothing of the tool is tuned to any of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from idtool.verbs.identify import Identification
+
+Read = Callable[[Identification], str]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One recording and what is known of it.
+
+    Attributes:
+        name: for `--only`, and the key of the cache.
+        title, source: for the page.
+        file: in the folder.
+        options: of the import.
+        gravity: whether the axis is an arm under gravity.
+        friction: of `identify`.
+        published: rows (what, published, how to read it off the result).
+        others: recordings of the same machine to predict: name of a recording, and what was published.
+        beyond: why a model of one axis cannot hold here: it must be refused, or stay sane.
+        remark: what to know.
+    """
+
+    name: str
+    title: str
+    source: str
+    file: str
+    options: dict[str, Any] = field(default_factory=dict)
+    gravity: bool = False
+    friction: str = "lugre"
+    published: tuple[tuple[str, str, Read], ...] = ()
+    others: tuple[str, ...] = ()
+    beyond: str = ""
+    remark: str = ""
+
+
+def _static(name: str) -> Read:
+    return lambda result: _plain(result.parameters.static.get(name))
+
+
+def _gravity(name: str) -> Read:
+    return lambda result: _plain(result.parameters.gravity.get(name))
+
+
+def _effect(effect: str, name: str) -> Read:
+    def read(result: Identification) -> str:
+        entry = result.parameters.effect(effect)
+        return "not found" if entry is None else _plain(entry.parameters[name])
+
+    return read
+
+
+def _plain(parameter: Any) -> str:
+    if parameter is None:
+        return "not found"
+    if not parameter.identified:
+        return f"{parameter.value:.4g}, not determined"
+    return f"{parameter.value:.5g}" + (f" ± {parameter.stderr:.2g}" if parameter.stderr else "")
+
+
+EMPS = "A. Janot, M. Gautier, M. Brunot, Data Set and Reference Models of EMPS, 2019 (nonlinearbenchmark.org)"
+CICESE = "github.com/jorgevchin/Friction-Identification"
+DAMIAO = "github.com/YIZHIXIAOCANGSHU/Friction-Identification-for-Manipulators_usb2fdcan"
+DFKI = "github.com/dfki-ric-underactuated-lab/torque_limited_simple_pendulum"
+DVRK = "github.com/WPI-AIM/dvrk_dynamics_identification"
+HSM = "github.com/malik-robert/HSM150-data"
+LAAS = "github.com/heitor-andrade/laas_anti_cogging"
+LUGRE = "github.com/TeacherRock/LuGre_Friction"
+UR = "github.com/shamilmamedov/dynamic_calibration"
+BRFD = "github.com/ARTS-Laboratory/Dataset-Friction-Damper-with-Backlash"
+
+_BY_RUN: dict[str, Any] = {"trial_by": "run"}
+_JOINT_1: dict[str, Any] = {"trial_by": "run", "where": {"joint": ["1"]}}
+
+
+def _psm(joint: int) -> dict[str, Any]:
+    """Columns of a joint of the PSM; the third slides."""
+    position, velocity, torque = (
+        ("position_m", "velocity_m_s", "force_n")
+        if joint == 3
+        else ("position_rad", "velocity_rad_s", "torque_nm")
+    )
+    unit = {"position_m": "m", "position_rad": "rad"}[position]
+    effort = "n" if joint == 3 else "nm"
+    return {
+        "mapping": {
+            "time_s": "time_nominal_s",
+            position: f"position_j{joint}_{unit}",
+            velocity: f"velocity_j{joint}_{unit}_s",
+            torque: f"effort_j{joint}_{effort}",
+        }
+    }
+
+
+def _cicese(joint: int) -> dict[str, Any]:
+    mapping = {"position_rad": f"position{joint}_rad", "torque_nm": f"torque{joint}_cmd_nm"}
+    return {"mapping": mapping, "trial_by": "run"}
+
+
+def _damiao(number: int, kind: str, published: tuple[str, str, str]) -> Recording:
+    coulomb, viscous, inertia = published
+    return Recording(
+        f"damiao_{number}",
+        f"Damiao {kind.upper()}",
+        DAMIAO,
+        f"damiao_motors/motor0{number}_{kind}.csv.gz",
+        {"trial_by": "run", "unwrap": 25.0},
+        published=(
+            ("Coulomb, N m", coulomb, _static("coulomb")),
+            ("viscous, N m s/rad", viscous, _static("viscous")),
+            ("inertia, kg m2", inertia, _effect("inertia", "inertia")),
+        ),
+        remark="48 Hz at up to 8 rad/s: few rows per motion, and staircases of torque at rest.",
+    )
+
+
+def _hsm(name: str, others: tuple[str, ...] = ()) -> Recording:
+    return Recording(
+        f"hsm_{name}",
+        f"HSM150 servo, torque step {name}",
+        HSM,
+        f"hsm150_servo/torque_step_{name}.csv.gz",
+        _BY_RUN,
+        published=(
+            ("inertia, kg m2", "1.2e-4 (catalogue)", _effect("inertia", "inertia")),
+            ("viscous, N m s/rad", "7.03e-5 (catalogue)", _static("viscous")),
+        ),
+        others=others,
+        remark="One speed of one sign, a very noisy torque.",
+    )
+
+
+def _ur(joint: int) -> Recording:
+    return Recording(
+        f"ur_{joint}",
+        f"UR10e, joint {joint}",
+        UR,
+        f"ur10e/joint_{joint}.csv.gz",
+        {"torque_constant": 1.0},
+        gravity=joint > 1,
+        remark="The torque is in amperes of the motor: its constant is not known." if joint == 1 else "",
+    )
+
+
+RECORDINGS = (
+    Recording(
+        "emps_textbook",
+        "EMPS, textbook model",
+        EMPS,
+        "emps/emps_identification.csv.gz",
+        friction="coulomb",
+        published=(
+            ("M, kg", "95.109", _effect("inertia", "inertia")),
+            ("viscous, N s/m", "203.50", _static("viscous")),
+            ("Coulomb, N", "20.394", _static("coulomb")),
+            ("offset, N", "-3.165", _effect("torque_offset", "offset")),
+        ),
+        others=("emps_pulses",),
+    ),
+    Recording(
+        "emps",
+        "EMPS",
+        EMPS,
+        "emps/emps_identification.csv.gz",
+        others=("emps_pulses",),
+        remark="The authors traced the asymmetry to fatigue of the screw.",
+    ),
+    Recording(
+        "emps_pulses",
+        "EMPS, with pulses of force",
+        EMPS,
+        "emps/emps_validation_pulses.csv.gz",
+        others=("emps",),
+    ),
+    Recording(
+        "brfd",
+        "Banded rotary friction damper",
+        BRFD,
+        "brfd_friction_damper/d2_1hz_30lb_1in.csv.gz",
+        published=(("play, m", "3e-3 to 4e-3", _effect("backlash", "gap")),),
+    ),
+    Recording(
+        "cicese_1",
+        "CICESE DD2DOF, joint 1 (direct drive, vertical, constant speeds)",
+        CICESE,
+        "cicese_dd2dof/test2_constant_speed_both_joints.csv.gz",
+        _cicese(1),
+        gravity=True,
+        published=(
+            ("gravity, sin q, N m", "38.5 (and 1.8 sin 2q)", _gravity("sin")),
+            ("Coulomb, N m", "12.4 forwards, 10.9 backwards", _static("coulomb")),
+            ("viscous, N m s/rad", "3.4, 2.8", _static("viscous")),
+        ),
+        others=("cicese_break",),
+        remark="Joint 2 moves along, at the same angle: its weight pulls with sin 2q.",
+    ),
+    Recording(
+        "cicese_2",
+        "CICESE DD2DOF, joint 2",
+        CICESE,
+        "cicese_dd2dof/test2_constant_speed_both_joints.csv.gz",
+        _cicese(2),
+        gravity=True,
+        published=(
+            ("gravity, N m", "1.8 sin 2q", _gravity("sin")),
+            ("Coulomb, N m", "1.92 forwards, 1.72 backwards", _static("coulomb")),
+            ("viscous, N m s/rad", "0.17, 0.08", _static("viscous")),
+        ),
+        remark="Joint 1 moves along at the same angle, so its weight pulls with sin 2q.",
+    ),
+    Recording(
+        "cicese_break",
+        "CICESE DD2DOF, joint 1, ramps of torque until it breaks away",
+        CICESE,
+        "cicese_dd2dof/test1_breakaway_torque_ramps.csv.gz",
+        _JOINT_1,
+        published=(("static, N m", "10.75 forwards, 12.0 backwards", _static("static")),),
+    ),
+    Recording(
+        "cicese_presliding",
+        "CICESE DD2DOF, joint 1, presliding",
+        CICESE,
+        "cicese_dd2dof/test3_presliding_sigma0_sigma1.csv.gz",
+        _JOINT_1,
+        published=(
+            (
+                "bristle stiffness, N m/rad",
+                "21,419 (half the slope of the loop; the slope is 40,700 to 42,400)",
+                lambda result: _plain(result.parameters.dynamic.get("bristle_stiffness")),
+            ),
+        ),
+        remark="Microradians: it never slides, so the levels are only bounded.",
+    ),
+    _damiao(1, "dm8009", ("0.310", "0.0867", "0.0227")),
+    _damiao(3, "dm4340", ("0.452", "0.1088", "0.0566")),
+    _damiao(5, "dm4310", ("0.101", "0.00586", "0.00107")),
+    Recording(
+        "dfki_ddp",
+        "DFKI pendulum (AK80-6), ddp",
+        DFKI,
+        "dfki_pendulum_ak80/ddp.csv.gz",
+        gravity=True,
+        published=(("gravity, sin q, N m", "3.31 (another file of the source: 2.14)", _gravity("sin")),),
+        others=("dfki_collocation", "dfki_pd"),
+    ),
+    Recording(
+        "dfki_collocation",
+        "DFKI pendulum (AK80-6), direct collocation",
+        DFKI,
+        "dfki_pendulum_ak80/direct_collocation.csv.gz",
+        gravity=True,
+        published=(("gravity, sin q, N m", "3.31 (another file of the source: 2.14)", _gravity("sin")),),
+        others=("dfki_ddp",),
+        remark="3.5 s: one swing-up.",
+    ),
+    Recording(
+        "dfki_pd",
+        "DFKI pendulum (AK80-6), PD",
+        DFKI,
+        "dfki_pendulum_ak80/pd_system_identification.csv.gz",
+        gravity=True,
+        published=(("gravity, sin q, N m", "3.31 (another file of the source: 2.14)", _gravity("sin")),),
+        beyond="the torque chatters up to 17 N m, where the axis needs 3",
+    ),
+    Recording(
+        "dfki_hand",
+        "DFKI pendulum (AK80-6), moved by hand",
+        DFKI,
+        "dfki_pendulum_ak80/gravity_compensation_hand_moved.csv.gz",
+        gravity=True,
+        published=(("gravity, sin q, N m", "3.31, as the controller commands", _gravity("sin")),),
+        beyond="a hand moves the arm, which nobody measured; the torque is the controller's command",
+    ),
+    Recording(
+        "mtm",
+        "da Vinci MTM, joint 4 (a cable inside)",
+        DVRK,
+        "dvrk_mtm_cable_joint4/mtm_joint4_slow_sweep.csv.gz",
+        {"mapping": {"time_s": "time_nominal_s"}},
+        remark="A cable pulls like a nonlinear spring.",
+    ),
+    Recording(
+        "psm_1",
+        "da Vinci PSM, joint 1",
+        DVRK,
+        "dvrk_psm_payload/psm_payload_none.csv.gz",
+        _psm(1),
+        gravity=True,
+        others=("psm_1_loaded",),
+        beyond="three coupled joints move together",
+    ),
+    Recording(
+        "psm_1_loaded",
+        "da Vinci PSM, joint 1, 105 g",
+        DVRK,
+        "dvrk_psm_payload/psm_payload_105g_parallel.csv.gz",
+        _psm(1),
+        gravity=True,
+        beyond="three coupled joints move together",
+    ),
+    Recording(
+        "psm_2",
+        "da Vinci PSM, joint 2",
+        DVRK,
+        "dvrk_psm_payload/psm_payload_none.csv.gz",
+        _psm(2),
+        gravity=True,
+        others=("psm_2_loaded",),
+        beyond="three coupled joints move together",
+    ),
+    Recording(
+        "psm_2_loaded",
+        "da Vinci PSM, joint 2, 105 g",
+        DVRK,
+        "dvrk_psm_payload/psm_payload_105g_parallel.csv.gz",
+        _psm(2),
+        gravity=True,
+        beyond="three coupled joints move together",
+    ),
+    Recording(
+        "psm_3",
+        "da Vinci PSM, joint 3 (insertion, linear)",
+        DVRK,
+        "dvrk_psm_payload/psm_payload_none.csv.gz",
+        _psm(3),
+        others=("psm_3_loaded",),
+    ),
+    Recording(
+        "psm_3_loaded",
+        "da Vinci PSM, joint 3, 105 g",
+        DVRK,
+        "dvrk_psm_payload/psm_payload_105g_parallel.csv.gz",
+        _psm(3),
+        others=("psm_3",),
+    ),
+    _hsm("pos_0.06", ("hsm_pos_0.065", "hsm_neg_0.04", "hsm_neg_0.045")),
+    _hsm("pos_0.065"),
+    _hsm("neg_0.04", ("hsm_neg_0.045",)),
+    _hsm("neg_0.045"),
+    Recording(
+        "laas_speed",
+        "LAAS cogging, one speed",
+        LAAS,
+        "laas_bldc_cogging/speed_test.csv.gz",
+        {"torque_constant": 0.03},
+    ),
+    Recording(
+        "laas_map",
+        "LAAS cogging, held at rest at every 2 mrad",
+        LAAS,
+        "laas_bldc_cogging/stopped_mapping.csv.gz",
+        {"torque_constant": 0.03},
+        remark="Every row was read at rest: the speed column is zero throughout.",
+    ),
+    Recording(
+        "servo_triangle",
+        "Servo motor, torque triangle",
+        LUGRE,
+        "servo_motor_lugre/inertia_viscous_torque_triangle.csv.gz",
+        _BY_RUN,
+        published=(
+            ("Coulomb, N m", "0.0149, which its own logs contradict (about 0.030)", _static("coulomb")),
+            ("inertia, kg m2", "1.76e-4", _effect("inertia", "inertia")),
+        ),
+        others=("servo_ramp",),
+        remark="Torque is commanded, and the published numbers are of another recording: a negative control.",
+    ),
+    Recording(
+        "servo_ramp",
+        "Servo motor, torque ramp",
+        LUGRE,
+        "servo_motor_lugre/breakaway_torque_ramp.csv.gz",
+        _BY_RUN,
+    ),
+    Recording(
+        "servo_presliding",
+        "Servo motor, presliding",
+        LUGRE,
+        "servo_motor_lugre/presliding_torque_triangle.csv.gz",
+        _BY_RUN,
+    ),
+    _ur(1),
+    _ur(2),
+    _ur(3),
+)
+
+#: Folders that are not run, and why.
+LEFT_OUT = {
+    "xl330": "DYNAMIXEL XL330: duty and supply voltage, no current; waits for effort from duty.",
+    "sts3215_backlash": "Feetech STS3215: 10 Hz telemetry of duty, servos that pull at each other through "
+    "springs; waits for effort from duty.",
+}

@@ -1,0 +1,387 @@
+"""What plain least squares finds in a recording: the least that the toolkit should find there too.
+
+Moving rows only; the same zero-phase low-pass on both sides; columns join one after another, the one that
+lowers the error on rows held out in turn most, until none lowers it to `_WORTH`. Among these rows are those
+on which its error is told, which flatters it a little: it is a bar to reach, not a model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from idtool.log import Log
+from idtool.model.motion import Array
+
+Flags = NDArray[np.bool_]
+
+#: Corner of the low-pass, Hz, or this share of the sampling rate where that is lower; rows kept per corner.
+_CORNER_HZ, _OF_RATE, _ROWS_PER_CORNER = 10.0, 0.2, 3.0
+#: A row moves above this share of the usual top speed.
+_MOVING = 0.05
+#: A column stays if the error on held-out rows falls to this share; no more columns than this.
+_WORTH, _MOST = 0.985, 9
+#: From this many trials on they make four folds, in turn; else sixteen blocks of time make five.
+_TRIALS, _BLOCKS, _BLOCK_FOLDS = 4, 16, 5
+#: The fold whose rows are held out, and the rows of another recording, which choose no column.
+_HELD, OTHER = 2, -1
+#: Bins over the stroke, and how much finer than the stroke tells the spectrum is read.
+_BINS, _FINER = 1 << 14, 8
+
+#: column -> what of the tool stands for it: names of effects, "friction" (a Stribeck curve), "gravity"
+STANDS_FOR: dict[str, tuple[str, ...]] = {
+    "inertia": ("inertia",),
+    "offset": ("torque_offset",),
+    "abs w": ("direction_asymmetry",),
+    "w abs w": ("nonlinear_viscous",),
+    "s abs w^1/3": ("friction", "stribeck_shape", "nonlinear_viscous"),
+    "Stribeck 3 %": ("friction", "stribeck_shape"),
+    "Stribeck 10 %": ("friction", "stribeck_shape"),
+    "Stribeck 30 %": ("friction", "stribeck_shape"),
+    "q": ("position_stiffness",),
+    "q^2": ("position_stiffness",),
+    "q^3": ("position_stiffness",),
+    "sin q": ("gravity", "position_stiffness"),
+    "cos q": ("gravity", "position_stiffness"),
+    "s q": ("position_dependent_friction",),
+    "s q^2": ("position_dependent_friction",),
+    "t": ("thermal_drift", "external_periodic"),
+    "s t": ("thermal_drift",),
+    "s abs gravity": ("load_dependent_friction", "drive_backdrive"),
+    "jerk": ("transport_delay", "compliance"),
+    "line": ("position_ripple",),
+    "slow line": ("position_ripple", "position_stiffness"),
+    "line s": ("position_ripple", "position_dependent_friction"),
+}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Moving rows, low-passed and thinned. Arrays of shape (rows,); SI.
+
+    Attributes:
+        trial: number of the trial.
+        time, position, velocity, acceleration, jerk, torque: of the row.
+        fold: to which a row belongs, `OTHER` for none.
+        others: further signals, through the same low-pass.
+        rate: rows per second.
+    """
+
+    trial: NDArray[np.intp]
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+    torque: Array
+    fold: NDArray[np.intp]
+    others: dict[str, Array]
+    rate: float
+
+    @property
+    def held(self) -> Flags:
+        """Which rows are held out."""
+        return np.asarray((self.fold == _HELD) if np.all(self.fold >= 0) else (self.fold == OTHER))
+
+
+@dataclass(frozen=True)
+class Term:
+    """One column, or the two of a sine, that joined.
+
+    Attributes:
+        name: as in `STANDS_FOR`.
+        said: for a person.
+        columns: shape (rows, 1 or 2).
+        size: what it explains that those before it do not, rms, N m (N).
+    """
+
+    name: str
+    said: str
+    columns: Array
+    size: float
+
+
+@dataclass(frozen=True)
+class Regression:
+    """The outcome.
+
+    Attributes:
+        terms: in the order in which they joined; the base first.
+        coulomb: the base's level, N m (N).
+        in_sample, held_out: relative error, per cent.
+    """
+
+    terms: tuple[Term, ...]
+    base: int
+    coulomb: float
+    in_sample: float
+    held_out: float
+
+    @property
+    def found(self) -> tuple[Term, ...]:
+        """What joined the base."""
+        return self.terms[self.base :]
+
+
+def torque_of(log: Log) -> Array:
+    """The measured torque of every row, N m (N)."""
+    torque = log.column("torque")
+    if torque is not None:
+        return torque
+    current, constant = log.column("current"), log.axis.torque_constant
+    assert current is not None
+    assert constant is not None
+    return constant * current
+
+
+def held_out(log: Log) -> Flags:
+    """Which rows are held out: every fourth trial, or where there are few trials three blocks of sixteen."""
+    return folds(log) == _HELD
+
+
+def folds(log: Log) -> NDArray[np.intp]:
+    """The fold of every row."""
+    trial = np.unique(log.frame["trial"].to_numpy(), return_inverse=True)[1]
+    if trial.max() + 1 >= _TRIALS:
+        return np.asarray(trial % _TRIALS)
+    return np.asarray(np.arange(len(trial)) * _BLOCKS // len(trial) % _BLOCK_FOLDS)
+
+
+def moving(log: Log, others: Mapping[str, Array] | None = None) -> Rows:
+    """The rows of a log on which its axis moves.
+
+    Args:
+        log: of one axis.
+        others: signals of every row (a prediction).
+    """
+    fold, torque = folds(log), torque_of(log)
+    time, position, velocity = (log.column(role) for role in ("time", "position", "velocity"))
+    assert time is not None
+    trial = np.unique(log.frame["trial"].to_numpy(), return_inverse=True)[1]
+    signals = {"torque": torque} | dict(others or {})
+    pieces: list[dict[str, Array]] = []
+    rate = 0.0
+    for number in range(trial.max() + 1):
+        rows = np.flatnonzero(trial == number)
+        rows = rows[np.isfinite(time[rows]) & np.isfinite(torque[rows])]
+        piece, rate = _piece(rows, time, position, velocity, signals) if len(rows) > 60 else ({}, rate)
+        if piece:
+            nearest = np.searchsorted(time[rows], piece["time"], side="right") - 1
+            piece["fold"] = fold[rows[nearest]]
+            pieces.append(piece | {"trial": np.full(len(piece["time"]), float(number))})
+    joined = {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
+    speed = np.abs(joined["velocity"])
+    keep = speed > _MOVING * np.quantile(speed, 0.98)
+    joined = {name: values[keep] for name, values in joined.items()}
+    return Rows(
+        trial=joined.pop("trial").astype(np.intp),
+        time=joined.pop("time"),
+        position=joined.pop("position"),
+        velocity=joined.pop("velocity"),
+        acceleration=joined.pop("acceleration"),
+        jerk=joined.pop("jerk"),
+        torque=joined.pop("torque"),
+        fold=joined.pop("fold").astype(np.intp),
+        others=joined,
+        rate=rate,
+    )
+
+
+def _piece(
+    rows: NDArray[np.intp],
+    time: Array,
+    position: Array | None,
+    velocity: Array | None,
+    signals: Mapping[str, Array],
+) -> tuple[dict[str, Array], float]:
+    """The low-passed signals of one trial, on an even and thinned grid, and its rows per second."""
+    step = float(np.median(np.diff(time[rows])))
+    grid = np.arange(time[rows[0]], time[rows[-1]], step)
+    corner = min(_CORNER_HZ, _OF_RATE / step)
+    section = butter(3, 2.0 * corner * step, output="sos")
+
+    def even(values: Array) -> Array:
+        good = rows[np.isfinite(values[rows])]
+        return np.asarray(np.interp(grid, time[good], values[good]))
+
+    def smooth(values: Array) -> Array:
+        return np.asarray(sosfiltfilt(section, values))
+
+    speed = even(velocity) if velocity is not None else np.gradient(even(position), step)  # type: ignore[arg-type]
+    if velocity is not None and position is not None and not np.any(velocity[rows]):
+        speed = np.gradient(even(position), step)
+    place = even(position) if position is not None else np.cumsum(speed) * step
+    filtered = smooth(speed)
+    acceleration = np.gradient(filtered, step)
+    found = {
+        "time": grid,
+        "position": smooth(place),
+        "velocity": filtered,
+        "acceleration": acceleration,
+        "jerk": np.gradient(acceleration, step),
+    } | {name: smooth(even(values)) for name, values in signals.items()}
+    every = max(1, int(1.0 / (_ROWS_PER_CORNER * corner * step)))
+    edge = int(0.1 / step)
+    kept = slice(edge, len(grid) - edge, every)
+    return {name: values[kept] for name, values in found.items()}, 1.0 / (every * step)
+
+
+def relative(rows: Rows, predicted: Array, which: Flags | None = None) -> float:
+    """Relative error of a prediction on these rows, per cent."""
+    chosen = np.ones(len(predicted), dtype=bool) if which is None else which
+    size = float(np.linalg.norm(rows.torque[chosen]))
+    return 100.0 * float(np.linalg.norm((rows.torque - predicted)[chosen])) / size if size else np.nan
+
+
+def regress(rows: Rows, gravity: bool) -> Regression:
+    """Choose columns for the torque of these rows.
+
+    Args:
+        rows: of `moving`.
+        gravity: whether the axis is an arm under gravity; its sine and cosine are then in the base.
+    """
+    candidates = _columns(rows)
+    base = ["coulomb", "viscous", "inertia", *(("sin q", "cos q") if gravity else ())]
+    terms = [Term(name, name, candidates.pop(name)[:, None], 0.0) for name in base]
+    matrix = np.hstack([term.columns for term in terms])
+    coulomb = abs(float(_fit(rows, matrix, np.ones(len(rows.time), dtype=bool))[0]))
+    while len(terms) < len(base) + _MOST:
+        offered = _offered(rows, candidates, matrix, gravity)
+        errors = [_error(rows, np.hstack([matrix, columns])) for _, _, columns in offered]
+        best = int(np.argmin(errors))
+        if errors[best] > _WORTH * _error(rows, matrix):
+            break
+        name, said, columns = offered[best]
+        wider = np.hstack([matrix, columns])
+        size = np.sqrt(max(_left(rows, matrix) ** 2 - _left(rows, wider) ** 2, 0.0))
+        terms.append(Term(name, said, columns, float(size)))
+        candidates.pop(name, None)
+        matrix = wider
+    fitted = matrix @ _fit(rows, matrix, ~rows.held)
+    everything = matrix @ _fit(rows, matrix, np.ones(len(rows.time), dtype=bool))
+    return Regression(
+        tuple(terms), len(base), coulomb, relative(rows, everything), relative(rows, fitted, rows.held)
+    )
+
+
+def supports(rows: Rows, regression: Regression, effect: str) -> bool | None:
+    """Whether columns that stand for an effect lower the error on held-out rows; None if there are none.
+
+    They are offered beside all that the regression found and that does not stand for the effect itself.
+    """
+    if not any(effect in names for names in STANDS_FOR.values()):
+        return None
+    if effect == "inertia" or any(effect in STANDS_FOR[term.name] for term in regression.found):
+        return True
+    matrix = np.hstack([term.columns for term in regression.terms])
+    gravity = any(term.name == "sin q" for term in regression.terms[: regression.base])
+    offered = _offered(rows, _columns(rows), matrix, gravity)
+    mine = [columns for name, _, columns in offered if effect in STANDS_FOR.get(name, ())]
+    plain = _error(rows, matrix)
+    return any(_error(rows, np.hstack([matrix, columns])) < plain for columns in mine)
+
+
+def _columns(rows: Rows) -> dict[str, Array]:
+    """Every column that does not depend on what was found before."""
+    q, w = _unit(rows.position), rows.velocity
+    sign, top = np.sign(w), float(np.quantile(np.abs(w), 0.98))
+    t = _unit(rows.time)
+    found = {
+        "coulomb": sign,
+        "viscous": w,
+        "inertia": rows.acceleration,
+        "sin q": np.sin(rows.position),
+        "cos q": np.cos(rows.position),
+        "offset": np.ones(len(q)),
+        "abs w": np.abs(w),
+        "w abs w": w * np.abs(w),
+        "s abs w^1/3": sign * np.cbrt(np.abs(w)),
+        "q": q,
+        "q^2": q**2,
+        "q^3": q**3,
+        "s q": sign * q,
+        "s q^2": sign * q**2,
+        "t": t,
+        "s t": sign * t,
+        "jerk": rows.jerk,
+    }
+    return found | {
+        f"Stribeck {100 * share:.0f} %": sign * np.exp(-((w / (share * top)) ** 2))
+        for share in (0.03, 0.1, 0.3)
+    }
+
+
+def _unit(values: Array) -> Array:
+    return (values - values.mean()) / (values.std() or 1.0)
+
+
+def _offered(
+    rows: Rows, candidates: Mapping[str, Array], matrix: Array, gravity: bool
+) -> list[tuple[str, str, Array]]:
+    """Name, words and columns of everything that might join."""
+    base = ("coulomb", "viscous", "inertia", *(("sin q", "cos q") if gravity else ()))
+    turns = np.ptp(rows.position) > 1.0
+    offered = [
+        (name, name, column[:, None])
+        for name, column in candidates.items()
+        if name not in base and (turns or name not in ("sin q", "cos q"))
+    ]
+    everywhere = np.ones(len(rows.time), dtype=bool)
+    found = _fit(rows, matrix, everywhere)
+    if gravity:
+        load = found[3] * np.sin(rows.position) + found[4] * np.cos(rows.position)
+        offered.append(("s abs gravity", "s abs gravity", (np.sign(rows.velocity) * np.abs(load))[:, None]))
+    left = rows.torque - matrix @ found
+    for name, way in (("line", np.ones(len(left))), ("line s", np.sign(rows.velocity))):
+        waves = _strongest_line(rows, way * left)
+        if waves is not None:
+            angle = 2.0 * np.pi * waves * rows.position
+            slow = name == "line" and waves * np.ptp(rows.position) < 2.0
+            columns = way[:, None] * np.column_stack([np.sin(angle), np.cos(angle)])
+            said = f"{name} of {waves:.4g} waves per rad or m"
+            offered.append(("slow line" if slow else name, said, columns))
+    return offered
+
+
+def _strongest_line(rows: Rows, values: Array) -> float | None:
+    """The waves per unit of travel of the strongest sine over the position; None if there is no room."""
+    stroke = float(np.ptp(rows.position))
+    steps = np.abs(np.diff(rows.position))
+    if stroke <= 0.0 or not np.any(steps > 0.0):
+        return None
+    # four rows a wave at the usual speed: beyond, a line can be read into anything
+    highest = 0.25 / float(np.median(steps[steps > 0.0]))
+    sums = np.histogram(rows.position, bins=_BINS, weights=values - values.mean())[0]
+    power = np.abs(np.fft.rfft(sums, _FINER * _BINS))
+    waves = np.fft.rfftfreq(_FINER * _BINS, stroke / _BINS)
+    power[(waves < 1.5 / stroke) | (waves > highest)] = 0.0
+    return float(waves[np.argmax(power)]) if power.any() else None
+
+
+def _fit(rows: Rows, matrix: Array, which: Flags) -> Array:
+    scale = np.linalg.norm(matrix[which], axis=0) + 1e-300
+    return np.asarray(np.linalg.lstsq(matrix[which] / scale, rows.torque[which], rcond=1e-10)[0] / scale)
+
+
+def _error(rows: Rows, matrix: Array) -> float:
+    """Root of the summed squared errors on every fold, of the fit to the others."""
+    scaled = matrix / (np.linalg.norm(matrix, axis=0) + 1e-300)
+    parts = [
+        (scaled[here], rows.torque[here]) for here in (rows.fold == f for f in range(rows.fold.max() + 1))
+    ]
+    squares = [x.T @ x for x, _ in parts]
+    products = [x.T @ y for x, y in parts]
+    total = 0.0
+    for x, square, product, (_, y) in zip((x for x, _ in parts), squares, products, parts, strict=True):
+        others = np.linalg.lstsq(sum(squares) - square, sum(products) - product, rcond=1e-12)[0]
+        total += float(np.sum((y - x @ others) ** 2))
+    return float(np.sqrt(total))
+
+
+def _left(rows: Rows, matrix: Array) -> float:
+    everywhere = np.ones(len(rows.time), dtype=bool)
+    return float(np.sqrt(np.mean((rows.torque - matrix @ _fit(rows, matrix, everywhere)) ** 2)))
