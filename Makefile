@@ -45,6 +45,7 @@ study-diagnosis: export OPENBLAS_NUM_THREADS = 1
 study-diagnosis: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.diagnosis
 
+study-measured: export OPENBLAS_NUM_THREADS = 1
 study-measured: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.measured
 

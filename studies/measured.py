@@ -36,7 +36,7 @@ from idtool.verbs.predict import predict
 from studies import emps
 from studies.measured_page import page
 from studies.recordings import RECORDINGS, Recording
-from studies.regression import OTHER, Rows, held_out, moving, regress, relative, supports, torque_of
+from studies.regression import OTHER, Rows, held_out, moving, regress, relative, torque_of
 
 FOUND = Path("docs/measured.json")
 BY_NAME = {recording.name: recording for recording in RECORDINGS}
@@ -57,7 +57,6 @@ def run(recording: Recording, folder: Path) -> dict[str, Any]:
     document |= _said(recording, result) | {"held_out_refused": why}
     document |= _compared(recording, log, whole, part)
     document["sane"] = _sizes(log, whole, result.parameters)
-    document["named"] = {e["name"]: _supported(recording, log, e["name"]) for e in document["effects"]}
     document["others"] = [
         _other(recording, result.parameters, BY_NAME[name], folder) for name in recording.others
     ]
@@ -114,11 +113,6 @@ def _compared(recording: Recording, log: Log, whole: Array | None, part: Array |
         "in_sample": relative(rows, rows.others["whole"]) if whole is not None else None,
         "held_out": relative(rows, rows.others["part"], rows.held) if part is not None else None,
     }
-
-
-def _supported(recording: Recording, log: Log, effect: str) -> bool | None:
-    rows = moving(log)
-    return supports(rows, regress(rows, recording.gravity), effect)
 
 
 def _sizes(log: Log, whole: Array, parameters: Parameters) -> dict[str, float]:

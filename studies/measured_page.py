@@ -35,9 +35,8 @@ _MAPPING = """## Which name stands for which column
 
 A column of the regression counts as named where the tool names one of the effects beside it ("friction":
 the law that was fitted has a Stribeck curve; "gravity": the gravity of an arm was found). A named effect
-counts as confirmed where a column that stands for it lowers the regression's error on rows held out in
-turn; effects with a memory (backlash, hysteresis, break-away dwell) have no column, and can be neither
-confirmed nor denied by it.
+counts as confirmed where a column that stands for it joined, of whatever size; effects with a memory
+(backlash, hysteresis, break-away dwell) have no column, and can be neither confirmed nor denied by it.
 
 | column | stands for it |
 |---|---|
@@ -85,8 +84,11 @@ def _ratio(one: dict[str, Any], which: str) -> float | None:
     return one[which] / one["regression"][which] if one.get(which) is not None else None
 
 
-def _false(one: dict[str, Any]) -> list[str]:
-    return [name for name, confirmed in one.get("named", {}).items() if confirmed is False]
+def unconfirmed(one: dict[str, Any]) -> list[str]:
+    """Named effects that have columns in the regression, none of which joined."""
+    joined = {name for term in one["regression"]["found"] for name in STANDS_FOR[term["name"]]} | {"inertia"}
+    known = {name for names in STANDS_FOR.values() for name in names}
+    return [e["name"] for e in one.get("effects", []) if e["name"] in known - joined]
 
 
 def _sane(one: dict[str, Any]) -> bool:
@@ -108,9 +110,11 @@ def _goals(done: list[Recording], found: dict[str, Any]) -> str:
         near = sum((_ratio(one, which) or 1e9) <= AS_GOOD for one in counted)
         goal = f"error {words} at most {AS_GOOD} of the regression's on four sets of five"
         rows.append((goal, f"{near} of {len(counted)}", near >= 0.8 * len(counted)))
-    false = sum(len(_false(one)) for one in counted)
-    names = sum(len(one.get("named", {})) for one in counted)
-    rows.append(("no false name (one that no column confirms)", f"{false} of {names} names", false == 0))
+    false = sum(len(unconfirmed(one)) for one in counted)
+    names = sum(len(one.get("effects", [])) for one in counted)
+    rows.append(
+        ("no false name (no column that joined confirms it)", f"{false} of {names} names", false == 0)
+    )
     if "emps" in found and "authors" in found["emps"]:
         error = found["emps"]["authors"]["in_sample"]
         rows.append(("EMPS below 2.2 % as its authors count", f"{error:.2f} %", error < 2.2))
@@ -130,8 +134,8 @@ def _overview(done: list[Recording], found: dict[str, Any]) -> str:
     head = [
         "## All of them",
         "",
-        "Errors on moving rows, per cent: the tool's / the regression's. `!` marks more than 1.1 times that of",
-        "the regression, a name in brackets with `?` one that no column confirms; shares are of the torque.",
+        "Errors on moving rows, per cent: tool / regression. `!`: more than 1.1 times that of the regression;",
+        "a name in brackets with `?`: no column confirms it; shares are of the torque.",
         "",
         "| recording | named | columns above 5 % of Coulomb, not named | in sample | held out |",
         "|---|---|---|---|---|",
@@ -152,7 +156,7 @@ def _named(one: dict[str, Any]) -> str:
     for effect in one["effects"]:
         share = effect["percent_of_torque"]
         name = effect["name"] + (f" {share:.0f} %" if share is not None else "")
-        words.append(f"({name}?)" if effect["name"] in _false(one) else name)
+        words.append(f"({name}?)" if effect["name"] in unconfirmed(one) else name)
     return ", ".join(words) or "none"
 
 
@@ -230,7 +234,7 @@ def _beyond(done: list[Recording], found: dict[str, Any]) -> str:
     lines = [
         "## What one axis cannot describe",
         "",
-        "It must be refused, or stay sane: no prediction beyond 1.5 times the largest torque that was measured,",
+        "It must be refused, or stay sane: no prediction beyond 1.5 times the largest measured torque,",
         "no friction level beyond it. Others that break this are listed too.",
         "",
         "| recording | why | outcome | largest prediction / measured | largest level / measured | sane |",
@@ -276,7 +280,7 @@ def _section(recording: Recording, one: dict[str, Any]) -> str:
 
 def _misses(one: dict[str, Any]) -> list[str]:
     missed = [f"not named: {t['said']}" for t in unnamed(one)]
-    missed += [f"no column confirms {name}" for name in _false(one)]
+    missed += [f"no column confirms {name}" for name in unconfirmed(one)]
     for which, words in (("in_sample", "in sample"), ("held_out", "held out")):
         ratio = _ratio(one, which)
         if ratio is not None and ratio > AS_GOOD:

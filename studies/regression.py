@@ -268,23 +268,6 @@ def regress(rows: Rows, gravity: bool) -> Regression:
     )
 
 
-def supports(rows: Rows, regression: Regression, effect: str) -> bool | None:
-    """Whether columns that stand for an effect lower the error on held-out rows; None if there are none.
-
-    They are offered beside all that the regression found and that does not stand for the effect itself.
-    """
-    if not any(effect in names for names in STANDS_FOR.values()):
-        return None
-    if effect == "inertia" or any(effect in STANDS_FOR[term.name] for term in regression.found):
-        return True
-    matrix = np.hstack([term.columns for term in regression.terms])
-    gravity = any(term.name == "sin q" for term in regression.terms[: regression.base])
-    offered = _offered(rows, _columns(rows), matrix, gravity)
-    mine = [columns for name, _, columns in offered if effect in STANDS_FOR.get(name, ())]
-    plain = _error(rows, matrix)
-    return any(_error(rows, np.hstack([matrix, columns])) < plain for columns in mine)
-
-
 def _columns(rows: Rows) -> dict[str, Array]:
     """Every column that does not depend on what was found before."""
     q, w = _unit(rows.position), rows.velocity
