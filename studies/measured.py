@@ -25,13 +25,13 @@ from typing import Any
 import click
 import numpy as np
 
-from idtool.io.atomic import atomic_write
 from idtool.errors import FfcIdError
-from idtool.verbs.identify import Identification, identify
 from idtool.importing import import_recording
+from idtool.io.atomic import atomic_write
 from idtool.log import Log
 from idtool.model.motion import Array
 from idtool.parameters import Parameters
+from idtool.verbs.identify import Identification, identify
 from idtool.verbs.predict import predict
 from studies import emps
 from studies.measured_page import page

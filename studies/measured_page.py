@@ -134,7 +134,7 @@ def _overview(done: list[Recording], found: dict[str, Any]) -> str:
     head = [
         "## All of them",
         "",
-        "Errors on moving rows, per cent: tool / regression. `!`: more than 1.1 times that of the regression;",
+        "Errors on moving rows, per cent: tool / regression; `!`: more than 1.1 times as much;",
         "a name in brackets with `?`: no column confirms it; shares are of the torque.",
         "",
         "| recording | named | columns above 5 % of Coulomb, not named | in sample | held out |",

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from idtool.axis import Axis
 from idtool.log import Log
 from idtool.model.motion import Array
+from idtool.parameters.axis import Axis
 from studies.measured_page import unconfirmed, unnamed
 from studies.regression import held_out, moving, regress, relative
 
