@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from studies.recordings import LEFT_OUT, RECORDINGS, Recording
@@ -27,7 +28,7 @@ prediction, as `ffc-id predict` makes it, on the rows on which the axis moves (a
 speed), measured and predicted torque through the same zero-phase low-pass of 10 Hz, `||e|| / ||F||`.
 Beside them stands what a stepwise least-squares regression reaches on the same rows
 (`studies/regression.py`): Coulomb, viscous, inertia, gravity where there is any, then one column after
-another, the one that lowers the error on rows held out in turn most; s is the sign of the speed. The
+another, the one that lowers the error on rows held out in turn most; s is the sign of the speed, a line a sine of the position (waves a rad or m). The
 size of a column is what it explains that those before it do not, as a share of the Coulomb level.
 """
 
@@ -63,7 +64,7 @@ def page(found: dict[str, Any]) -> str:
 
 
 def _counted(recordings: list[Recording]) -> list[Recording]:
-    """Those that a model of one axis can describe, each once."""
+    """Those that a model of one sliding axis can describe, each once."""
     return [r for r in recordings if not r.beyond and r.friction == "lugre"]
 
 
@@ -77,7 +78,19 @@ def unnamed(one: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _large(one: dict[str, Any]) -> list[dict[str, Any]]:
-    return [t for t in one["regression"]["found"] if t["percent_of_coulomb"] >= COUNTS]
+    """What counts; columns that the same effects stand for are one."""
+    alike: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    for term in one["regression"]["found"]:
+        alike.setdefault(STANDS_FOR[term["name"]], []).append(term)
+    joined = [
+        terms[0]
+        | {
+            "said": ", ".join(t["said"] for t in terms),
+            "percent_of_coulomb": math.hypot(*(t["percent_of_coulomb"] for t in terms)),
+        }
+        for terms in alike.values()
+    ]
+    return [term for term in joined if term["percent_of_coulomb"] >= COUNTS]
 
 
 def _ratio(one: dict[str, Any], which: str) -> float | None:
@@ -144,11 +157,11 @@ def _overview(done: list[Recording], found: dict[str, Any]) -> str:
 
 
 def _line(recording: Recording, one: dict[str, Any]) -> str:
-    title = recording.title + (" (beyond one axis)" if recording.beyond else "")
-    lacking = [f"{t['said']} {t['percent_of_coulomb']:.0f} %" for t in unnamed(one)]
+    title = recording.title + (" (not counted)" if recording.beyond else "")
+    lacking = [f"{t['said']}: {t['percent_of_coulomb']:.0f} %" for t in unnamed(one)]
     named = "refused" if "refused" in one else _named(one)
     errors = " | ".join(_pair(one, which) for which in ("in_sample", "held_out"))
-    return f"| {title} | {named} | {', '.join(lacking) or '–'} | {errors} |"
+    return f"| {title} | {named} | {'; '.join(lacking) or '–'} | {errors} |"
 
 
 def _named(one: dict[str, Any]) -> str:
@@ -232,7 +245,7 @@ def _others(done: list[Recording], found: dict[str, Any]) -> str:
 
 def _beyond(done: list[Recording], found: dict[str, Any]) -> str:
     lines = [
-        "## What one axis cannot describe",
+        "## What cannot be known",
         "",
         "It must be refused, or stay sane: no prediction beyond 1.5 times the largest measured torque,",
         "no friction level beyond it. Others that break this are listed too.",

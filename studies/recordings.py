@@ -27,7 +27,7 @@ class Recording:
         friction: of `identify`.
         published: rows (what, published, how to read it off the result).
         others: recordings of the same machine to predict: name of a recording, and what was published.
-        beyond: why a model of one axis cannot hold here: it must be refused, or stay sane.
+        beyond: why a sliding axis alone cannot be identified here: it must be refused, or stay sane.
         remark: what to know.
     """
 
@@ -239,7 +239,7 @@ RECORDINGS = (
                 lambda result: _plain(result.parameters.dynamic.get("bristle_stiffness")),
             ),
         ),
-        remark="Microradians: it never slides, so the levels are only bounded.",
+        beyond="microradians: it never slides, so that levels are bounded, not measured",
     ),
     _damiao(1, "dm8009", ("0.310", "0.0867", "0.0227")),
     _damiao(3, "dm4340", ("0.452", "0.1088", "0.0566")),
@@ -360,7 +360,7 @@ RECORDINGS = (
         LAAS,
         "laas_bldc_cogging/stopped_mapping.csv.gz",
         {"torque_constant": 0.03},
-        remark="Every row was read at rest: the speed column is zero throughout.",
+        beyond="every row was read at rest, with the speed at zero",
     ),
     Recording(
         "servo_triangle",
@@ -388,6 +388,7 @@ RECORDINGS = (
         LUGRE,
         "servo_motor_lugre/presliding_torque_triangle.csv.gz",
         _BY_RUN,
+        beyond="it never slides, so that levels are bounded, not measured",
     ),
     _ur(1),
     _ur(2),

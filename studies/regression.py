@@ -23,12 +23,16 @@ Flags = NDArray[np.bool_]
 _CORNER_HZ, _OF_RATE, _ROWS_PER_CORNER = 10.0, 0.2, 3.0
 #: A row moves above this share of the usual top speed.
 _MOVING = 0.05
+#: A speed column that is zero on more rows than all but this share says nothing.
+_ALIVE = 0.01
 #: A column stays if the error on held-out rows falls to this share; no more columns than this.
 _WORTH, _MOST = 0.985, 9
 #: From this many trials on they make four folds, in turn; else sixteen blocks of time make five.
 _TRIALS, _BLOCKS, _BLOCK_FOLDS = 4, 16, 5
 #: The fold whose rows are held out, and the rows of another recording, which choose no column.
 _HELD, OTHER = 2, -1
+#: Lines over the position; below this many waves in the stroke they are slow.
+_LINES, _SLOW = ("line", "line s", "slow line"), 2.0
 #: Bins over the stroke, and how much finer than the stroke tells the spectrum is read.
 _BINS, _FINER = 1 << 14, 8
 
@@ -211,10 +215,14 @@ def _piece(
     def smooth(values: Array) -> Array:
         return np.asarray(sosfiltfilt(section, values))
 
-    speed = even(velocity) if velocity is not None else np.gradient(even(position), step)  # type: ignore[arg-type]
-    if velocity is not None and position is not None and not np.any(velocity[rows]):
-        speed = np.gradient(even(position), step)
-    place = even(position) if position is not None else np.cumsum(speed) * step
+    # a speed column that stands still while the axis is moved from place to place is none
+    if velocity is not None and (position is None or np.mean(velocity[rows] != 0.0) > _ALIVE):
+        speed = even(velocity)
+        place = even(position) if position is not None else np.cumsum(speed) * step
+    else:
+        assert position is not None
+        place = even(position)
+        speed = np.gradient(place, step)
     filtered = smooth(speed)
     acceleration = np.gradient(filtered, step)
     found = {
@@ -251,7 +259,10 @@ def regress(rows: Rows, gravity: bool) -> Regression:
     coulomb = abs(float(_fit(rows, matrix, np.ones(len(rows.time), dtype=bool))[0]))
     while len(terms) < len(base) + _MOST:
         offered = _offered(rows, candidates, matrix, gravity)
-        errors = [_error(rows, np.hstack([matrix, columns])) for _, _, columns in offered]
+        errors = [
+            _line_error(rows, matrix, name) if name in _LINES else _error(rows, np.hstack([matrix, columns]))
+            for name, _, columns in offered
+        ]
         best = int(np.argmin(errors))
         if errors[best] > _WORTH * _error(rows, matrix):
             break
@@ -319,26 +330,48 @@ def _offered(
         load = found[3] * np.sin(rows.position) + found[4] * np.cos(rows.position)
         offered.append(("s abs gravity", "s abs gravity", (np.sign(rows.velocity) * np.abs(load))[:, None]))
     left = rows.torque - matrix @ found
-    for name, way in (("line", np.ones(len(left))), ("line s", np.sign(rows.velocity))):
-        waves = _strongest_line(rows, way * left)
+    for kind in ("line", "line s"):
+        way = _way(rows, kind)
+        waves = _strongest_line(rows, way * left, everywhere)
         if waves is not None:
-            angle = 2.0 * np.pi * waves * rows.position
-            slow = name == "line" and waves * np.ptp(rows.position) < 2.0
-            columns = way[:, None] * np.column_stack([np.sin(angle), np.cos(angle)])
-            said = f"{name} of {waves:.4g} waves per rad or m"
-            offered.append(("slow line" if slow else name, said, columns))
+            slow = kind == "line" and waves * np.ptp(rows.position) < _SLOW
+            said = f"{kind} of {waves:.4g} waves a unit"
+            offered.append(("slow line" if slow else kind, said, _sine(rows, way, waves)))
     return offered
 
 
-def _strongest_line(rows: Rows, values: Array) -> float | None:
+def _way(rows: Rows, kind: str) -> Array:
+    """1, or the direction for a line that changes sign with it."""
+    return np.sign(rows.velocity) if kind == "line s" else np.ones(len(rows.time))
+
+
+def _sine(rows: Rows, way: Array, waves: float) -> Array:
+    angle = 2.0 * np.pi * waves * rows.position
+    return way[:, None] * np.column_stack([np.sin(angle), np.cos(angle)])
+
+
+def _line_error(rows: Rows, matrix: Array, kind: str) -> float:
+    """As `_error`, where the rows of a fold have no say in how many waves the line has either."""
+    way, total = _way(rows, kind), 0.0
+    for fold in range(rows.fold.max() + 1):
+        train, test = (rows.fold != fold) & (rows.fold >= 0), rows.fold == fold
+        left = rows.torque - matrix @ _fit(rows, matrix, train)
+        waves = _strongest_line(rows, way * left, train)
+        wider = matrix if waves is None else np.hstack([matrix, _sine(rows, way, waves)])
+        total += float(np.sum((rows.torque - wider @ _fit(rows, wider, train))[test] ** 2))
+    return float(np.sqrt(total))
+
+
+def _strongest_line(rows: Rows, values: Array, which: Flags) -> float | None:
     """The waves per unit of travel of the strongest sine over the position; None if there is no room."""
-    stroke = float(np.ptp(rows.position))
-    steps = np.abs(np.diff(rows.position))
+    place, signal = rows.position[which], values[which]
+    stroke = float(np.ptp(place))
+    steps = np.abs(np.diff(place))
     if stroke <= 0.0 or not np.any(steps > 0.0):
         return None
     # four rows a wave at the usual speed: beyond, a line can be read into anything
     highest = 0.25 / float(np.median(steps[steps > 0.0]))
-    sums = np.histogram(rows.position, bins=_BINS, weights=values - values.mean())[0]
+    sums = np.histogram(place, bins=_BINS, weights=signal - signal.mean())[0]
     power = np.abs(np.fft.rfft(sums, _FINER * _BINS))
     waves = np.fft.rfftfreq(_FINER * _BINS, stroke / _BINS)
     power[(waves < 1.5 / stroke) | (waves > highest)] = 0.0

@@ -1,0 +1,31 @@
+"""The page on real machines says what the last run found, and has a place for every folder."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+from studies.measured_page import page
+from studies.recordings import LEFT_OUT, RECORDINGS
+
+FOUND = json.loads(Path("docs/measured.json").read_text(encoding="utf-8"))
+
+
+def test_the_page_is_made_of_what_was_found() -> None:
+    assert Path("docs/measured.md").read_text(encoding="utf-8") == page(FOUND)
+
+
+def test_every_cell_of_a_row_has_its_column() -> None:
+    for table in re.findall(r"(?:^\|.*\n)+", page(FOUND), re.MULTILINE):
+        assert len({line.count("|") for line in table.splitlines()}) == 1, table
+
+
+def test_every_folder_is_run_or_left_out_with_a_reason(measured: Path) -> None:
+    named = {Path(recording.file).parts[0] for recording in RECORDINGS} | set(LEFT_OUT)
+    assert {folder.name for folder in measured.iterdir() if folder.is_dir()} == named
+    for recording in RECORDINGS:
+        assert (measured / recording.file).is_file()
+    names = [recording.name for recording in RECORDINGS]
+    assert len(set(names)) == len(names)
+    assert {other for recording in RECORDINGS for other in recording.others} <= set(names)
