@@ -28,8 +28,9 @@ prediction, as `ffc-id predict` makes it, on the rows on which the axis moves (a
 speed), measured and predicted torque through the same zero-phase low-pass of 10 Hz, `||e|| / ||F||`.
 Beside them stands what a stepwise least-squares regression reaches on the same rows
 (`studies/regression.py`): Coulomb, viscous, inertia, gravity where there is any, then one column after
-another, the one that lowers the error on rows held out in turn most; s is the sign of the speed, a line a sine of the position (waves a rad or m). The
-size of a column is what it explains that those before it do not, as a share of the Coulomb level.
+another, the one that lowers the error on rows held out in turn most; "s" is the sign of the speed, a
+line a sine of the position (waves a rad or m). The size of a column is what it explains that those
+before it do not, as a share of the Coulomb level.
 """
 
 _MAPPING = """## Which name stands for which column

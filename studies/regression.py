@@ -39,8 +39,8 @@ _BINS, _FINER = 1 << 14, 8
 #: column -> what of the tool stands for it: names of effects, "friction" (a Stribeck curve), "gravity"
 STANDS_FOR: dict[str, tuple[str, ...]] = {
     "inertia": ("inertia",),
-    "offset": ("torque_offset",),
-    "abs w": ("direction_asymmetry",),
+    "offset": ("torque_offset", "direction_asymmetry"),
+    "abs w": ("torque_offset", "direction_asymmetry"),
     "w abs w": ("nonlinear_viscous",),
     "s abs w^1/3": ("friction", "stribeck_shape", "nonlinear_viscous"),
     "Stribeck 3 %": ("friction", "stribeck_shape"),
@@ -114,7 +114,7 @@ class Regression:
     """The outcome.
 
     Attributes:
-        terms: in the order in which they joined; the base first.
+        terms: in the order in which they joined, the first `base` of them there from the start.
         coulomb: the base's level, N m (N).
         in_sample, held_out: relative error, per cent.
     """
@@ -253,7 +253,7 @@ def regress(rows: Rows, gravity: bool) -> Regression:
         gravity: whether the axis is an arm under gravity; its sine and cosine are then in the base.
     """
     candidates = _columns(rows)
-    base = ["coulomb", "viscous", "inertia", *(("sin q", "cos q") if gravity else ())]
+    base = _base(gravity)
     terms = [Term(name, name, candidates.pop(name)[:, None], 0.0) for name in base]
     matrix = np.hstack([term.columns for term in terms])
     coulomb = abs(float(_fit(rows, matrix, np.ones(len(rows.time), dtype=bool))[0]))
@@ -277,6 +277,10 @@ def regress(rows: Rows, gravity: bool) -> Regression:
     return Regression(
         tuple(terms), len(base), coulomb, relative(rows, everything), relative(rows, fitted, rows.held)
     )
+
+
+def _base(gravity: bool) -> tuple[str, ...]:
+    return ("coulomb", "viscous", "inertia", *(("sin q", "cos q") if gravity else ()))
 
 
 def _columns(rows: Rows) -> dict[str, Array]:
@@ -317,7 +321,7 @@ def _offered(
     rows: Rows, candidates: Mapping[str, Array], matrix: Array, gravity: bool
 ) -> list[tuple[str, str, Array]]:
     """Name, words and columns of everything that might join."""
-    base = ("coulomb", "viscous", "inertia", *(("sin q", "cos q") if gravity else ()))
+    base = _base(gravity)
     turns = np.ptp(rows.position) > 1.0
     offered = [
         (name, name, column[:, None])
@@ -386,14 +390,12 @@ def _fit(rows: Rows, matrix: Array, which: Flags) -> Array:
 def _error(rows: Rows, matrix: Array) -> float:
     """Root of the summed squared errors on every fold, of the fit to the others."""
     scaled = matrix / (np.linalg.norm(matrix, axis=0) + 1e-300)
-    parts = [
-        (scaled[here], rows.torque[here]) for here in (rows.fold == f for f in range(rows.fold.max() + 1))
-    ]
-    squares = [x.T @ x for x, _ in parts]
-    products = [x.T @ y for x, y in parts]
+    folds = [rows.fold == fold for fold in range(rows.fold.max() + 1)]
+    parts = [(scaled[here], rows.torque[here]) for here in folds]
+    square, product = sum(x.T @ x for x, _ in parts), sum(x.T @ y for x, y in parts)
     total = 0.0
-    for x, square, product, (_, y) in zip((x for x, _ in parts), squares, products, parts, strict=True):
-        others = np.linalg.lstsq(sum(squares) - square, sum(products) - product, rcond=1e-12)[0]
+    for x, y in parts:
+        others = np.linalg.lstsq(square - x.T @ x, product - x.T @ y, rcond=1e-12)[0]
         total += float(np.sum((y - x @ others) ** 2))
     return float(np.sqrt(total))
 
