@@ -79,6 +79,7 @@ LUGRE = "github.com/TeacherRock/LuGre_Friction"
 UR = "github.com/shamilmamedov/dynamic_calibration"
 BRFD = "github.com/ARTS-Laboratory/Dataset-Friction-Damper-with-Backlash"
 
+_SERVO_RAMP = "servo_motor_lugre/breakaway_torque_ramp.csv.gz"
 _BY_RUN: dict[str, Any] = {"trial_by": "run"}
 _JOINT_1: dict[str, Any] = {"trial_by": "run", "where": {"joint": ["1"]}}
 
@@ -375,13 +376,7 @@ RECORDINGS = (
         others=("servo_ramp",),
         remark="Torque is commanded, and the published numbers are of another recording: a negative control.",
     ),
-    Recording(
-        "servo_ramp",
-        "Servo motor, torque ramp",
-        LUGRE,
-        "servo_motor_lugre/breakaway_torque_ramp.csv.gz",
-        _BY_RUN,
-    ),
+    Recording("servo_ramp", "Servo motor, torque ramp", LUGRE, _SERVO_RAMP, _BY_RUN),
     Recording(
         "servo_presliding",
         "Servo motor, presliding",

@@ -19,6 +19,7 @@ from idtool.model.motion import Array
 
 Flags = NDArray[np.bool_]
 
+_ALL = slice(None)
 #: Corner of the low-pass, Hz, or this share of the sampling rate where that is lower; rows kept per corner.
 _CORNER_HZ, _OF_RATE, _ROWS_PER_CORNER = 10.0, 0.2, 3.0
 #: A row moves above this share of the usual top speed.
@@ -238,11 +239,10 @@ def _piece(
     return {name: values[kept] for name, values in found.items()}, 1.0 / (every * step)
 
 
-def relative(rows: Rows, predicted: Array, which: Flags | None = None) -> float:
+def relative(rows: Rows, predicted: Array, which: Flags | slice = _ALL) -> float:
     """Relative error of a prediction on these rows, per cent."""
-    chosen = np.ones(len(predicted), dtype=bool) if which is None else which
-    size = float(np.linalg.norm(rows.torque[chosen]))
-    return 100.0 * float(np.linalg.norm((rows.torque - predicted)[chosen])) / size if size else np.nan
+    left = (rows.torque - predicted)[which]
+    return 100.0 * float(np.linalg.norm(left) / np.linalg.norm(rows.torque[which]))
 
 
 def regress(rows: Rows, gravity: bool) -> Regression:
@@ -256,7 +256,7 @@ def regress(rows: Rows, gravity: bool) -> Regression:
     base = _base(gravity)
     terms = [Term(name, name, candidates.pop(name)[:, None], 0.0) for name in base]
     matrix = np.hstack([term.columns for term in terms])
-    coulomb = abs(float(_fit(rows, matrix, np.ones(len(rows.time), dtype=bool))[0]))
+    coulomb = abs(float(_fit(rows, matrix)[0]))
     while len(terms) < len(base) + _MOST:
         offered = _offered(rows, candidates, matrix, gravity)
         errors = [
@@ -273,7 +273,7 @@ def regress(rows: Rows, gravity: bool) -> Regression:
         candidates.pop(name, None)
         matrix = wider
     fitted = matrix @ _fit(rows, matrix, ~rows.held)
-    everything = matrix @ _fit(rows, matrix, np.ones(len(rows.time), dtype=bool))
+    everything = matrix @ _fit(rows, matrix)
     return Regression(
         tuple(terms), len(base), coulomb, relative(rows, everything), relative(rows, fitted, rows.held)
     )
@@ -328,15 +328,14 @@ def _offered(
         for name, column in candidates.items()
         if name not in base and (turns or name not in ("sin q", "cos q"))
     ]
-    everywhere = np.ones(len(rows.time), dtype=bool)
-    found = _fit(rows, matrix, everywhere)
+    found = _fit(rows, matrix)
     if gravity:
         load = found[3] * np.sin(rows.position) + found[4] * np.cos(rows.position)
         offered.append(("s abs gravity", "s abs gravity", (np.sign(rows.velocity) * np.abs(load))[:, None]))
     left = rows.torque - matrix @ found
     for kind in ("line", "line s"):
         way = _way(rows, kind)
-        waves = _strongest_line(rows, way * left, everywhere)
+        waves = _strongest_line(rows, way * left)
         if waves is not None:
             slow = kind == "line" and waves * np.ptp(rows.position) < _SLOW
             said = f"{kind} of {waves:.4g} waves a unit"
@@ -366,7 +365,7 @@ def _line_error(rows: Rows, matrix: Array, kind: str) -> float:
     return float(np.sqrt(total))
 
 
-def _strongest_line(rows: Rows, values: Array, which: Flags) -> float | None:
+def _strongest_line(rows: Rows, values: Array, which: Flags | slice = _ALL) -> float | None:
     """The waves per unit of travel of the strongest sine over the position; None if there is no room."""
     place, signal = rows.position[which], values[which]
     stroke = float(np.ptp(place))
@@ -382,7 +381,7 @@ def _strongest_line(rows: Rows, values: Array, which: Flags) -> float | None:
     return float(waves[np.argmax(power)]) if power.any() else None
 
 
-def _fit(rows: Rows, matrix: Array, which: Flags) -> Array:
+def _fit(rows: Rows, matrix: Array, which: Flags | slice = _ALL) -> Array:
     scale = np.linalg.norm(matrix[which], axis=0) + 1e-300
     return np.asarray(np.linalg.lstsq(matrix[which] / scale, rows.torque[which], rcond=1e-10)[0] / scale)
 
@@ -401,5 +400,4 @@ def _error(rows: Rows, matrix: Array) -> float:
 
 
 def _left(rows: Rows, matrix: Array) -> float:
-    everywhere = np.ones(len(rows.time), dtype=bool)
-    return float(np.sqrt(np.mean((rows.torque - matrix @ _fit(rows, matrix, everywhere)) ** 2)))
+    return float(np.sqrt(np.mean((rows.torque - matrix @ _fit(rows, matrix)) ** 2)))
