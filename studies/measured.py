@@ -181,9 +181,10 @@ def default_folder() -> Path:
 
 def fill(found: dict[str, Any], names: list[str], folder: Path, tell: Callable[[str], None]) -> None:
     """Run recordings and write what comes out as it comes."""
+    now = code()
     for name in names:
         tell(name)
-        found[name] = run(BY_NAME[name], folder) | {"code": code()}
+        found[name] = run(BY_NAME[name], folder) | {"code": now}
         with atomic_write(FOUND) as stream:
             json.dump(found, stream, indent=1, default=float)
             stream.write("\n")
