@@ -8,7 +8,7 @@ on which its error is told, which flatters it a little: it is a bar to reach, no
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,7 +101,7 @@ class Term:
         name: as in `STANDS_FOR`.
         said: for a person.
         columns: shape (rows, 1 or 2).
-        size: what it explains that those before it do not, rms, N m (N).
+        size: what it explains that those before it do not, rms, N m (N); 0 for the base but inertia.
     """
 
     name: str
@@ -115,21 +115,20 @@ class Regression:
     """The outcome.
 
     Attributes:
-        terms: in the order in which they joined, the first `base` of them there from the start.
+        terms: those of the base, then in the order in which they joined.
         coulomb: the base's level, N m (N).
         in_sample, held_out: relative error, per cent.
     """
 
     terms: tuple[Term, ...]
-    base: int
     coulomb: float
     in_sample: float
     held_out: float
 
     @property
     def found(self) -> tuple[Term, ...]:
-        """What joined the base."""
-        return self.terms[self.base :]
+        """What is no Coulomb, viscous friction or gravity."""
+        return tuple(term for term in self.terms if term.size > 0.0)
 
 
 def torque_of(log: Log) -> Array:
@@ -256,6 +255,7 @@ def regress(rows: Rows, gravity: bool) -> Regression:
     base = _base(gravity)
     terms = [Term(name, name, candidates.pop(name)[:, None], 0.0) for name in base]
     matrix = np.hstack([term.columns for term in terms])
+    terms[2] = replace(terms[2], size=_gain(rows, np.delete(matrix, 2, axis=1), matrix))
     coulomb = abs(float(_fit(rows, matrix)[0]))
     while len(terms) < len(base) + _MOST:
         offered = _offered(rows, candidates, matrix, gravity)
@@ -268,15 +268,12 @@ def regress(rows: Rows, gravity: bool) -> Regression:
             break
         name, said, columns = offered[best]
         wider = np.hstack([matrix, columns])
-        size = np.sqrt(max(_left(rows, matrix) ** 2 - _left(rows, wider) ** 2, 0.0))
-        terms.append(Term(name, said, columns, float(size)))
+        terms.append(Term(name, said, columns, _gain(rows, matrix, wider)))
         candidates.pop(name, None)
         matrix = wider
     fitted = matrix @ _fit(rows, matrix, ~rows.held)
     everything = matrix @ _fit(rows, matrix)
-    return Regression(
-        tuple(terms), len(base), coulomb, relative(rows, everything), relative(rows, fitted, rows.held)
-    )
+    return Regression(tuple(terms), coulomb, relative(rows, everything), relative(rows, fitted, rows.held))
 
 
 def _base(gravity: bool) -> tuple[str, ...]:
@@ -399,5 +396,7 @@ def _error(rows: Rows, matrix: Array) -> float:
     return float(np.sqrt(total))
 
 
-def _left(rows: Rows, matrix: Array) -> float:
-    return float(np.sqrt(np.mean((rows.torque - matrix @ _fit(rows, matrix)) ** 2)))
+def _gain(rows: Rows, matrix: Array, wider: Array) -> float:
+    """What the wider matrix explains that the other does not, rms."""
+    left = [rows.torque - x @ _fit(rows, x) for x in (matrix, wider)]
+    return float(np.sqrt(max(np.mean(left[0] ** 2) - np.mean(left[1] ** 2), 0.0)))
