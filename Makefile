@@ -1,6 +1,8 @@
 # Two commands do everything on a fresh machine (Python 3.11+ with venv, make):
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
+#   make quick   the demo and the fast part of the tests, as for another Python:
+#                make quick PYTHON=python3.13 VENV=build/python3.13
 #   make study-accuracy, study-diagnosis, study-measured, study-teach, study-reliability, study-board
 #                pages of docs/ from many sessions (minutes to an hour; the last needs avr-gcc, avr-libc, simavr)
 #   make docs-commands, docs-effects, docs-tutorial
@@ -12,7 +14,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests bench fuzz clean study-accuracy study-diagnosis study-measured \
+.PHONY: demo test lint types tests quick bench fuzz clean study-accuracy study-diagnosis study-measured \
     study-board study-teach study-reliability docs-commands docs-effects \
     docs-tutorial
 .DELETE_ON_ERROR:
@@ -32,6 +34,13 @@ types: $(VENV)/.ready-dev
 tests: export OPENBLAS_NUM_THREADS = 1
 tests: $(VENV)/.ready-dev
 	$(BIN)/pytest -n 2 --dist loadfile
+
+# A part of every room, what parses, computes, moves and prints; under a minute.
+quick: export OPENBLAS_NUM_THREADS = 1
+quick: $(VENV)/.ready-dev
+	$(BIN)/ffc-id demo -o build/demo --force -q
+	$(BIN)/pytest tests/model tests/effects tests/log tests/parameters tests/experiment tests/rig/test_contract.py \
+	    tests/control/test_force_free.py tests/fit/test_covariance.py tests/cli/test_faults.py tests/cli/test_run.py
 
 bench: $(VENV)/.ready-bench
 	$(BIN)/python -m benchmarks

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import subprocess
 from collections.abc import Callable
@@ -13,12 +12,7 @@ import pytest
 
 from idtool import Log, Parameters
 
-_SPEC = importlib.util.spec_from_file_location("cli_support", Path(__file__).with_name("support.py"))
-assert _SPEC is not None
-assert _SPEC.loader is not None
-_SUPPORT = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(_SUPPORT)
-ffc_id = _SUPPORT.ffc_id
+from .support import ffc_id, program
 
 Change = Callable[[list[str]], list[str]]
 
@@ -35,9 +29,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(logs: Path) -> Path:
-    done = ffc_id(
-        "identify", "gravity.csv", "sweep.csv", "sine.csv", "-o", "result", "-q", cwd=logs, timeout=180
-    )
+    done = ffc_id("identify", "gravity.csv", "sweep.csv", "sine.csv", "-o", "result", "-q", cwd=logs)
     assert done.returncode == 0, done.stderr
     assert "verdict: adequate" in done.stdout
     assert done.stderr == ""
@@ -100,7 +92,7 @@ def test_predict_writes_the_four_columns(logs: Path, result: Path) -> None:
 def test_diagnose_starts_from_a_parameter_file(logs: Path, result: Path) -> None:
     done = ffc_id(
         "diagnose", "sweep.csv", "sine.csv", "-p", "result/params.toml", "-o", "diagnosis", "--json",
-        cwd=logs, timeout=180,
+        cwd=logs,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["verdict"] == "adequate"
@@ -176,7 +168,7 @@ def test_wrong_uses_name_the_remedy(logs: Path, result: Path) -> None:
 
 
 def test_demo_shows_the_whole_loop(tmp_path: Path) -> None:
-    done = ffc_id("demo", "-o", "demo", "--json", cwd=tmp_path, timeout=300)
+    done = program("demo", "-o", "demo", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
     assert max(abs(row["off_percent"]) for row in document["recovered"]) < 5.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import shutil
 import subprocess
@@ -16,14 +15,9 @@ from idtool.effects import registry
 from idtool.experiment.recipe import recipe_names as recipes
 from idtool.rig import named_rigs
 
-_SPEC = importlib.util.spec_from_file_location("cli_terminal", Path(__file__).with_name("terminal.py"))
-assert _SPEC is not None
-assert _SPEC.loader is not None
-_TERMINAL = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(_TERMINAL)
-Terminal = _TERMINAL.Terminal
+from .support import PROGRAM
+from .terminal import Terminal
 
-PROGRAM = Path(sys.executable).parent / "ffc-id"
 #: readline's own
 WORD_BREAKS = " \t\n\"'><=;|&(:"
 #: A program that fails if anything wants to compute.

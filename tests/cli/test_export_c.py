@@ -6,10 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
-from support import ffc_id
 
 from idtool.parameters import Parameter, Parameters
 from testbench.board.files import with_effects
+
+from .support import ffc_id
 
 
 @pytest.fixture

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import subprocess
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,19 +13,7 @@ from idtool.log import Log
 from idtool.parameters import EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
 
-
-def _program() -> Callable[..., subprocess.CompletedProcess[str]]:
-    """The runner beside this file; test folders are no packages."""
-    spec = importlib.util.spec_from_file_location("cli_support", Path(__file__).with_name("support.py"))
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module.ffc_id  # type: ignore[no-any-return]
-
-
-ffc_id = _program()
+from .support import ffc_id
 
 
 @pytest.fixture

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,19 +14,8 @@ import pytest
 
 from tests.fleet.doubles import broken, session
 
+from .support import PROGRAM, ffc_id
 
-def _program() -> tuple[Callable[..., subprocess.CompletedProcess[str]], Path]:
-    """The runner beside this file; test folders are no packages."""
-    spec = importlib.util.spec_from_file_location("cli_support", Path(__file__).with_name("support.py"))
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module.ffc_id, module.PROGRAM
-
-
-ffc_id, PROGRAM = _program()
 QUICK = ("--friction", "coulomb", "--gravity", "none")
 
 
@@ -36,7 +23,7 @@ def test_a_fleet_with_a_bad_session(tmp_path: Path) -> None:
     for k in range(2):
         session(tmp_path / "sessions" / f"A{k}_2026-01-01", seed=k)
     broken(tmp_path / "sessions" / "bad")
-    done = ffc_id("fleet", "sessions", "-o", "out", *QUICK, cwd=tmp_path, timeout=240)
+    done = ffc_id("fleet", "sessions", "-o", "out", *QUICK, cwd=tmp_path)
     assert done.returncode == 3
     assert "Traceback" not in done.stderr
     assert "[3/3]" in done.stderr
@@ -48,12 +35,12 @@ def test_a_fleet_with_a_bad_session(tmp_path: Path) -> None:
         "summary.csv",
         "summary.json",
     ]
-    again = ffc_id("fleet", "sessions", "-o", "out", *QUICK, "--json", "-q", cwd=tmp_path, timeout=240)
+    again = ffc_id("fleet", "sessions", "-o", "out", *QUICK, "--json", "-q", cwd=tmp_path)
     assert (again.returncode, again.stderr) == (3, "")
     document = json.loads(again.stdout)
     assert document == json.loads((tmp_path / "out" / "summary.json").read_text())
     assert document["failed"] == ["bad"]
-    page = ffc_id("report", "out/sessions/A0_2026-01-01", cwd=tmp_path, timeout=240)
+    page = ffc_id("report", "out/sessions/A0_2026-01-01", cwd=tmp_path)
     assert page.returncode == 0
 
 

@@ -13,11 +13,12 @@ from typing import Any
 
 import pytest
 from idtool.cli.main import main
-from support import PROGRAM, ffc_id
 
 from idtool.log import Log
 from idtool.parameters import Controller, Parameter, Parameters
 from idtool.parameters.axis import Axis
+
+from .support import PROGRAM, ffc_id
 
 SHORT = """
 schema = "ffc-id/recipe/1"
@@ -204,9 +205,7 @@ def test_guiding_by_hand(tmp_path: Path) -> None:
 def test_a_fault_of_the_device_is_one_sentence(short: Path, tmp_path: Path, word: str) -> None:
     servo = Servo(tmp_path, "--fault", word)
     try:
-        done = ffc_id(
-            *("run", "--recipe", short, "--rig", servo.rig, "--yes", "-o", tmp_path / "log.csv"), timeout=60
-        )
+        done = ffc_id(*("run", "--recipe", short, "--rig", servo.rig, "--yes", "-o", tmp_path / "log.csv"))
         assert (done.returncode, done.stdout) == (4, "")
         assert done.stderr.count("\n") == 1
         assert "Traceback" not in done.stderr

@@ -2,30 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import subprocess
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from idtool.log import Log
 
+from .support import ffc_id
 
-def _program() -> Callable[..., subprocess.CompletedProcess[str]]:
-    """The runner beside this file; test folders are no packages."""
-    spec = importlib.util.spec_from_file_location("cli_support", Path(__file__).with_name("support.py"))
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module.ffc_id  # type: ignore[no-any-return]
-
-
-ffc_id = _program()
 GOOD = "t_ms,angle_deg,i_mA,note\n0,0,100,a\n10,90,200,b\n20,180,300,c\n"
 
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pandas as pd
@@ -18,19 +15,9 @@ from idtool.parameters.axis import Axis
 from idtool.parameters.axis_file import AxisFile
 from idtool.rig.dynamixel.settings import Settings
 
+from .support import PROGRAM, ffc_id
+from .terminal import Terminal
 
-def beside(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"cli_{name}", Path(__file__).with_name(f"{name}.py"))
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-ffc_id = beside("support").ffc_id
-Terminal = beside("terminal").Terminal
-PROGRAM = Path(sys.executable).parent / "ffc-id"
 WHOLE = [
     "--kind", "rotary", "--torque-constant", "2.67", "--name", "elbow", "--range", "-1.5", "1.5",
     "--max-speed", "1", "--max-current", "1.2",

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -15,6 +15,8 @@ import pytest
 from idtool.log import Log
 from idtool.parameters import Controller, Parameter, Parameters
 from idtool.parameters.axis import Axis
+
+from .support import ffc_id
 
 TRAVEL = 2 * 0.0265 * 6 / 7  # m of the slide per rad of the shaft; the pulley's radius is inferred
 
@@ -38,15 +40,8 @@ def parameters() -> Parameters:
 
 
 def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", "from idtool.cli.main import main; main()", *arguments],
-        cwd=folder,
-        env={**os.environ, "COLUMNS": "100"},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    with mock.patch.dict(os.environ, COLUMNS="100"):
+        return ffc_id(*arguments, cwd=folder)
 
 
 def test_guides_the_paper_s_axis(tmp_path: Path, parameters: Parameters) -> None:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import re
 import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 
 import click
 import pytest
@@ -20,19 +17,9 @@ from idtool.cli.commands import ffc_id as group
 from idtool import Axis, Parameters, __version__
 from idtool.parameters import EffectEntry, Parameter
 
+from .support import PROGRAM, ffc_id
+from .terminal import Terminal
 
-def beside(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"cli_{name}", Path(__file__).with_name(f"{name}.py"))
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-ffc_id = beside("support").ffc_id
-Terminal = beside("terminal").Terminal
-PROGRAM = Path(sys.executable).parent / "ffc-id"
 _ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 #: A colour: 30 to 49 and 90 to 107, alone or after others.
 _COLOUR = re.compile(r"\x1b\[(?:[0-9]+;)*(?:3[0-9]|4[0-9]|9[0-7]|10[0-7])[0-9;]*m")

@@ -6,10 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
-from support import ffc_id
 
 from idtool.parameters import Parameters
 from studies.guided_plants import file_of, plant_of
+
+from .support import ffc_id
 
 
 @pytest.fixture
