@@ -56,14 +56,14 @@ class Killed:
     behind_s: float
 
 
-def killed(seed: int) -> Killed:
-    """`kill -9` of `ffc-id run` at a random instant of its motion; servo and clock in real time.
+def killed(seed: int, scale: float = 1.0) -> Killed:
+    """`kill -9` of `ffc-id run` at a random instant of its motion; `scale` seconds of the servo take one.
 
     Where the computer is so busy that the run ends by itself before, it is begun again.
     """
     for _ in range(5):
         with suppress(_TooBusy):
-            return _killed(seed)
+            return _killed(seed, scale)
     raise RuntimeError("this computer is too busy for a run in real time")
 
 
@@ -71,28 +71,28 @@ class _TooBusy(Exception):  # noqa: N818 (no error: the computer's state)
     """The run to be killed ended before."""
 
 
-def _killed(seed: int) -> Killed:
+def _killed(seed: int, scale: float) -> Killed:
     rng = random.Random(seed)
-    clock = HostClock()
+    clock = HostClock(scale)
     servo = VirtualServo(VirtualAxis(read_plant("bench"), setup=FLAT), baud=BAUD, now=clock.now())
     place = _places(servo)
     with VirtualTerminal(servo, clock=clock) as terminal, tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "recipe.toml").write_text(RECIPE.format(travel=1.6, repeats=20))
         log = folder / "log.csv"
-        rig = f"dynamixel:{terminal.path},baud={BAUD}"
+        rig = f"dynamixel:{terminal.path},baud={BAUD},scale={scale}"
         arguments = ["run", "--recipe", str(folder / "recipe.toml"), "--rig", rig, "--yes", "-o", str(log)]
         program = [sys.executable, "-c", "from idtool.cli.main import main; main()"]
         with subprocess.Popen([*program, *arguments], stderr=subprocess.DEVNULL) as process:
             try:
                 _wait(lambda: log.exists() and log.read_bytes().count(b"\n") > 30, process)
-                time.sleep(rng.uniform(0.0, 2.0))
+                time.sleep(rng.uniform(0.0, 2.0) / scale)
                 if process.poll() is not None:
                     raise _TooBusy
             finally:
                 process.kill()
                 process.wait()
-        time.sleep(1.5)
+        time.sleep(1.5 / scale)
         with terminal.lock:
             now = clock.now()
             servo.pass_time(now)

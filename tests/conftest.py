@@ -1,4 +1,4 @@
-"""What the tests share: the folder of recordings from real machines."""
+"""What the tests share: the folder of recordings from real machines, and no clock for hypothesis."""
 
 from __future__ import annotations
 
@@ -6,6 +6,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# how long an example takes says how busy the computer is
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 _PROJECT = Path(__file__).resolve().parent.parent
 

@@ -148,7 +148,6 @@ def test_names_from_files_name_no_files(tmp_path: Path) -> None:
 
 @settings(
     max_examples=60,
-    deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(st.binary(max_size=400), st.sampled_from([".toml", ".csv", ".mat", ".parquet"]))

@@ -30,7 +30,8 @@ payload_kg = [0.0, 0.5]
 speed_rad_s = 0.5
 travel_rad = 0.6
 """
-BAUD, SCALE = 1_000_000, 4
+#: In slow motion: a busy computer that answers late is a fault of the bus.
+BAUD, SCALE = 1_000_000, 0.5
 
 
 class Servo:
@@ -113,7 +114,7 @@ def test_a_person_is_asked_for_every_payload(servo: Servo, short: Path, tmp_path
             "0 rad), then press Enter; Ctrl-C ends\n"
         )
         assert servo.do("payload 0.5") == "payload 0.5 kg, tilt 0 0 rad"
-        out, _ = run.communicate("\n", timeout=60)
+        out, _ = run.communicate("\n", timeout=240)
     assert run.returncode == 0
     assert out.startswith(f"{log}: ")
     done = ffc_id("fit-gravity", log, "-p", tmp_path / "params.toml", "--json")
@@ -142,13 +143,13 @@ def test_interrupted_and_resumed(servo: Servo, short: Path, tmp_path: Path) -> N
     log = tmp_path / "log.csv"
     command = ["run", "--recipe", str(short), "--rig", servo.rig, "--yes", "-o", str(log)]
     with subprocess.Popen([str(PROGRAM), *command], stderr=subprocess.PIPE, text=True) as run:
-        until = time.monotonic() + 40
+        until = time.monotonic() + 120
         while not log.exists() or b"\n1," not in log.read_bytes():
             assert time.monotonic() < until
             assert run.poll() is None
             time.sleep(0.02)
         run.send_signal(signal.SIGTERM)
-        _, told = run.communicate(timeout=20)
+        _, told = run.communicate(timeout=120)
     assert run.returncode == 130
     assert "(1 of 2 trials finished)." in told
     assert "the same command with --resume goes on from there." in told
@@ -184,7 +185,7 @@ def test_guiding_by_hand(tmp_path: Path) -> None:
     with subprocess.Popen(
         [str(PROGRAM), *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as run:
-        until = time.monotonic() + 40
+        until = time.monotonic() + 120
         while not log.exists() or log.read_bytes().count(b"\n") < 80:
             assert time.monotonic() < until
             assert run.poll() is None, run.communicate()[1]
@@ -193,7 +194,7 @@ def test_guiding_by_hand(tmp_path: Path) -> None:
         time.sleep(1.5)
         servo.do("hand 0")
         run.send_signal(signal.SIGINT)
-        out, told = run.communicate(timeout=20)
+        out, told = run.communicate(timeout=120)
     assert run.returncode == 0, told
     servo.end()
     assert json.loads(out)["interrupted"] is True

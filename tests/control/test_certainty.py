@@ -40,7 +40,7 @@ def test_travel_tells_a_load_from_a_bristle() -> None:
     assert known.deviation(0.0, 0.0) == pytest.approx(0.04 / np.sqrt(2.0), rel=1e-3)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     st.lists(
         st.tuples(

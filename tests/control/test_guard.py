@@ -151,7 +151,7 @@ sample = st.tuples(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     st.lists(sample, max_size=60), st.booleans(), st.booleans(), st.sampled_from(["paper", "light", "tared"])
 )
@@ -187,7 +187,7 @@ def test_any_input_gives_a_finite_command_inside_the_limits(
         assert status.message
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(st.tuples(st.floats(-0.01, 0.01), st.floats(-0.3, 0.3)), min_size=80, max_size=200),
     st.booleans(),

@@ -22,7 +22,6 @@ from idtool.log import Log
 
 SLOW = settings(
     max_examples=80,
-    deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 

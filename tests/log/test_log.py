@@ -30,7 +30,6 @@ NAMES = "trial,time_s,velocity_rad_s,current_a\n"
 ROWS = "0,0,0.1,1\n0,0.01,0.1,1\n1,0.02,0.2,1.5\n"
 SLOW = settings(
     max_examples=60,
-    deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 FINITE = st.floats(allow_nan=False, allow_infinity=False)

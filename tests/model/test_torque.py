@@ -57,7 +57,7 @@ def test_agrees_with_an_ode_solver() -> None:
     start=st.floats(-1.0, 1.0),
     pieces=st.integers(1, 20),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_a_step_of_constant_speed_may_be_cut_into_any_number(
     speed: float, seconds: float, stiffness: float, start: float, pieces: int
 ) -> None:
@@ -79,7 +79,7 @@ def test_a_step_of_constant_speed_may_be_cut_into_any_number(
 
 
 @given(scale=st.sampled_from([0.05, 1.0, 400.0]))
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 def test_turning_the_motion_round_turns_the_friction_round(scale: float) -> None:
     m = motion()
     turned = replace(m, velocity=-m.velocity, position=-m.position, acceleration=-m.acceleration)

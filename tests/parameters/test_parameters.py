@@ -25,7 +25,6 @@ from idtool.verbs.predict import predict
 
 SLOW = settings(
     max_examples=60,
-    deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 FINITE = st.floats(allow_nan=False, allow_infinity=False)

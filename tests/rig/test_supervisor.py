@@ -112,7 +112,7 @@ def test_what_leaves_its_limits_is_stopped_at_once(
 
 
 @given(st.integers(1, 30), st.integers(1, 30))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_a_fault_of_the_rig_carries_the_last_second(count: int, samples: int) -> None:
     rig = Scripted(blocks(count, samples), RigFault("the drive failed"))
     seen, fault, _ = watch(rig)
