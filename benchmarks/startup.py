@@ -11,6 +11,7 @@ from benchmarks.table import Goal, Section, seconds
 
 _GOAL = 0.1
 _IMPORTS = "import numpy, numba"
+_CONTROLLER = "from idtool import ForceFreeController"
 #: What numba puts off until the first compiled function of a process is loaded, whosever it is.
 _SET_UP = """import numpy, numba
 from numba.core.registry import cpu_target
@@ -54,6 +55,7 @@ def measure(rounds: int = 8) -> Section:
     tasks = {
         "python -c pass": [sys.executable, "-c", "pass"],
         "import numpy, numba": [sys.executable, "-c", _IMPORTS],
+        _CONTROLLER: [sys.executable, "-c", _CONTROLLER],
         "ffc-id --help": [str(program), "--help"],
     }
     inside = {

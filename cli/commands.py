@@ -40,7 +40,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
 
 def _version(ctx: click.Context, _: click.Parameter, value: bool) -> None:
     if value and not ctx.resilient_parsing:
-        from idtool import __version__
+        from idtool.version import __version__
 
         click.echo(f"ffc-id {__version__}")
         ctx.exit()

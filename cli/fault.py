@@ -24,7 +24,7 @@ def sentence_of(error: Exception) -> str:
 
 
 def _details(error: Exception) -> str:
-    from idtool import __version__
+    from idtool.version import __version__
 
     trace = "".join(traceback.format_exception(error))
     return (

@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.2.0"
+from idtool.version import __version__
 
 if TYPE_CHECKING:
     from idtool.control.force_free import ForceFreeController
@@ -46,3 +46,8 @@ def __getattr__(name: str) -> Any:
         globals()[name] = value
         return value
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """The public names, for those who look around before they import."""
+    return sorted({*globals(), *_EXPORTS})

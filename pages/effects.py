@@ -35,11 +35,11 @@ from idtool.signals import record
 from idtool.verbs.identify import begin
 from pages.effect_cases import CASES, Case
 from pages.effect_figures import draw
+from pages.markdown import with_made
 
 FOLDER = Path("docs/effects")
 PLANT = FOLDER / "bench.toml"
 SESSIONS = FOLDER / "sessions.json"
-_BEGIN, _END = "<!-- {}: made by `make docs-effects` -->\n", "<!-- end of {} -->\n"
 #: What a parameter that the fit gets wrong without the effect is called, and its key in the plant file.
 _TRUTH = {
     "coulomb": ("friction", "coulomb_nm"),
@@ -275,16 +275,6 @@ def _outcome_text(name: str, session: dict[str, Any]) -> str:
 
 def _plain(parameter: str) -> str:
     return parameter.removeprefix("inertia.").replace("gravity.", "gravity ").replace("_", " ")
-
-
-def with_made(page: str, part: str, text: str) -> str:
-    """A page with what is made put between the markers of that part."""
-    begin, end = _BEGIN.format(part), _END.format(part)
-    head, found, rest = page.partition(begin)
-    _, closed, tail = rest.partition(end)
-    if not found or not closed:
-        raise ValueError(f"no markers of the part {part!r}")
-    return head + begin + text + end + tail
 
 
 def index(sessions: dict[str, dict[str, Any]]) -> str:

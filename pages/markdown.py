@@ -22,6 +22,7 @@ _ENDS = {"|", ">", ">>", "2>", "&&", "||", ";", "&"}
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 #: How far a number of another machine may be from the printed one.
 _CLOSE = 0.03
+_BEGIN, _END = "<!-- {}: made by `make {}` -->\n", "<!-- end of {} -->\n"
 
 
 @dataclass(frozen=True)
@@ -119,3 +120,13 @@ def missing(said: str, printed: str) -> list[str]:
         for line in said.splitlines()
         if line.strip(" .") and not any(alike(line, other) for other in left)
     ]
+
+
+def with_made(page: str, part: str, text: str, target: str = "docs-effects") -> str:
+    """A page with what is made put between the markers of that part."""
+    begin, end = _BEGIN.format(part, target), _END.format(part)
+    head, found, rest = page.partition(begin)
+    _, closed, tail = rest.partition(end)
+    if not found or not closed:
+        raise ValueError(f"no markers of the part {part!r}")
+    return head + begin + text + end + tail

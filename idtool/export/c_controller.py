@@ -44,7 +44,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from idtool import __version__
 from idtool.control import guard, sensing
 from idtool.control.force_free import ForceFreeController
 from idtool.control.guard import Limits, Reason
@@ -58,6 +57,7 @@ from idtool.io.atomic import atomic_write, cannot_write, refuse_existing
 from idtool.model.contribution import FIELDS
 from idtool.model.units import SUFFIXES, Kind, unit_text
 from idtool.parameters import Parameters
+from idtool.version import __version__
 
 #: Changes of the friction level; a board remembers those that an effect makes.
 _LEVEL_FIELDS = ("level_change", "level_torque", "static_change", "exponent_change")

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from idtool import __version__
 from idtool.fleet.statistics import DAYS_PER_YEAR
 from idtool.fleet.summary import Fleet, ParameterLine
 from idtool.model.units import SUFFIXES, unit_text
 from idtool.report import style, text
+from idtool.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

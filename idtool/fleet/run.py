@@ -18,7 +18,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from idtool import __version__
 from idtool.errors import InputError
 from idtool.fleet.engine import Engine, open_engine
 from idtool.fleet.page import page
@@ -28,6 +27,7 @@ from idtool.fleet.work import Outcome
 from idtool.io.atomic import atomic_write
 from idtool.report.result_folder import FILES, OPTIONAL_FILES, make_folder, write_json
 from idtool.report.text import counted
+from idtool.version import __version__
 
 __all__ = ["Fleet", "Options", "run_fleet"]
 

@@ -6,12 +6,12 @@ import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from idtool import __version__
 from idtool.errors import FfcIdError
 from idtool.fleet.session import Task, identity
 from idtool.log import Log
 from idtool.report.result_folder import write_results
 from idtool.verbs.identify import identify
+from idtool.version import __version__
 
 
 @dataclass(frozen=True)

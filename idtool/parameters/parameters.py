@@ -16,11 +16,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from tomlkit.exceptions import TOMLKitError
-
 from idtool.errors import InputError, nearest
 from idtool.io.atomic import atomic_write, refuse_existing
-from idtool.io.toml import is_finite, load_toml, revised, short
+from idtool.io.toml import is_finite, load_toml, short
 from idtool.model.units import Kind, file_key
 from idtool.parameters.axis import Axis
 from idtool.parameters.older_files import effects_of_today
@@ -232,10 +230,12 @@ class Parameters:
 
 def _text(document: Mapping[str, Any], file: Path) -> str:
     """The document as TOML; where `file` is a parameter file already, with its comments and layout."""
+    from idtool.io.revise_toml import revised  # only writing needs tomlkit
+
     try:
         Parameters.read(file)
         return revised(file.read_text("utf-8-sig"), document)
-    except (InputError, OSError, ValueError, TOMLKitError):  # none there, or none that can be kept
+    except (InputError, OSError, ValueError):  # none there, or none that can be kept
         return revised("", document)
 
 

@@ -20,7 +20,6 @@ from typing import Any
 
 import tomli_w
 
-from idtool import __version__
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.io.atomic import atomic_write
@@ -32,6 +31,7 @@ from idtool.report.gallery import Plate, certainty_plates, model_plates
 from idtool.report.guiding import read_guiding
 from idtool.report.residual_gallery import SIGNIFICANT, residual_plates
 from idtool.report.verdict import summarise
+from idtool.version import __version__
 
 PAGE = "report.html"
 FIGURES = "figures"

@@ -18,7 +18,6 @@ import numpy as np
 import pandas as pd
 import tomli_w
 
-from idtool import __version__
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.errors import InputError
 from idtool.fit.joint import JointFit
@@ -30,6 +29,7 @@ from idtool.io.lock import held_folder
 from idtool.model.stribeck import steady
 from idtool.parameters import Parameters
 from idtool.verbs.identify import Identification
+from idtool.version import __version__
 
 #: The recipe of the next experiment, where there is one.
 NEXT_RECIPE = "next_experiment.toml"

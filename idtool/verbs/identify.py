@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from idtool import __version__
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.diagnosis.following import Following
 from idtool.effects import registry
@@ -33,6 +32,7 @@ from idtool.fit.results import (
 from idtool.log import Log
 from idtool.parameters import Parameters
 from idtool.signals import Recording, record
+from idtool.version import __version__
 
 #: `--friction coulomb` asks for the textbook model, to be compared with published ones: these effects
 #: belong to it, and no others are looked for.

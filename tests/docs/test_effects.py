@@ -16,8 +16,8 @@ from idtool.model.units import file_key
 from idtool.parameters import EffectEntry, Parameter
 from idtool.rig.plant_file import EFFECT_KEYS, parse_plant
 from pages.effect_cases import CASES
-from pages.effects import MUJOCO, NOT_GUIDED, PLANT, pages, plant_of, recipe_of, with_made
-from pages.markdown import fences
+from pages.effects import MUJOCO, NOT_GUIDED, PLANT, pages, plant_of, recipe_of
+from pages.markdown import fences, with_made
 
 from .support import PROJECT
 

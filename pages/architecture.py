@@ -1,0 +1,100 @@
+"""The picture of docs/architecture.md, from the imports themselves: rooms as boxes, imports as arrows.
+
+python -m pages.architecture
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+from pages.markdown import with_made
+
+PACKAGE = Path("idtool")
+PAGE = Path("docs/architecture.md")
+
+#: Every room and what it is for; one may import itself and those before it, never one behind it.
+ROOMS = {
+    "version": "the version, for those who write it into files",
+    "errors": "`InputError` and `RigFault`: one sentence with file, place and remedy",
+    "io": "files read whole or refused, written whole or not at all; TOML; deferred signals; entry points",
+    "model": "pure functions on arrays: gravity, Stribeck, LuGre (compiled), their sum; units",
+    "effects": "one file an effect, and the registry",
+    "parameters": "the one parameter file, the axis, the correction",
+    "control": "the force-free controller alone: no pandas, no rig, no log",
+    "log": "the one log: table, writer, format, repair, sensor faults",
+    "signals": "from logs to arrays: smoother, Kalman filter, low-pass, `Recording`",
+    "importing": "recordings of other programs into logs",
+    "rig": "what moves: the simulated axis, a servo on a bus, a log played back; supervisor and limits",
+    "virtual_servo": "a servo on a virtual bus, to rehearse a session with",
+    "experiment": "recipes, trajectories, the runner",
+    "guiding": "hand guiding on a rig: session, simulated hand, record, figure",
+    "fit": "staged searches and the joint fit, covariance, identifiability",
+    "diagnosis": "the residual, the effect behind it, the extended model",
+    "verbs": "what a person asks of logs: identify, predict, check",
+    "compare": "parameters beside parameters, errors beside errors",
+    "report": "the result folder and its page",
+    "export": "C, MuJoCo, URDF, ROS 2, JSON",
+    "fleet": "many sessions in parallel, and what differs between units",
+}
+
+
+def imported(file: Path) -> Iterator[str]:
+    """The modules that a file imports by their whole name, wherever in it."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield node.module or ""
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def arrows(package: Path, room: str) -> Iterator[tuple[Path, str]]:
+    """(file, room) for every import of a room from a file of this one."""
+    place = package / room
+    for file in sorted(place.rglob("*.py")) if place.is_dir() else [package / f"{room}.py"]:
+        for name in imported(file):
+            parts = name.split(".")
+            if parts[0] == "idtool" and len(parts) > 1:
+                yield file, parts[1]
+
+
+def picture() -> str:
+    """Mermaid text. An arrow that a longer way says already is left out, and so are those to errors and io."""
+    quiet = {"version", "errors", "io"}
+    uses = {room: {r for _, r in arrows(PACKAGE, room)} - quiet - {room} for room in ROOMS}
+    reach: dict[str, set[str]] = {}
+    lines = ["```mermaid", "flowchart BT"]
+    for room in ROOMS:
+        reach[room] = uses[room].union(*(reach[other] for other in uses[room]))
+        if room in quiet:
+            continue
+        lines.append(f"    {room}")
+        direct = (other for other in uses[room] if not any(other in reach[way] for way in uses[room]))
+        lines.extend(f"    {room} --> {other}" for other in sorted(direct))
+    return "\n".join([*lines, "```\n"])
+
+
+def table() -> str:
+    """The list of the rooms."""
+    rows = [
+        f"| `idtool/{room}{'' if (PACKAGE / room).is_dir() else '.py'}` | {what} |"
+        for room, what in ROOMS.items()
+    ]
+    return "\n".join(["| room | what is in it |", "|---|---|", *rows, ""])
+
+
+def page(text: str) -> str:
+    """The page with its picture and its list as the code is now."""
+    for part, made in (("picture", picture()), ("rooms", table())):
+        text = with_made(text, part, made, "docs-architecture")
+    return text
+
+
+def main() -> None:
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
