@@ -61,7 +61,7 @@ def arrows(package: Path, room: str) -> Iterator[tuple[Path, str]]:
 
 
 def picture() -> str:
-    """Mermaid text. An arrow that a longer way says already is left out, and so are those to errors and io."""
+    """Mermaid text, without arrows that a longer way says already and without those to errors and io."""
     quiet = {"version", "errors", "io"}
     uses = {room: {r for _, r in arrows(PACKAGE, room)} - quiet - {room} for room in ROOMS}
     reach: dict[str, set[str]] = {}
