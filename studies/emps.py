@@ -16,7 +16,7 @@ from scipy.signal import butter, decimate, filtfilt
 
 from idtool.log import Log
 from idtool.model.motion import Array
-from studies.regression import Flags, held_out, torque_of
+from testbench.regression import Flags, held_out, torque_of
 
 _RATE_HZ, _CORNER_HZ, _DECIMATION = 1000.0, 100.0, 20
 #: Rows at either end that the decimation filter spoils, at 50 Hz.

@@ -33,10 +33,10 @@ from idtool.model.motion import Array
 from idtool.parameters import Parameters
 from idtool.verbs.identify import Identification, identify
 from idtool.verbs.predict import predict
+from pages.measured import page
 from studies import emps
-from studies.measured_page import page
-from studies.recordings import RECORDINGS, Recording
-from studies.regression import OTHER, Rows, held_out, moving, regress, relative, torque_of
+from testbench.recordings import RECORDINGS, Recording
+from testbench.regression import OTHER, Rows, held_out, moving, regress, relative, torque_of
 
 FOUND = Path("docs/measured.json")
 BY_NAME = {recording.name: recording for recording in RECORDINGS}
@@ -167,8 +167,8 @@ def _plain(error: FfcIdError, folder: Path) -> str:
 def code() -> str:
     """A digest of the tool and of this study: results of other code are run again."""
     digest = hashlib.sha256()
-    studied = ("measured.py", "regression.py", "recordings.py", "emps.py")
-    for path in [*sorted(Path("idtool").rglob("*.py")), *(Path("studies") / name for name in studied)]:
+    study = ("studies/measured.py", "studies/emps.py", "testbench/regression.py", "testbench/recordings.py")
+    for path in [*sorted(Path("idtool").rglob("*.py")), *map(Path, study)]:
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

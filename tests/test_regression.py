@@ -9,8 +9,8 @@ import pytest
 from idtool.log import Log
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
-from studies.measured_page import unconfirmed, unnamed
-from studies.regression import held_out, moving, regress, relative
+from pages.measured import unconfirmed, unnamed
+from testbench.regression import held_out, moving, regress, relative
 
 TIME = np.arange(0.0, 40.0, 0.01)
 WAVES = 3.7

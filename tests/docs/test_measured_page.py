@@ -6,8 +6,8 @@ import json
 import re
 from pathlib import Path
 
-from studies.measured_page import page
-from studies.recordings import LEFT_OUT, RECORDINGS
+from pages.measured import page
+from testbench.recordings import LEFT_OUT, RECORDINGS
 
 FOUND = json.loads(Path("docs/measured.json").read_text(encoding="utf-8"))
 

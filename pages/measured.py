@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from studies.recordings import LEFT_OUT, RECORDINGS, Recording
-from studies.regression import STANDS_FOR
+from testbench.recordings import LEFT_OUT, RECORDINGS, Recording
+from testbench.regression import STANDS_FOR
 
 #: An effect of the regression counts from this share of the Coulomb level, per cent.
 COUNTS = 5.0
@@ -27,7 +27,7 @@ than four, three of sixteen blocks of time (the error held out). Both errors are
 prediction, as `ffc-id predict` makes it, on the rows on which the axis moves (above 5 % of its usual top
 speed), measured and predicted torque through the same zero-phase low-pass of 10 Hz, `||e|| / ||F||`.
 Beside them stands what a stepwise least-squares regression reaches on the same rows
-(`studies/regression.py`): Coulomb, viscous, inertia, gravity where there is any, then one column after
+(`testbench/regression.py`): Coulomb, viscous, inertia, gravity where there is any, then one column after
 another, the one that lowers the error on rows held out in turn most; "s" is the sign of the speed, a
 line a sine of the position (waves a rad or m). The size of a column is what it explains that those
 before it do not, as a share of the Coulomb level.
