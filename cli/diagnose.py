@@ -125,6 +125,8 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
     from idtool.report import write_report
     from idtool.report.result_folder import NEXT_RECIPE, write_results
 
+    for sentence in (one for log in result.recording.wiring for one in log):
+        output.warn(sentence)  # before any number
     write_results(result, folder, command=command_line(), seed=seed)
     with Progress(output, "drawing the report"):
         page = write_report(folder)

@@ -102,6 +102,18 @@ def meaning(name: str) -> Meaning | None:
     return None
 
 
+def unit_at_end(name: str, role: str) -> str:
+    """The unit of a role that a column's name ends in, whatever the rest of it says; "" if none.
+
+    >>> unit_at_end("cur_mA", "current"), unit_at_end("x12", "current")
+    ('mA', '')
+    """
+    for _, unit in _splits(name):
+        if unit and any(named_unit(unit, role, kind) for kind in ("rotary", "linear")):
+            return unit
+    return ""
+
+
 def _splits(name: str) -> Iterator[tuple[str, str]]:
     """Every way to split a name into a quantity and a unit, the longest unit first."""
     if bracket := re.match(r"^(.*?)[\s_]*[\[(]\s*([^\])]+?)\s*[\])]\s*$", name):

@@ -23,6 +23,7 @@ from idtool.importing.names import (
     choose_kind,
     meaning,
     role_of,
+    unit_at_end,
 )
 from idtool.importing.sources import read_table
 from idtool.importing.table import Table
@@ -142,9 +143,8 @@ def _given(
             stated[f"--map {left}"] = implied
         told = _meaning(table_source, source)
         same = told is not None and told.role == role.removesuffix("_command")
-        chosen[role] = Meaning(
-            source, role, told.unit if told and same else "", bool(told and told.commanded)
-        )
+        unit = told.unit if told and same else unit_at_end(source, role)
+        chosen[role] = Meaning(source, role, unit, bool(told and told.commanded))
     return chosen, {item.source for item in chosen.values()}
 
 

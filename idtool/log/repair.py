@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.errors import InputError
-from idtool.log import Log, columns_of, impossible, sensor_faults
+from idtool.log import Log, columns_of, impossible, sensor_faults, wiring
 from idtool.log.impossible import GAP
 from idtool.model.motion import Array
 
@@ -59,6 +59,7 @@ class Repaired:
         dropped: reason -> rows of whole trials that were left out.
         remarks: sentences for the reader.
         impossible: the readings that cannot be, in the order of the rows.
+        wiring: sentences on columns that contradict each other, to be read before any number.
     """
 
     columns: dict[str, Array | None]
@@ -66,6 +67,7 @@ class Repaired:
     dropped: dict[str, int] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     impossible: tuple[Reading, ...] = ()
+    wiring: tuple[str, ...] = ()
 
 
 def repair(log: Log, columns: dict[str, Array | None], *, every_row: bool = False) -> Repaired:
@@ -104,6 +106,7 @@ def repair(log: Log, columns: dict[str, Array | None], *, every_row: bool = Fals
     }
     position, velocity, effort = columns["position"], columns["velocity"], columns["effort"]
     assert effort is not None
+    contradictions = wiring.contradictions(time, first, position, velocity, effort)
     faulty[SATURATED] = sensor_faults.clipped(effort)
     dropped: dict[str, int] = {}
     whole = np.zeros(len(time), dtype=bool)
@@ -132,7 +135,8 @@ def repair(log: Log, columns: dict[str, Array | None], *, every_row: bool = Fals
             f"{log.source}: {rows} rows of whole trials were left out ({reason})."
             for reason, rows in dropped.items()
         ]
-    return Repaired(columns, faulty, dropped, tuple(remarks), readings)
+    said = tuple(f"{log.source}: {sentence}." for sentence in contradictions)
+    return Repaired(columns, faulty, dropped, tuple(remarks), readings, said)
 
 
 def _refuse_odd_clock(log: Log, time: Array, first: NDArray[np.bool_]) -> None:

@@ -52,6 +52,7 @@ class Recording:
         remarks: sentences on what was repaired, missing or left out whole.
         sources: file of each log.
         impossible: of each log, the readings that cannot be and were left out.
+        wiring: of each log, sentences on columns that contradict each other.
     """
 
     axis: Axis
@@ -67,6 +68,7 @@ class Recording:
     sources: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     impossible: tuple[tuple[Reading, ...], ...] = ()
+    wiring: tuple[tuple[str, ...], ...] = ()
 
     @cached_property
     def operator(self) -> sparse.csr_matrix:
@@ -201,6 +203,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         tuple(log.source for log in logs),
         tuple(remark for one in repaired for remark in one.remarks),
         tuple(one.impossible for one in repaired),
+        tuple(one.wiring for one in repaired),
     )
 
 

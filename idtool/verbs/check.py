@@ -166,7 +166,7 @@ def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
         "unusable_rows": int(np.sum(~recording.usable[rows])) + len(log.frame) - int(rows.sum()),
         "torque_noise": recording.noise,
     }
-    findings = []
+    findings = [one.removeprefix(f"{log.source}: ") for one in recording.wiring[index]]
     if log.incomplete:
         findings.append("was cut short; it is used up to its last whole row")
     if missing:

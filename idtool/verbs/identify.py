@@ -119,6 +119,7 @@ def identify(
     check_choice("gravity", gravity, GRAVITY_CHOICES)
     tell("reading the motion")
     recording = record(logs)
+    wrong = [sentence for log in recording.wiring for sentence in log]
     tell("searching the friction parameters")
     start, spec, notes, reasons = begin(recording, law, gravity, optimizer=optimizer, seed=seed)
     library = (*registry.library(), *own)
@@ -128,7 +129,7 @@ def identify(
             "--friction coulomb is the textbook model: no effects but inertia and offset were looked for."
         )
     evidence = diagnose(recording, start, spec, library, tell, given=law == "coulomb")
-    notes += findings(evidence.final)
+    notes = [*wrong, *notes, *findings(evidence.final)]
     options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
     return Identification(recording, evidence, notes, options, reasons)
 

@@ -1,0 +1,116 @@
+"""What contradicts itself between the columns of a log: units that do not fit, a current the wrong way round.
+
+The way that the position goes and the way that the speed adds up to are one way; where they are not, a unit
+or a sign is wrong. Friction takes power: over a recording the part of the torque that depends on the speed alone
+(gravity and inertia give back what they take) puts power into the axis, and where it takes some out for
+certain, the current is inverted, or something else moved the axis.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from idtool.log.impossible import GAP
+from idtool.model.motion import Array
+
+#: Rows of a stretch over which ways are compared: more than a speed reading is late.
+_STRETCH = 20
+#: Position and speed speak of one motion if they go together so well, and of one unit to within this factor
+#: (0.95 to 1.09 over the recordings of machines that are right).
+_TOGETHER = 0.9
+_UNIT = 1.25
+_FACTORS = {
+    180.0 / math.pi: "one is in degrees, the other in radians",
+    1000.0: "one is in thousandths, or the time in milliseconds",
+    30.0 / math.pi: "one is in turns a minute",
+    2.0 * math.pi: "one is in turns",
+}
+#: Power is certain if so many of its standard errors from zero, over so many blocks, and no rounding if it is
+#: this share of all the power that went to and fro.
+_CERTAIN = 5.0
+_BLOCKS = 10
+_SHARE = 0.1
+#: A way made of less than this share of all the ways to and fro is a dither.
+_PURPOSE = 0.8
+#: Rows slower than this share of the top speed say nothing on friction in motion.
+_MOVING = 0.1
+
+
+def contradictions(
+    time: Array, first: NDArray[np.bool_], position: Array | None, velocity: Array | None, effort: Array
+) -> list[str]:
+    """Sentences, without the log's name; none where all fits.
+
+    Args:
+        time: s, shape (rows,).
+        first: True at the first row of each trial.
+        position, velocity: readings, shape (rows,), or None.
+        effort: torque, shape (rows,).
+    """
+    steps = np.diff(time)
+    together = ~first[1:] & (steps < GAP * float(np.median(steps[~first[1:]])))
+    said = []
+    if position is not None and velocity is not None:
+        said += _units(steps, together, position, velocity)
+    if position is not None:
+        said += _power(steps, together, position, effort)
+    return said
+
+
+def _units(steps: Array, together: NDArray[np.bool_], position: Array, velocity: Array) -> list[str]:
+    count = len(steps) // _STRETCH * _STRETCH
+    whole = together[:count].reshape(-1, _STRETCH).all(axis=1)
+    gone = np.diff(position)[:count].reshape(-1, _STRETCH).sum(axis=1)[whole]
+    mean = 0.5 * (velocity[1:] + velocity[:-1]) * steps
+    told = mean[:count].reshape(-1, _STRETCH).sum(axis=1)[whole]
+    if len(gone) < _BLOCKS or not gone.any() or not told.any():
+        return []
+    alike = float(gone @ told) / math.sqrt(float(gone @ gone) * float(told @ told))
+    if abs(alike) < _TOGETHER:
+        return []
+    if alike < 0:
+        return ["position and speed have opposite signs: one of them is inverted"]
+    factor = math.sqrt(float(gone @ gone) / float(told @ told))
+    if 1.0 / _UNIT < factor < _UNIT:
+        return []
+    near = [why for known, why in _FACTORS.items() if abs(math.log(max(factor, 1.0 / factor) / known)) < 0.05]
+    guess = near[0] if near else "one of them is in another unit, or behind another gear"
+    return [f"the position moves {factor:.4g} times as far as the speed says: {guess}"]
+
+
+def _power(steps: Array, together: NDArray[np.bool_], position: Array, effort: Array) -> list[str]:
+    speed = np.where(together, np.diff(position) / steps, 0.0)
+    kernel = np.ones(5) / 5.0
+    speed = np.convolve(speed, kernel, mode="same")  # a counter's rates are too rough to be differentiated
+    faster = np.gradient(speed) / float(np.median(steps))
+    top = float(np.quantile(np.abs(speed), 0.999))
+    rows = together & (np.abs(speed) > _MOVING * top)
+    both = min(int(np.sum(rows & (speed > 0))), int(np.sum(rows & (speed < 0))))
+    if both < _BLOCKS * _STRETCH:
+        return []  # moved one way, friction and gravity are one
+    count = len(steps) // _STRETCH * _STRETCH
+    way = np.where(together, np.diff(position), 0.0)[:count].reshape(-1, _STRETCH)
+    if np.abs(way.sum(axis=1)).sum() < _PURPOSE * np.abs(way).sum():
+        return []  # held in place by its controller, whose gains are what the torque shows
+    w, q, torque = speed[rows], position[1:][rows], effort[1:][rows]
+    centred = (q - q.mean()) / max(float(np.ptp(q)), 1e-300)
+    columns = np.column_stack(
+        [np.sign(w), w, np.ones(len(w)), centred, centred**2, np.sin(q), np.cos(q), faster[rows]]
+    )
+    columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
+    powers = []
+    for part in range(_BLOCKS):  # without one stretch of time each: a jackknife
+        kept = np.arange(len(w)) * _BLOCKS // len(w) != part
+        found = np.linalg.lstsq(columns[kept], torque[kept], rcond=1e-8)[0]
+        powers.append(float(np.mean((columns[:, :2] @ found[:2]) * w)))
+    mean = float(np.mean(powers))
+    error = math.sqrt((_BLOCKS - 1) * float(np.mean((np.array(powers) - mean) ** 2)))
+    if mean + _CERTAIN * error < 0 and -mean > _SHARE * float(np.mean(np.abs(torque * w))):
+        return [
+            "the torque pushes along with the motion, so that friction would drive the axis: the current or "
+            "the position is inverted, or something else moved the axis"
+        ]
+    return []

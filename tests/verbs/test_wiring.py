@@ -1,0 +1,76 @@
+"""Columns that contradict each other are said before any number; those that agree are not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from idtool.importing import import_recording
+from idtool.log import Log
+from idtool.signals import record
+from idtool.verbs.check import check
+
+from .support import GRAVITY, SINE, SWEEP, ffc_id
+from .support import record as run
+from .test_impossible import RECORDINGS
+
+#: What the source's speed and position contradict each other by, said of the recording as it is.
+WRONG = {"motor05_dm4310.csv.gz": "the position moves 1.658 times as far as the speed says"}
+#: Recordings in which the speed sensor is dead, which is refused before.
+REFUSED = ("stopped_mapping.csv.gz",)
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> list[Log]:
+    folder = tmp_path_factory.mktemp("session")
+    recipes = {"gravity": GRAVITY, "sweep": SWEEP, "sine": SINE}
+    return [run(text, folder / f"{name}.csv", seed=seed) for seed, (name, text) in enumerate(recipes.items())]
+
+
+@pytest.mark.parametrize("name", [name for name in RECORDINGS if not name.endswith(REFUSED)])
+def test_silent_on_machines_that_are_wired_well(measured: Path, name: str) -> None:
+    said = record([import_recording(measured / name, **RECORDINGS[name]).log]).wiring[0]
+    expected = WRONG.get(Path(name).name)
+    assert len(said) == (expected is not None)
+    assert all(expected in one for one in said if expected)
+
+
+def test_silent_on_an_independent_axis(measured: Path) -> None:
+    for path in sorted((measured.parent / "sessions").glob("*/*.csv.gz")):
+        assert record([Log.read(path)]).wiring == ((),), path
+
+
+def spoilt(log: Log, column: str, factor: float) -> Log:
+    return replace(log, frame=log.frame.assign(**{column: log.frame[column] * factor}))
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "expected"),
+    [
+        ("position_rad", 57.29578, "one is in degrees"),
+        ("velocity_rad_s", 57.29578, "one is in degrees"),
+        ("velocity_rad_s", 9.549297, "turns a minute"),
+        ("velocity_rad_s", 1000.0, "thousandths"),
+        ("velocity_rad_s", -1.0, "opposite signs"),
+        ("position_rad", -1.0, "opposite signs"),
+        ("current_a", -1.0, "the torque pushes along with the motion"),
+    ],
+)
+def test_what_is_wrong_is_said_first(session: list[Log], column: str, factor: float, expected: str) -> None:
+    for log in session[1:]:  # where gravity acts with loads that change, its power is not certain
+        bad = spoilt(log, column, factor)
+        assert record([log]).wiring == ((),)
+        assert any(expected in one for one in record([bad]).wiring[0]), log.experiment
+    assert expected in check([bad]).logs[0].findings[0] or "opposite" in expected
+
+
+def test_identify_says_it_before_any_number(
+    session: list[Log], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spoilt(session[1], "current_a", -1.0).write(tmp_path / "sweep.csv")
+    code, _, err = ffc_id(capsys, "identify", tmp_path / "sweep.csv", "-o", tmp_path / "result", "-q")
+    assert code == 0
+    assert "the torque pushes along with the motion" in err.splitlines()[0]
+    assert "the torque pushes along with the motion" in (tmp_path / "result" / "diagnosis.json").read_text()
