@@ -1,8 +1,8 @@
 """What contradicts itself between the columns of a log: units that do not fit, a current the wrong way round.
 
 The way that the position goes and the way that the speed adds up to are one way; where they are not, a unit
-or a sign is wrong. Friction takes power: over a recording the part of the torque that depends on the speed alone
-(gravity and inertia give back what they take) puts power into the axis, and where it takes some out for
+or a sign is wrong. Friction takes power: over a recording the part of the torque that depends on the speed
+alone (gravity and inertia give back what they take) puts power into the axis, and where it takes some out for
 certain, the current is inverted, or something else moved the axis.
 """
 
