@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -49,3 +50,10 @@ def test_the_picture_and_the_list_are_of_these_imports(monkeypatch: pytest.Monke
     assert page(text) == text
     drawn = {line.split()[0] for line in text.splitlines() if " --> " in line}
     assert drawn == set(ROOMS) - {"version", "errors", "io", "model"}
+
+
+def test_every_room_is_installed() -> None:
+    listed = tomllib.loads((PROJECT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    folders = {file.parent.relative_to(PROJECT) for file in PACKAGE.rglob("*.py")}
+    beside = {"idtool.cli", "idtool.recipes", "idtool.data"}
+    assert set(listed) == {".".join(folder.parts) for folder in folders} | beside
