@@ -1,0 +1,318 @@
+"""What an axis may have besides gravity and friction, in the names of the library, and what no library has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from studies.other_plants.axes import Machine, between
+from studies.other_plants.physics import Array, Axis
+
+#: Time constant of warming over the length of a session.
+WARM_UP_SHARE = 0.4
+
+
+def _no_lines() -> Array:
+    return np.zeros((0, 4))
+
+
+def _no_walk() -> Array:
+    return np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Plant:
+    """The physics of one session: the axis, its ripple lines and its walk of friction."""
+
+    axis: Axis
+    lines: Array = field(default_factory=_no_lines)
+    walk: Array = field(default_factory=_no_walk)
+
+    def with_numbers(self, **numbers: float) -> Plant:
+        """The same with other numbers of the axis."""
+        return replace(self, axis=self.axis._replace(**numbers))
+
+
+#: Machine, plant, generator of the shape (the same at every call), strength -> plant.
+Put = Callable[[Machine, Plant, np.random.Generator, float], Plant]
+
+
+@dataclass(frozen=True)
+class Extra:
+    """One thing that an axis may have.
+
+    Attributes:
+        put: adds it.
+        start: strength that is tried first.
+        most: greatest strength.
+        without: takes it out again.
+        kinds: axes that can have it; all if empty.
+        needs: runs without which nobody could see it.
+        stiff: whether the presliding must be short.
+        least_rate: of the log, Hz.
+        current: whether the log must have the current.
+        depends_on: what the torque of a disturbance is a function of.
+        partly: effects of the library that are a true part of it.
+    """
+
+    put: Put
+    without: Callable[[Plant], Plant]
+    start: float = 0.2
+    most: float = 1.0
+    kinds: tuple[str, ...] = ()
+    needs: frozenset[str] = frozenset()
+    stiff: bool = False
+    least_rate: int = 50
+    current: bool = False
+    depends_on: tuple[str, ...] = ()
+    partly: tuple[str, ...] = ()
+
+
+def _sign(rng: np.random.Generator) -> float:
+    return float(rng.choice((-1.0, 1.0)))
+
+
+def _zero(*names: str) -> Callable[[Plant], Plant]:
+    return lambda plant: plant.with_numbers(**dict.fromkeys(names, 0.0))
+
+
+def _offset(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(offset=s * _sign(r) * m.axis.coulomb)
+
+
+def _asymmetry(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(asymmetry=s * _sign(r) * m.axis.coulomb / m.speed)
+
+
+def _quadratic(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(quadratic=s * _sign(r) * m.axis.coulomb / m.speed**2)
+
+
+def _load(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(mu=s)
+
+
+def _backdrive(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    lower = s * r.uniform(0.0, 0.4)
+    raising = bool(r.random() < 0.7)
+    return p.with_numbers(mu_raise=s if raising else lower, mu_lower=lower if raising else s)
+
+
+def highest_line(m: Machine) -> float:
+    """Cycles per radian (metre) that pass slowly enough for the log, times 2 pi."""
+    return 2.0 * math.pi * min(m.rate / 12.0 / m.speed, 20.0 / m.axis.half_stroke)
+
+
+def _ripple(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    n = between(r, 2.0 * math.pi * 1.5 / m.axis.half_stroke, 0.5 * highest_line(m))
+    second = float(r.choice((0.0, 0.4)))
+    amplitude = s * m.axis.coulomb
+    phases = r.uniform(-math.pi, math.pi, 2)
+    lines = [[n, amplitude, phases[0], 0.0], [2.0 * n, second * amplitude, phases[1], 0.0]]
+    return replace(p, lines=np.array(lines))
+
+
+def _along(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(slope=s * _sign(r), bowl=s * r.uniform(-0.5, 0.5))
+
+
+def _spring(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    half = m.axis.half_stroke
+    stiffness = s * _sign(r) * m.axis.coulomb / half
+    return p.with_numbers(spring=stiffness, spring_neutral=r.uniform(-0.3, 0.3) * half)
+
+
+def _thermal(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(thermal=s)
+
+
+def _exponent(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    # strength 0 is the usual 2, 1 is 0.5; the bell must be high and wide to have a shape
+    high = r.uniform(1.9, 3.0) if r.random() < 0.7 else r.uniform(0.3, 0.45)
+    width = r.uniform(0.15, 0.3) * m.speed
+    damping = min(m.axis.damping, 0.7 * m.axis.viscous / max(high - 1.0, 0.1))
+    return p.with_numbers(
+        exponent=2.0 - 1.5 * s, static=high * m.axis.coulomb, stribeck_velocity=width, damping=damping
+    )
+
+
+def _backlash(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(behind=s, gap=m.axis.half_stroke * between(r, 0.02, 0.08))
+
+
+def _hysteresis(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    most = s * m.axis.coulomb
+    return p.with_numbers(
+        yield_torque=most, memory_stiffness=most / (m.axis.half_stroke * between(r, 0.06, 0.3))
+    )
+
+
+def _compliance(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    load, omega = s * m.axis.inertia, 2.0 * math.pi * between(r, 4.0, min(12.0, m.rate / 12.0))
+    return p.with_numbers(
+        load_inertia=load, load_stiffness=load * omega**2, load_damping=load * omega * between(r, 0.05, 0.3)
+    )
+
+
+def _delay(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(delay=s)
+
+
+def _saturation(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(saturation=s / m.drive.limit)
+
+
+def _periodic(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(
+        periodic=s * m.axis.coulomb,
+        periodic_hz=between(r, 0.17, min(4.0, m.rate / 15.0)),
+        periodic_phase=r.uniform(-math.pi, math.pi),
+    )
+
+
+def _tilt(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(tilt_alpha=s * _sign(r))
+
+
+def _dwell(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(
+        dwell=s, dwell_time=between(r, 0.5, 3.0), dwell_travel=m.axis.half_stroke * between(r, 0.01, 0.04)
+    )
+
+
+_LOADED = ("slide", "arm")
+_FREE = ("shaft", "stage")
+
+EFFECTS: dict[str, Extra] = {
+    "torque_offset": Extra(_offset, _zero("offset")),
+    "direction_asymmetry": Extra(_asymmetry, _zero("asymmetry")),
+    "nonlinear_viscous": Extra(_quadratic, _zero("quadratic")),
+    "load_dependent_friction": Extra(_load, _zero("mu"), 0.1, 0.5, _LOADED),
+    "drive_backdrive": Extra(_backdrive, _zero("mu_raise", "mu_lower"), 0.15, 0.5, _LOADED),
+    "position_ripple": Extra(_ripple, lambda p: replace(p, lines=_no_lines()), 0.2, 2.0),
+    "position_dependent_friction": Extra(_along, _zero("slope", "bowl"), 0.3, 0.8),
+    "position_stiffness": Extra(_spring, _zero("spring", "spring_cubic"), 0.3, 3.0),
+    "thermal_drift": Extra(_thermal, _zero("thermal"), 0.02, 0.08, needs=frozenset({"warm"})),
+    "stribeck_shape": Extra(_exponent, lambda p: p.with_numbers(exponent=2.0), 0.8, 1.0),
+    "backlash": Extra(
+        _backlash, _zero("behind"), 0.4, 0.8, _FREE, frozenset({"nested"}), stiff=True, least_rate=100
+    ),
+    "hysteresis": Extra(_hysteresis, _zero("yield_torque"), 0.3, 1.5, (), frozenset({"nested"}), stiff=True),
+    "compliance": Extra(
+        _compliance, _zero("load_inertia"), 1.0, 3.0, (), frozenset({"fast"}), stiff=True, least_rate=100
+    ),
+    "transport_delay": Extra(_delay, _zero("delay"), 0.01, 0.04, (), frozenset({"fast"}), least_rate=100),
+    "torque_constant_saturation": Extra(_saturation, _zero("saturation"), 0.2, 0.7, _LOADED, current=True),
+    "external_periodic": Extra(_periodic, _zero("periodic"), 0.2, 1.0),
+    "tilt_misalignment": Extra(_tilt, _zero("tilt_alpha"), 0.06, 0.2, ("slide",), frozenset({"tilt"})),
+    "breakaway_dwell": Extra(
+        _dwell, _zero("dwell"), 1.0, 3.0, _FREE, frozenset({"pauses"}), stiff=True, least_rate=100
+    ),
+}
+
+
+def _bump(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    half = m.axis.half_stroke
+    return p.with_numbers(
+        bump=s * _sign(r) * m.axis.coulomb, bump_at=r.uniform(-0.4, 0.4) * half, bump_width=r.uniform(0.06, 0.15) * half
+    )
+
+
+def _tooth(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    half = m.axis.half_stroke
+    return p.with_numbers(
+        tooth=s * _sign(r) * m.axis.coulomb,
+        bump_at=r.uniform(-0.3, 0.3) * half,
+        tooth_pitch=10.0 * half if m.linear else 2.0 * math.pi,
+        tooth_width=r.uniform(0.025, 0.05) * half,
+    )
+
+
+def _walk(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    steps = np.cumsum(r.standard_normal(400))
+    return replace(p, walk=s * m.axis.coulomb * 0.3 * steps)
+
+
+def _wear(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    seconds = m.axis.warm_up / WARM_UP_SHARE
+    return p.with_numbers(wear=s * m.axis.coulomb, wear_from=r.uniform(0.3, 0.7) * seconds)
+
+
+def _grip(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(grip=s * m.axis.coulomb, grip_from=r.uniform(0.7, 1.1))
+
+
+def _resonances(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    first = 2.0 * math.pi * r.uniform(2.0, 3.5)
+    return p.with_numbers(second_inertia=s * m.axis.inertia, second_omega=first, third_omega=2.4 * first)
+
+
+def _speed_bump(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    return p.with_numbers(
+        speed_bump=s * m.axis.coulomb,
+        speed_bump_at=r.uniform(0.4, 0.75) * m.speed,
+        speed_bump_width=r.uniform(0.04, 0.1) * m.speed,
+    )
+
+
+DISTURBANCES: dict[str, Extra] = {
+    "position bump": Extra(_bump, _zero("bump"), 0.3, 1.5, depends_on=("position",)),
+    "damaged tooth": Extra(_tooth, _zero("tooth"), 0.5, 3.0, depends_on=("position",), least_rate=100),
+    "random walk": Extra(
+        _walk, lambda p: replace(p, walk=_no_walk()), 0.3, 1.0, depends_on=("time", "order", "velocity", "direction")
+    ),
+    "sudden wear": Extra(
+        _wear, _zero("wear"), 0.3, 1.5, depends_on=("time", "order", "velocity", "direction")
+    ),
+    "grip under high payload": Extra(_grip, _zero("grip"), 0.6, 3.0, ("slide",), depends_on=("load",)),
+    "second resonance": Extra(
+        _resonances,
+        _zero("second_inertia"),
+        0.5,
+        2.0,
+        needs=frozenset({"fast"}),
+        stiff=True,
+        least_rate=200,
+        depends_on=("time", "order", "acceleration", "velocity"),
+        partly=("compliance",),
+    ),
+    "bump at one speed": Extra(_speed_bump, _zero("speed_bump"), 0.4, 1.5, depends_on=("velocity",)),
+}
+
+
+def real_machine(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
+    """Everything that a geared joint with a cable has at once; `s` scales all of it."""
+    coulomb, half = m.axis.coulomb, m.axis.half_stroke
+    most = highest_line(m)
+    families = [between(r, 0.05, 0.12) * most, between(r, 0.2, 0.35) * most]
+    if not m.linear:
+        families.append(1.0)  # once per turn
+    lines = []
+    for n in families:
+        size = s * coulomb * r.uniform(0.4, 1.0)
+        turn = r.normal(0.0, 0.5)
+        lines.append([n, size, r.uniform(-math.pi, math.pi), turn])
+        if n > 1.0:
+            lines.append([2.0 * n, 0.4 * size, r.uniform(-math.pi, math.pi), turn])
+    spring = s * _sign(r) * coulomb / half
+    plant = replace(p, lines=np.array(lines)).with_numbers(
+        spring=0.8 * spring,
+        spring_cubic=1.5 * spring / half**2,
+        spring_neutral=r.uniform(-0.3, 0.3) * half,
+        slope=s * _sign(r),
+        bowl=s * r.uniform(-0.6, 0.6),
+        asymmetry=0.8 * s * _sign(r) * coulomb / m.speed,
+    )
+    return plant.with_numbers(mu=0.4 * s) if m.kind in _LOADED else plant
+
+
+REAL_MACHINE = (
+    "position_ripple",
+    "position_stiffness",
+    "position_dependent_friction",
+    "direction_asymmetry",
+    "load_dependent_friction",
+)
