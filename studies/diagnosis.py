@@ -1,9 +1,11 @@
 """What the diagnosis finds on many axes, and what it finds that is not there.
 
-Every session: a random axis, the packaged gravity, sweep and sine runs, `diagnose` with the whole
-library, and a fresh validation run that nothing has seen.
+Every session: a random axis with effects or without, `diagnose` with the whole library and with the true
+effects alone, and a fresh run that nothing has seen. Axes are of our simulated rig and of
+`studies/other_plants`, which shares no code with it. Outcomes are noted as they come, so that a run that
+was cut goes on.
 
-python -m studies.diagnosis [--null N] [--single N] [--several N] [--unknown N]     (make study-diagnosis)
+python -m studies.diagnosis [--kind ours|other] [--null N] [--single N] ... [--jobs N]  (make study-diagnosis)
 """
 
 from __future__ import annotations
@@ -12,9 +14,8 @@ import json
 import math
 import os
 import time
-import zlib
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -25,36 +26,13 @@ from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.log import Log
-from idtool.signals import record
+from idtool.signals import record as as_recording
 from idtool.verbs.identify import begin, parameters_of
 from idtool.verbs.predict import predict
-from testbench.cases import DISTURBANCES, EFFECTS, disturb, draw_effects, noise_of
-from testbench.plants import SESSION, between, random_plant, record_session
+from studies.diagnosis_cases import AXES, KINDS, Case, cases, record
+from studies.judging import absurdities
 
-GRADES = ("lab", "dynamixel")
 LIBRARY = {effect.name for effect in registry.library()}
-KINDS = ("none", "one effect", "several effects", "not in the library")
-
-
-@dataclass(frozen=True)
-class Case:
-    """One session to record.
-
-    Attributes:
-        kind: one of `KINDS`.
-        seed: of everything.
-        what: the effects in the plant, or the disturbance.
-        sensors: the grade.
-        temperature: whether the log has a temperature column.
-        pauses: whether the run with pauses is in the session too.
-    """
-
-    kind: str
-    seed: int
-    what: tuple[str, ...]
-    sensors: str
-    temperature: bool
-    pauses: bool
 
 
 @dataclass(frozen=True)
@@ -62,16 +40,26 @@ class Result:
     """What came of it.
 
     Attributes:
+        effects: that should be named.
         size: of each effect, root mean square over the sensor noise.
+        sensors, tolerated, variables, note: see `Recorded`.
         verdict, found, alternatives, depends_on: of the diagnosis; `found` without inertia.
         before, after: error on held-out trials, N m.
         declared: the same with the true effects declared; None where there are none.
         fresh, fresh_declared: on the validation run.
+        coulomb: true level, and the interval that was told.
+        absurd: what no result may say.
+        failed: the message, where there is no result.
         seconds: of the diagnosis.
     """
 
     case: Case
+    effects: tuple[str, ...] = ()
     size: tuple[float, ...] = ()
+    sensors: str = ""
+    tolerated: tuple[str, ...] = ()
+    variables: tuple[str, ...] = ()
+    note: dict[str, str | float] = field(default_factory=dict)
     verdict: str = ""
     found: tuple[str, ...] = ()
     alternatives: dict[str, list[str]] = field(default_factory=dict)
@@ -81,12 +69,22 @@ class Result:
     declared: float | None = None
     fresh: float = math.nan
     fresh_declared: float | None = None
+    coulomb: tuple[float, ...] = ()
+    absurd: tuple[str, ...] = ()
+    failed: str = ""
     seconds: float = math.nan
+
+    @property
+    def extra(self) -> tuple[str, ...]:
+        """What was named though it is not there and may not be."""
+        allowed = {*self.effects, *self.tolerated}
+        return tuple(n for n in self.found if not allowed & {n, *self.alternatives.get(n, [])})
 
     @property
     def named(self) -> bool:
         """Whether exactly what is there was named; an effect that ties with the true one counts as it."""
-        return _same(self.case.what, self.found, self.alternatives)
+        found = [n for n in self.found if n in self.effects or n not in self.tolerated]
+        return not self.failed and _same(self.effects, found, self.alternatives)
 
     @property
     def first(self) -> bool:
@@ -94,7 +92,7 @@ class Result:
         if not self.found:
             return False
         names = {self.found[0], *self.alternatives.get(self.found[0], [])}
-        return bool(names & set(self.case.what))
+        return bool(names & set(self.effects))
 
 
 def _same(true: Sequence[str], found: Sequence[str], alternatives: dict[str, list[str]]) -> bool:
@@ -109,117 +107,148 @@ def _same(true: Sequence[str], found: Sequence[str], alternatives: dict[str, lis
     return set(left) <= set(tied)  # two that are both there and cannot be told apart are named as such
 
 
-def cases(null: int, single: int, several: int, unknown: int) -> Iterator[Case]:
-    """All sessions; grades and the temperature column take turns."""
-
-    def case(kind: str, number: int, what: tuple[str, ...]) -> Case:
-        seed = zlib.crc32(repr((kind, number, what)).encode())
-        grade = GRADES[number % 2]
-        # what pauses show cannot be found without them
-        pauses = "breakaway_dwell" in what or number // 4 % 2 == 1
-        return Case(kind, seed, what, grade, number // 2 % 2 == 0, pauses)
-
-    yield from (case("none", k, ()) for k in range(null))
-    for name in EFFECTS:
-        yield from (case("one effect", k, (name,)) for k in range(single))
-    rng = np.random.default_rng(7)
-    for k in range(several):
-        names = rng.choice(list(EFFECTS), size=2 + k % 2, replace=False)
-        yield case("several effects", k, tuple(str(name) for name in names))
-    for name in DISTURBANCES:
-        yield from (case("not in the library", k, (name,)) for k in range(unknown))
-
-
 def one_session(case: Case) -> Result:
-    """Draw, record, diagnose."""
-    rng = np.random.default_rng(case.seed)
-    plant = random_plant(rng)
-    unknown = case.kind == "not in the library"
-    session = (*SESSION, "pauses") if case.pauses else SESSION
-    truth = draw_effects(plant, () if unknown else case.what, rng, case.sensors, session)
-    logs = record_session(
-        truth.plant, case.sensors, case.seed, (*session, "validation"), temperature=case.temperature
+    """Draw, record, diagnose; a failure is a result too."""
+    session = record(case)
+    known = Result(
+        case,
+        session.effects,
+        session.size,
+        session.sensors,
+        session.tolerated,
+        session.depends_on,
+        session.note,
     )
-    size = truth.size
-    if unknown:
-        size = (between(rng, 1.0, 10.0),)
-        logs = disturb(logs, case.what[0], case.seed, size[0] * noise_of(case.sensors))
     start = time.process_time()
-    found = _diagnose(logs[:-1], registry.library())
-    seconds = time.process_time() - start
+    try:
+        found = _diagnose(session.logs, registry.library())
+        seconds = time.process_time() - start
+        library = [registry.get(n) for n in (*session.effects, "inertia") if n in LIBRARY]
+        whole = bool(session.effects) and len(library) > len(session.effects)
+        declared = _diagnose(session.logs, library) if whole else None
+        return _judged(known, session.logs, session.fresh, session.coulomb, found, declared, seconds)
+    except Exception as error:  # any failure on a fair log is a miss, and must not end a long study
+        return _changed(known, failed=f"{type(error).__name__}: {error}"[:200])
+
+
+def _changed(result: Result, **values: object) -> Result:
+    return Result(**(vars(result) | values))
+
+
+def _judged(
+    known: Result,
+    logs: list[Log],
+    fresh: Log,
+    coulomb: float,
+    found: Diagnosis,
+    declared: Diagnosis | None,
+    seconds: float,
+) -> Result:
     document = found.to_document()
     held = document["error"]["held_out"]
-    library = [registry.get(n) for n in (*case.what, "inertia") if n in LIBRARY]
-    declared = _diagnose(logs[:-1], library) if truth.effects and len(library) > len(truth.effects) else None
     effects = [e for e in document["effects"] if e["name"] != "inertia"]
-    return Result(
-        case,
-        size,
-        document["verdict"],
-        tuple(e["name"] for e in effects),
-        {e["name"]: e["alternatives"] for e in effects},
-        tuple((document["unexplained"] or {"depends_on": ()})["depends_on"]),
-        held["before"],
-        held["after"],
-        declared and declared.to_document()["error"]["held_out"]["after"],
-        _fresh_error(found, logs[-1]),
-        declared and _fresh_error(declared, logs[-1]),
-        seconds,
+    parameters = parameters_of(found.final)
+    error, most = _on(fresh, found)
+    level = parameters.static["coulomb"]
+    return _changed(
+        known,
+        verdict=document["verdict"],
+        found=tuple(e["name"] for e in effects),
+        alternatives={e["name"]: e["alternatives"] for e in effects},
+        depends_on=tuple((document["unexplained"] or {"depends_on": ()})["depends_on"]),
+        before=held["before"],
+        after=held["after"],
+        declared=declared and declared.to_document()["error"]["held_out"]["after"],
+        fresh=error,
+        fresh_declared=declared and _on(fresh, declared)[0],
+        coulomb=(coulomb, *(level.ci95 or ())),
+        absurd=tuple(absurdities(parameters, logs, most)),
+        seconds=seconds,
     )
 
 
 def _diagnose(logs: list[Log], library: Sequence[Effect]) -> Diagnosis:
-    recording = record(logs)
+    recording = as_recording(logs)
     first, spec, *_ = begin(recording, "lugre", "auto")
     return diagnose(recording, first, spec, library)
 
 
-def _fresh_error(diagnosis: Diagnosis, log: Log) -> float:
-    """Error on a run of another kind, as `ffc-id predict` tells it."""
-    (error,) = predict([log], parameters_of(diagnosis.final)).errors.values()
-    return error["rmse"]
+def _on(log: Log, diagnosis: Diagnosis) -> tuple[float, float]:
+    """Error on a run of another kind, as `ffc-id predict` tells it, and the largest prediction."""
+    prediction = predict([log], parameters_of(diagnosis.final))
+    (error,) = prediction.errors.values()
+    column = next(c for c in map(str, prediction.frame) if "predicted" in c)
+    return error["rmse"], float(np.nanmax(np.abs(prediction.frame[column])))
 
 
-def study(todo: Iterable[Case], notes: Path | None = None) -> list[Result]:
-    """All sessions, on the cores there are; results are noted as they come; those noted stay."""
-    known = _noted(notes) if notes is not None and notes.exists() else {}
-    cases = list(todo)
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for result in pool.map(one_session, [case for case in cases if case not in known]):
+def study(todo: Iterable[Case], notes: Path, jobs: int) -> list[Result]:
+    """All sessions on so many cores; results are noted as they come, those noted stay."""
+    known = _noted(notes) if notes.exists() else {}
+    wanted = list(todo)
+    notes.parent.mkdir(parents=True, exist_ok=True)
+    left = [case for case in wanted if case not in known]
+    with ProcessPoolExecutor(jobs) as pool, notes.open("a") as file:
+        started = [pool.submit(one_session, case) for case in left]
+        for number, done in enumerate(as_completed(started), 1):
+            result = done.result()
             known[result.case] = result
-            if notes is not None:
-                with notes.open("a") as file:
-                    file.write(json.dumps(asdict(result)) + "\n")
-    return [known[case] for case in cases]
+            file.write(json.dumps(asdict(result)) + "\n")
+            file.flush()
+            click.echo(f"{number} of {len(left)}: {', '.join(result.case.what) or 'none'}", err=True)
+    return [known[case] for case in wanted]
 
 
 def _noted(notes: Path) -> dict[Case, Result]:
     found = {}
     for line in notes.read_text().splitlines():
+        if not line.endswith("}"):
+            continue  # cut while it was written
         values = json.loads(line)
         case = values["case"]
         values["case"] = Case(**case | {"what": tuple(case["what"])})
-        values |= {name: tuple(values[name]) for name in ("size", "found", "depends_on")}
+        values |= {name: tuple(value) for name, value in values.items() if isinstance(value, list)}
         found[values["case"]] = Result(**values)
     return found
 
 
 @click.command()
+@click.option(
+    "--kind", type=click.Choice(["both", *AXES]), default="both", show_default=True, help="Of axes."
+)
 @click.option("--null", default=200, show_default=True, help="Sessions without an effect.")
 @click.option("--single", default=8, show_default=True, help="Sessions with each one of the effects.")
 @click.option("--several", default=60, show_default=True, help="Sessions with two or three.")
 @click.option("--unknown", default=8, show_default=True, help="Sessions with each disturbance.")
+@click.option("--real", default=40, show_default=True, help="Sessions like a real joint (other axes).")
+@click.option("--jobs", default=os.cpu_count() or 1, show_default="all cores", help="Sessions at a time.")
 @click.option("--out", type=click.Path(path_type=Path), default=Path("docs/diagnosis.md"))
 @click.option(
-    "--notes", type=click.Path(path_type=Path), help="A file for every result as it comes, to go on with."
+    "--notes",
+    type=click.Path(path_type=Path),
+    default=Path("build/study-diagnosis.jsonl"),
+    show_default=True,
+    help="Outcome of every session; a run that was cut goes on from it. Remove it when the program changed.",
 )
-def main(null: int, single: int, several: int, unknown: int, out: Path, notes: Path | None) -> None:
+def main(
+    kind: str,
+    null: int,
+    single: int,
+    several: int,
+    unknown: int,
+    real: int,
+    jobs: int,
+    out: Path,
+    notes: Path,
+) -> None:
     """Run the study and write the page."""
     from studies.diagnosis_page import write
 
-    write(study(cases(null, single, several, unknown), notes), out)
+    axes = AXES if kind == "both" else (kind,)
+    write(study(cases(axes, null, single, several, unknown, real), notes, jobs), out)
     click.echo(f"written: {out}")
 
+
+__all__ = ["AXES", "KINDS", "Result", "one_session", "study"]
 
 if __name__ == "__main__":
     main()

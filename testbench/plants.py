@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from idtool.experiment.recipe import read_recipe
+from idtool.experiment.recipe import Recipe, read_recipe
 from idtool.experiment.runner import run
+from idtool.experiment.trajectory import BackAndForth
 from idtool.log import Log
 from idtool.parameters.axis import Axis
 from idtool.rig.plant_file import PlantFile
@@ -86,6 +87,12 @@ def random_plant(rng: np.random.Generator) -> Plant:
             return plant
 
 
+def either_bristle(plant: Plant, rng: np.random.Generator) -> Plant:
+    """The same axis with a bristle as soft as the paper's (it bends 1.4 rad) as often as with a stiff one."""
+    bends = between(rng, 0.4, 1.5) if rng.random() < 0.5 else between(rng, 0.005, 0.05)
+    return replace(plant, bristle_stiffness=max(plant.coulomb, plant.static) / bends)
+
+
 def with_effects(plant: Plant, effects: dict[str, dict[str, float]]) -> Plant:
     """The same axis with effects."""
     return replace(plant, effects=effects)
@@ -98,16 +105,29 @@ def record_session(
     recipes: tuple[str | Path, ...] = SESSION,
     *,
     temperature: bool = True,
+    hard: bool = False,
 ) -> list[Log]:
-    """Run recipes on the axis one after another, as `ffc-id demo` does, and read the logs back."""
+    """Run recipes on the axis one after another, as `ffc-id demo` does, and read the logs back; `hard`
+    takes all ramps of the moves ten times as fast."""
     logs = []
     rig = SimulatedRig(plant.to_file(sensors, temperature=temperature), seed=seed)
     with tempfile.TemporaryDirectory() as folder, rig:
         for recipe in recipes:
             path = Path(folder) / f"{Path(recipe).stem}.csv"
-            run(read_recipe(str(recipe)), rig, path)
+            plan = read_recipe(str(recipe))
+            run(_harder(plan) if hard else plan, rig, path)
             logs.append(Log.read(path))
     return logs
+
+
+def _harder(recipe: Recipe) -> Recipe:
+    trials = tuple(
+        replace(trial, motion=replace(trial.motion, acceleration=10.0 * trial.motion.acceleration))
+        if isinstance(trial.motion, BackAndForth)
+        else trial
+        for trial in recipe.trials
+    )
+    return replace(recipe, trials=trials)
 
 
 def between(rng: np.random.Generator, low: float, high: float) -> float:

@@ -25,7 +25,9 @@ def main(out: Path, clean: int, single: int, several: int, unknown: int, compose
             continue
         session = make(case.name, case.what, case.seed, composed=case.composed)
         save(session, out)
-        click.echo(f"{case.name}: {', '.join(session.truth['effects']) or session.truth['disturbance'] or 'none'}")
+        click.echo(
+            f"{case.name}: {', '.join(session.truth['effects']) or session.truth['disturbance'] or 'none'}"
+        )
 
 
 if __name__ == "__main__":

@@ -90,7 +90,8 @@ def draw(
     presliding = half * (between(rng, 0.08, 0.6) if soft_bristle else between(rng, 1e-3, 0.03))
     inertia = coulomb * between(rng, 0.1, 0.8) / (speed * 2.0 * math.pi)
     if law is None:
-        law = int(rng.choice((LUGRE, LUGRE, LUGRE, ELASTO_PLASTIC, MAXWELL_SLIP)))
+        # over a soft presliding the laws differ by many times the noise: there it is LuGre's
+        law = LUGRE if soft_bristle else int(rng.choice((LUGRE, ELASTO_PLASTIC, MAXWELL_SLIP)))
     axis = Axis(
         inertia=inertia,
         coulomb=coulomb,
@@ -115,7 +116,9 @@ def draw(
     elif kind == "arm":
         size, turn = coulomb * between(rng, 1.5, 6.0), rng.normal(0.0, 0.15)
         axis = axis._replace(sine=size * math.cos(turn), cosine=size * math.sin(turn))
-    highest = 4.0 * (max(coulomb, static) + axis.base + 1.5 * axis.per_payload + abs(axis.sine)) + viscous * speed
+    highest = (
+        4.0 * (max(coulomb, static) + axis.base + 1.5 * axis.per_payload + abs(axis.sine)) + viscous * speed
+    )
     return Machine(
         kind=kind,
         grade=grade,
@@ -136,7 +139,9 @@ def _drive(rng: np.random.Generator, axis: Axis, speed: float, limit: float) -> 
     bandwidth = between(rng, 30.0, 120.0)
     gain = axis.inertia * bandwidth + axis.viscous
     position = between(rng, 5.0, 25.0) if rng.random() < 0.7 else 0.0
-    return Drive(position, gain, gain * bandwidth / 5.0, 1.0 if rng.random() < 0.7 or position == 0 else 0.0, limit)
+    return Drive(
+        position, gain, gain * bandwidth / 5.0, 1.0 if rng.random() < 0.7 or position == 0 else 0.0, limit
+    )
 
 
 def _rate(rng: np.random.Generator, grade: str, least: int) -> int:

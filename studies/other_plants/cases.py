@@ -30,7 +30,9 @@ class OtherCase:
     composed: bool = False
 
 
-def cases(clean: int, single: int, several: int, unknown: int, composed: int, seed: int) -> Iterator[OtherCase]:
+def cases(
+    clean: int, single: int, several: int, unknown: int, composed: int, seed: int
+) -> Iterator[OtherCase]:
     """All of them, in turns of each kind; a larger number adds sessions and changes none."""
 
     def case(kind: str, number: int, what: tuple[str, ...]) -> OtherCase:

@@ -1,4 +1,4 @@
-"""What an axis may have besides gravity and friction, in the names of the library, and what no library has."""
+"""What an axis may have besides gravity and friction: effects of the library, and what no library has."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Plant:
 
     def with_numbers(self, **numbers: float) -> Plant:
         """The same with other numbers of the axis."""
-        return replace(self, axis=self.axis._replace(**numbers))
+        return replace(self, axis=self.axis._replace(**numbers))  # type: ignore[arg-type]
 
 
 #: Machine, plant, generator of the shape (the same at every call), strength -> plant.
@@ -217,7 +217,9 @@ EFFECTS: dict[str, Extra] = {
 def _bump(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
     half = m.axis.half_stroke
     return p.with_numbers(
-        bump=s * _sign(r) * m.axis.coulomb, bump_at=r.uniform(-0.4, 0.4) * half, bump_width=r.uniform(0.06, 0.15) * half
+        bump=s * _sign(r) * m.axis.coulomb,
+        bump_at=r.uniform(-0.4, 0.4) * half,
+        bump_width=r.uniform(0.06, 0.15) * half,
     )
 
 
@@ -262,7 +264,11 @@ DISTURBANCES: dict[str, Extra] = {
     "position bump": Extra(_bump, _zero("bump"), 0.3, 1.5, depends_on=("position",)),
     "damaged tooth": Extra(_tooth, _zero("tooth"), 0.5, 3.0, depends_on=("position",), least_rate=100),
     "random walk": Extra(
-        _walk, lambda p: replace(p, walk=_no_walk()), 0.3, 1.0, depends_on=("time", "order", "velocity", "direction")
+        _walk,
+        lambda p: replace(p, walk=_no_walk()),
+        0.3,
+        1.0,
+        depends_on=("time", "order", "velocity", "direction"),
     ),
     "sudden wear": Extra(
         _wear, _zero("wear"), 0.3, 1.5, depends_on=("time", "order", "velocity", "direction")

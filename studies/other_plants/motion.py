@@ -8,7 +8,6 @@ import numba
 import numpy as np
 
 from studies.other_plants.physics import (
-    _AGE,
     _PLAY,
     _QL,
     _R,

@@ -33,7 +33,7 @@ _SIDE, _PLAY, _AGE = 4, 5, 6
 
 
 class Axis(NamedTuple):
-    """Numbers of one axis in SI units at the motor's shaft; the defaults of what is not there have no torque."""
+    """Numbers of one axis in SI units at the motor's shaft; by default what may be absent has no torque."""
 
     inertia: float
     coulomb: float
@@ -123,7 +123,7 @@ def gravity(p: Axis, place: Place, q: float) -> float:
 @numba.njit(cache=True, error_model="numpy", forceinline=True)
 def _interpolate(values: Array, x: float) -> float:
     k = min(max(int(x), 0), len(values) - 2)
-    return values[k] + (values[k + 1] - values[k]) * min(max(x - k, 0.0), 1.0)
+    return float(values[k] + (values[k + 1] - values[k]) * min(max(x - k, 0.0), 1.0))
 
 
 @numba.njit(cache=True, error_model="numpy", forceinline=True)
@@ -190,7 +190,7 @@ def friction(p: Axis, y: Array, dy: Array, modes: Array, w: float, g: float) -> 
         return total + p.damping * w
     rate = _bristle_rate(p, y[_Z], w, g)
     dy[_Z] = rate
-    return p.stiffness * y[_Z] + p.damping * rate
+    return float(p.stiffness * y[_Z] + p.damping * rate)
 
 
 @numba.njit(cache=True, error_model="numpy", forceinline=True)

@@ -1,4 +1,4 @@
-"""Commands: moves with soft and hard ramps, sines, multi-sines, swings, as positions at the drive's period."""
+"""Commands as positions at the drive's period: moves with soft and hard ramps, sines, swings."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from studies.other_plants.motion import TICK
 from studies.other_plants.physics import Array
 
-#: How a move gets to its speed: raised cosine, minimum jerk (no constant speed), constant acceleration, at once.
+#: How a move gets to its speed: raised cosine, minimum jerk, constant acceleration, at once.
 SMOOTH = ("s-curve", "minimum jerk")
 HARD = ("trapezoid", "step")
 
@@ -79,13 +79,18 @@ def swing_up(middle: float, reach: float, frequency: float, seconds: float) -> A
     return np.asarray(middle + reach * growth * np.sin(2.0 * math.pi * frequency * t))
 
 
-def staircase(rng: np.random.Generator, middle: float, reach: float, speed: float, moves: int, style: str) -> Array:
+def staircase(
+    rng: np.random.Generator, middle: float, reach: float, speed: float, moves: int, style: str
+) -> Array:
     """Random point-to-point moves with rests of random length."""
     at = middle + reach * rng.uniform(-1.0, 1.0)
     parts = [hold(at, 0.3)]
     for _ in range(moves):
         to = middle + reach * rng.uniform(-1.0, 1.0)
         if abs(to - at) > 0.1 * reach:
-            parts += [move(at, to, speed * rng.uniform(0.3, 1.0), style, 0.15), hold(to, rng.uniform(0.05, 0.5))]
+            parts += [
+                move(at, to, speed * rng.uniform(0.3, 1.0), style, 0.15),
+                hold(to, rng.uniform(0.05, 0.5)),
+            ]
             at = to
     return np.concatenate(parts)

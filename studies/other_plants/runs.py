@@ -58,7 +58,9 @@ class Planner:
     def _ramp(self) -> float:
         return self.rng.uniform(0.2, 0.5) if self.machine.soft else self.rng.uniform(0.05, 0.15)
 
-    def _trial(self, wanted: Array, payload: float = 0.0, alpha: float | None = None, beta: float = 0.0) -> Trial:
+    def _trial(
+        self, wanted: Array, payload: float = 0.0, alpha: float | None = None, beta: float = 0.0
+    ) -> Trial:
         return Trial(wanted, payload, self.alpha if alpha is None else alpha, beta)
 
     def payloads(self, several_tilts: bool) -> Run:
@@ -66,7 +68,7 @@ class Planner:
         trials = []
         style = "s-curve" if self.machine.soft else "trapezoid"
         for number, payload in enumerate(np.linspace(0.0, 1.5, 6)):
-            for alpha in ((0.0, 0.6) if several_tilts and number % 2 else (0.0,)):
+            for alpha in (0.0, 0.6) if several_tilts and number % 2 else (0.0,):
                 moves = back_and_forth(
                     self.middle, 0.6 * self.half, self.machine.speed * 0.35, 1, style, self._ramp()
                 )
@@ -76,7 +78,8 @@ class Planner:
     def side_payloads(self) -> Run:
         """The same lying on its side, where a payload should not matter."""
         moves = [
-            back_and_forth(self.middle, self.half, self.machine.speed * 0.5, 1, "s-curve", 0.3) for _ in range(3)
+            back_and_forth(self.middle, self.half, self.machine.speed * 0.5, 1, "s-curve", 0.3)
+            for _ in range(3)
         ]
         return "side", [self._trial(m, p, _SIDE) for m, p in zip(moves, (0.0, 0.7, 1.4), strict=True)]
 
@@ -87,7 +90,9 @@ class Planner:
         for share, way in ((0.1, 0.5), (0.2, 0.9), (0.35, 1.3), (0.6, 1.7), (1.0, 1.7)):
             travel = way * self.half
             times = 1 if share < 0.9 else 2
-            moves = back_and_forth(self.middle, travel, share * self.machine.speed, times, style, self._ramp())
+            moves = back_and_forth(
+                self.middle, travel, share * self.machine.speed, times, style, self._ramp()
+            )
             trials.append(self._trial(moves))
         return "speeds", trials
 
@@ -123,9 +128,15 @@ class Planner:
         """Random multi-sines."""
         trials = []
         for _ in range(2):
-            frequencies = self.rng.uniform((0.08, 0.2, 0.4, 0.8), (0.15, 0.4, 0.8, 1.5))
+            frequencies = self.rng.uniform((0.08, 0.2, 0.4, 0.8), (0.15, 0.4, 0.8, 1.5)).tolist()
             wanted = multisine(
-                self.rng, self.middle, 0.85 * self.half, self.machine.speed, frequencies, 10.0, self.machine.soft
+                self.rng,
+                self.middle,
+                0.85 * self.half,
+                self.machine.speed,
+                frequencies,
+                10.0,
+                self.machine.soft,
             )
             trials.append(self._trial(wanted, payload))
         return name, trials
@@ -141,7 +152,13 @@ class Planner:
         trials = []
         for share in (0.03, 0.06, 0.12, 0.25, 0.5):
             moves = back_and_forth(
-                self.middle, share * self.half, 0.25 * self.machine.speed, max(2, int(0.4 / share)), "s-curve", 0.1, 0.05
+                self.middle,
+                share * self.half,
+                0.25 * self.machine.speed,
+                max(2, int(0.4 / share)),
+                "s-curve",
+                0.1,
+                0.05,
             )
             trials.append(self._trial(moves))
         return "nested", trials

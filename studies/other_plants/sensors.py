@@ -30,29 +30,40 @@ def noise_of(machine: Machine) -> float:
     return math.sqrt(machine.reading_noise**2 + machine.drive_noise**2 / ticks + step**2 / 12.0)
 
 
-def sample_torque(machine: Machine, torque: Array, times: Array, rest: int) -> Array:
-    """Torque (held for a tick) at instants: the value there, or the mean over a period around it."""
-    if machine.grade != "drive":
-        return np.asarray(torque[np.minimum((times / TICK + 1e-6).astype(int) + rest, len(torque) - 1)])
-    total = np.concatenate([[0.0], np.cumsum(torque) * TICK])
-    grid = (np.arange(len(total)) - rest) * TICK
-    half = 0.5 / machine.rate
-    low, high = np.maximum(times - half, grid[0]), np.minimum(times + half, grid[-1])
-    return np.asarray((np.interp(high, grid, total) - np.interp(low, grid, total)) / (high - low))
+def sample(machine: Machine, values: Array, times: Array, rest: int, *, held: bool = False) -> Array:
+    """A quantity of the ticks at instants; a drive's recording was resampled, every channel alike, so it
+    has the mean over a period around them.
+
+    Args:
+        values: of each tick.
+        times: s from the start of the trial.
+        rest: ticks before that.
+        held: whether it is held for a tick (the torque) or runs on between them.
+    """
+    grid = (np.arange(len(values)) - rest) * TICK
+    if machine.grade == "drive":
+        between = values[:-1] if held else 0.5 * (values[1:] + values[:-1])
+        total = np.concatenate([[0.0], np.cumsum(between) * TICK])
+        half = 0.5 / machine.rate
+        low, high = np.maximum(times - half, grid[0]), np.minimum(times + half, grid[-1])
+        return np.asarray((np.interp(high, grid, total) - np.interp(low, grid, total)) / (high - low))
+    if held:
+        return np.asarray(values[np.minimum((times / TICK + 1e-6).astype(int) + rest, len(values) - 1)])
+    return np.asarray(np.interp(times, grid, values))
 
 
-def _speed_reading(machine: Machine, motion: Array, grid: Array, times: Array, rng: np.random.Generator) -> Array:
-    if machine.grade == "lab":
-        readings = np.interp(times, grid, motion[:, 1])
-        return np.asarray(readings + 0.004 * machine.speed * rng.standard_normal(len(times)))
+def _speed_reading(
+    machine: Machine, motion: Array, times: Array, rest: int, rng: np.random.Generator
+) -> Array:
     if machine.grade == "dynamixel":  # the mean over the last 10 ms, in steps
         window = 0.010
-        now = np.interp(times, grid, motion[:, 0])
-        before = np.interp(times - window, grid, motion[:, 0])
-        return np.asarray(SPEED_STEP * np.round((now - before) / window / SPEED_STEP))
-    share = 1.0 - math.exp(-2.0 * math.pi * 60.0 * TICK)  # first order, 60 Hz
-    filtered = lfilter([share], [1.0, share - 1.0], motion[:, 1])
-    return np.asarray(np.interp(times, grid, filtered) + 0.001 * machine.speed * rng.standard_normal(len(times)))
+        way = sample(machine, motion[:, 0], times, rest) - sample(machine, motion[:, 0], times - window, rest)
+        return np.asarray(SPEED_STEP * np.round(way / window / SPEED_STEP))
+    speed, noise = motion[:, 1], 0.004 * machine.speed
+    if machine.grade == "drive":  # filtered: first order, 60 Hz
+        share = 1.0 - math.exp(-2.0 * math.pi * 60.0 * TICK)
+        speed, noise = lfilter([share], [1.0, share - 1.0], speed), 0.001 * machine.speed
+    return np.asarray(sample(machine, speed, times, rest) + noise * rng.standard_normal(len(times)))
 
 
 def read_motion(
@@ -73,24 +84,25 @@ def read_motion(
         times: sampling instants, s from the start of the trial.
     """
     unit, effort = ("m", "force_n") if machine.linear else ("rad", "torque_nm")
-    grid = (np.arange(len(motion)) - rest) * TICK
     seen = times - plant.axis.delay  # position and speed are of a while ago
-    position = np.interp(seen, grid, motion[:, 0])
+    position = sample(machine, motion[:, 0], seen, rest)
     count = COUNT if machine.grade == "dynamixel" else 2e-5 * machine.axis.half_stroke
-    torque = sample_torque(machine, motion[:, 2], times, rest)
+    torque = sample(machine, motion[:, 2], times, rest, held=True)
     torque = torque + machine.reading_noise * rng.standard_normal(len(times))
     columns = {
         f"position_{unit}": count * np.round(position / count),
-        f"velocity_{unit}_s": _speed_reading(machine, motion, grid, seen, rng),
+        f"velocity_{unit}_s": _speed_reading(machine, motion, seen, rest, rng),
     }
     if machine.logs_current:
-        step = CURRENT_STEP if machine.grade == "dynamixel" else 1e-5 * machine.axis.coulomb / machine.constant
+        step = (
+            CURRENT_STEP if machine.grade == "dynamixel" else 1e-5 * machine.axis.coulomb / machine.constant
+        )
         columns["current_a"] = step * np.round(torque / machine.constant / step)
     else:
         columns[effort] = torque
     positions, speeds = command
     if machine.drive.position_gain > 0.0:
-        columns[f"position_command_{unit}"] = np.interp(times, grid, positions)
+        columns[f"position_command_{unit}"] = sample(machine, positions, times, rest)
     else:
-        columns[f"velocity_command_{unit}_s"] = np.interp(times, grid, speeds)
+        columns[f"velocity_command_{unit}_s"] = sample(machine, speeds, times, rest)
     return pd.DataFrame(columns)

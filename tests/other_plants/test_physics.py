@@ -172,7 +172,9 @@ def test_a_longer_rest_sticks_harder() -> None:
     for rest in (0.1, 3.0):
         axis = AXIS._replace(stiffness=60.0, damping=0.01, dwell=1.0, dwell_travel=0.05)
         first = move(0.0, 0.3, 0.2, "s-curve", 0.1)
-        wanted = np.concatenate([np.zeros(REST), first, hold(0.3, rest), move(0.3, 0.6, 0.05, "s-curve", 1.0)])
+        wanted = np.concatenate(
+            [np.zeros(REST), first, hold(0.3, rest), move(0.3, 0.6, 0.05, "s-curve", 1.0)]
+        )
         motion = run(axis, wanted)
         peaks.append(np.max(motion[REST + len(first) + int(rest / TICK) :, 2]))
     assert peaks[1] > peaks[0] + 0.1 * AXIS.coulomb
