@@ -188,6 +188,7 @@ def study(todo: Iterable[Case], notes: Path, jobs: int) -> list[Result]:
     notes.parent.mkdir(parents=True, exist_ok=True)
     left = [case for case in wanted if case not in known]
     with ProcessPoolExecutor(jobs) as pool, notes.open("a") as file:
+        file.write("\n")  # after a line that was cut
         started = [pool.submit(one_session, case) for case in left]
         for number, done in enumerate(as_completed(started), 1):
             result = done.result()
@@ -201,9 +202,10 @@ def study(todo: Iterable[Case], notes: Path, jobs: int) -> list[Result]:
 def _noted(notes: Path) -> dict[Case, Result]:
     found = {}
     for line in notes.read_text().splitlines():
-        if not line.endswith("}"):
+        try:
+            values = json.loads(line)
+        except json.JSONDecodeError:
             continue  # cut while it was written
-        values = json.loads(line)
         case = values["case"]
         values["case"] = Case(**case | {"what": tuple(case["what"])})
         values |= {name: tuple(value) for name, value in values.items() if isinstance(value, list)}

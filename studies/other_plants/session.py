@@ -82,12 +82,21 @@ def draw_machine(rng: np.random.Generator, extras: dict[str, Extra], composed: b
     return machine
 
 
-def choose_plant(machine: Machine, extras: dict[str, Extra], runs: Sequence[Run], seed: int) -> Plant:
-    """Strengths with which each has the size that is drawn for it."""
+def choose_plant(
+    machine: Machine,
+    extras: dict[str, Extra],
+    runs: Sequence[Run],
+    seed: int,
+    least: dict[str, float],
+) -> Plant:
+    """Strengths with which each has the size that is drawn for it, or `least` where that is more."""
     rng = np.random.default_rng(seed)
     most = LARGEST * noise_of(machine)
     low = smallest(machine)
-    wanted = {name: between(rng, low, max(1.5 * low, most)) for name in extras}
+    high = max(1.5 * low, most)
+    wanted = {name: max(between(rng, 1.3 * low, high), least.get(name, 0.0)) for name in extras}
+    if any(size > high for size in wanted.values()):
+        raise NoSuchSessionError("could be seen only if it were larger")
     shapes = {name: int(rng.integers(1 << 31)) for name in extras}
     strength = {name: extra.start for name, extra in extras.items()}
     sizes: dict[str, float] = {}
@@ -105,12 +114,15 @@ def choose_plant(machine: Machine, extras: dict[str, Extra], runs: Sequence[Run]
         ratios = {name: wanted[name] / max(sizes[name], 1e-12) for name in extras}
         if all(0.75 < ratio < 1.3 for ratio in ratios.values()):
             break
+        before = dict(strength)
         for name, extra in extras.items():
             strength[name] = min(strength[name] * min(max(ratios[name], 0.1), 10.0), extra.most)
+        if strength == before:
+            break  # none can be stronger
     if any(size < low for size in sizes.values()):
         raise NoSuchSessionError(f"too weak to be fair: {sizes}, least {low:.3g}")
-    if any(size > 1.3 * max(1.5 * low, most) for size in sizes.values()):
-        raise NoSuchSessionError(f"out of range: {sizes}, {low:.3g} to {most:.3g}")
+    if any(size > 1.3 * high for size in sizes.values()):
+        raise NoSuchSessionError(f"out of range: {sizes}, {low:.3g} to {high:.3g}")
     return plant
 
 
@@ -140,15 +152,18 @@ def _attempt(name: str, what: list[str], seed: int, composed: bool) -> Session:
         if machine.kind not in (EFFECTS["load_dependent_friction"].kinds):
             del extras["load_dependent_friction"]
     else:
-        plant = choose_plant(machine, extras, runs, seed)
+        plant = choose_plant(machine, extras, runs, seed, {})
     sizes: dict[str, float] = {}
     visible: dict[str, float] = {}
     if extras:
         sizes, visible = _seen(machine, plant, extras, runs, seed)
-        if not composed and any(size < STANDS_OUT * smallest(machine) for size in visible.values()):
-            raise NoSuchSessionError(
-                f"looks like the base model: {sizes}, {visible}, {smallest(machine):.3g}"
-            )
+    short = {n: STANDS_OUT * smallest(machine) / max(visible[n], 1e-12) for n in visible}
+    if not composed and max(short.values(), default=0.0) > 1.0:
+        least = {n: 1.35 * factor * sizes[n] for n, factor in short.items() if factor > 1.0}
+        plant = choose_plant(machine, extras, runs, seed, least)
+        sizes, visible = _seen(machine, plant, extras, runs, seed)
+        if any(size < STANDS_OUT * smallest(machine) for size in visible.values()):
+            raise NoSuchSessionError(f"looks like the base model: {sizes}, {visible}")
     validation = planner.validation()
     played = play(machine, plant, [*runs, validation], seed, noisy=True)
     _check_motion(machine, [r for run in played for r in run])
