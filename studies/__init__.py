@@ -2,7 +2,6 @@
 
 python -m studies.accuracy     errors, intervals and biases of the estimator
 python -m studies.diagnosis    what the diagnosis names, and what it names that is not there
-python -m studies.other_plants  sessions of axes that share no code with the toolkit, with their truth
 python -m studies.measured     recordings of real machines beside what their sources published
 python -m studies.teach        light hand guiding over many axes
 python -m studies.board        what the exported C costs on a simulated Arduino Uno

@@ -2,7 +2,7 @@
 
 Every session: a random axis with effects or without, `diagnose` with the whole library and with the true
 effects alone, and a fresh run that nothing has seen. Axes are of our simulated rig and of
-`studies/other_plants`, which shares no code with it. Outcomes are noted as they come, so that a run that
+`testbench/other_plants`, which shares no code with it. Outcomes are noted as they come, so that a run that
 was cut goes on.
 
 python -m studies.diagnosis [--kind ours|other] [--null N] [--single N] ... [--jobs N]  (make study-diagnosis)
@@ -10,13 +10,9 @@ python -m studies.diagnosis [--kind ours|other] [--null N] [--single N] ... [--j
 
 from __future__ import annotations
 
-import json
-import math
 import os
 import time
-from collections.abc import Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -29,82 +25,11 @@ from idtool.log import Log
 from idtool.signals import record as as_recording
 from idtool.verbs.identify import begin, parameters_of
 from idtool.verbs.predict import predict
-from studies.diagnosis_cases import AXES, KINDS, Case, cases, record
-from studies.judging import absurdities
+from testbench.diagnosis_cases import AXES, Case, cases, record
+from testbench.judging import absurdities
+from testbench.outcomes import Result, outcomes
 
 LIBRARY = {effect.name for effect in registry.library()}
-
-
-@dataclass(frozen=True)
-class Result:
-    """What came of it.
-
-    Attributes:
-        effects: that should be named.
-        size: of each effect, root mean square over the sensor noise.
-        sensors, tolerated, variables, note: see `Recorded`.
-        verdict, found, alternatives, depends_on: of the diagnosis; `found` without inertia.
-        before, after: error on held-out trials, N m.
-        declared: the same with the true effects declared; None where there are none.
-        fresh, fresh_declared: on the validation run.
-        coulomb: true level, and the interval that was told.
-        absurd: what no result may say.
-        failed: the message, where there is no result.
-        seconds: of the diagnosis.
-    """
-
-    case: Case
-    effects: tuple[str, ...] = ()
-    size: tuple[float, ...] = ()
-    sensors: str = ""
-    tolerated: tuple[str, ...] = ()
-    variables: tuple[str, ...] = ()
-    note: dict[str, str | float] = field(default_factory=dict)
-    verdict: str = ""
-    found: tuple[str, ...] = ()
-    alternatives: dict[str, list[str]] = field(default_factory=dict)
-    depends_on: tuple[str, ...] = ()
-    before: float = math.nan
-    after: float = math.nan
-    declared: float | None = None
-    fresh: float = math.nan
-    fresh_declared: float | None = None
-    coulomb: tuple[float, ...] = ()
-    absurd: tuple[str, ...] = ()
-    failed: str = ""
-    seconds: float = math.nan
-
-    @property
-    def extra(self) -> tuple[str, ...]:
-        """What was named though it is not there and may not be."""
-        allowed = {*self.effects, *self.tolerated}
-        return tuple(n for n in self.found if not allowed & {n, *self.alternatives.get(n, [])})
-
-    @property
-    def named(self) -> bool:
-        """Whether exactly what is there was named; an effect that ties with the true one counts as it."""
-        found = [n for n in self.found if n in self.effects or n not in self.tolerated]
-        return not self.failed and _same(self.effects, found, self.alternatives)
-
-    @property
-    def first(self) -> bool:
-        """Whether the first effect named is there."""
-        if not self.found:
-            return False
-        names = {self.found[0], *self.alternatives.get(self.found[0], [])}
-        return bool(names & set(self.effects))
-
-
-def _same(true: Sequence[str], found: Sequence[str], alternatives: dict[str, list[str]]) -> bool:
-    left = list(true)
-    tied: list[str] = []
-    for name in found:
-        match = next((n for n in (name, *alternatives.get(name, [])) if n in left), None)
-        if match is None:
-            return False
-        left.remove(match)
-        tied += [name, *alternatives.get(name, [])]
-    return set(left) <= set(tied)  # two that are both there and cannot be told apart are named as such
 
 
 def one_session(case: Case) -> Result:
@@ -181,38 +106,6 @@ def _on(log: Log, diagnosis: Diagnosis) -> tuple[float, float]:
     return error["rmse"], float(np.nanmax(np.abs(prediction.frame[column])))
 
 
-def study(todo: Iterable[Case], notes: Path, jobs: int) -> list[Result]:
-    """All sessions on so many cores; results are noted as they come, those noted stay."""
-    known = _noted(notes) if notes.exists() else {}
-    wanted = list(todo)
-    notes.parent.mkdir(parents=True, exist_ok=True)
-    left = [case for case in wanted if case not in known]
-    with ProcessPoolExecutor(jobs) as pool, notes.open("a") as file:
-        file.write("\n")  # after a line that was cut
-        started = [pool.submit(one_session, case) for case in left]
-        for number, done in enumerate(as_completed(started), 1):
-            result = done.result()
-            known[result.case] = result
-            file.write(json.dumps(asdict(result)) + "\n")
-            file.flush()
-            click.echo(f"{number} of {len(left)}: {', '.join(result.case.what) or 'none'}", err=True)
-    return [known[case] for case in wanted]
-
-
-def _noted(notes: Path) -> dict[Case, Result]:
-    found = {}
-    for line in notes.read_text().splitlines():
-        try:
-            values = json.loads(line)
-        except json.JSONDecodeError:
-            continue  # cut while it was written
-        case = values["case"]
-        values["case"] = Case(**case | {"what": tuple(case["what"])})
-        values |= {name: tuple(value) for name, value in values.items() if isinstance(value, list)}
-        found[values["case"]] = Result(**values)
-    return found
-
-
 @click.command()
 @click.option(
     "--kind", type=click.Choice(["both", *AXES]), default="both", show_default=True, help="Of axes."
@@ -246,11 +139,10 @@ def main(
     from studies.diagnosis_page import write
 
     axes = AXES if kind == "both" else (kind,)
-    write(study(cases(axes, null, single, several, unknown, real), notes, jobs), out)
+    todo = cases(axes, null, single, several, unknown, real)
+    write(outcomes(todo, one_session, notes, jobs), out)
     click.echo(f"written: {out}")
 
-
-__all__ = ["AXES", "KINDS", "Result", "one_session", "study"]
 
 if __name__ == "__main__":
     main()

@@ -9,22 +9,23 @@ from pathlib import Path
 import numpy as np
 
 from testbench.cases import DISTURBANCES, EFFECTS
-from studies.diagnosis import AXES, KINDS, Result
-from studies.other_plants.effects import DISTURBANCES as OTHER_DISTURBANCES
+from testbench.diagnosis_cases import AXES, KINDS
+from testbench.other_plants.effects import DISTURBANCES as OTHER_DISTURBANCES
+from testbench.outcomes import Result
 
 _HEAD = """# What the diagnosis finds, and what it finds that is not there
 
 Made by `make study-diagnosis`. Axes are of two kinds. Ours: random axes of the simulated rig
 (`testbench/plants.py`), the packaged gravity, sweep and sine runs (in some the run with pauses too, in some
 ramps ten times as steep), laboratory or DYNAMIXEL sensors, with and without a temperature column; bristles
-as soft as the paper's are as frequent as stiff ones. Other: `studies/other_plants`, which shares no code
+as soft as the paper's are as frequent as stiff ones. Other: `testbench/other_plants`, which shares no code
 with the toolkit: LuGre, elasto-plastic or Maxwell-slip friction, slides, arms, free shafts and linear
 stages under position or velocity drives, smooth and hard commands, three grades of sensors, 50 Hz to 1 kHz.
 
 Effects add 1 to 10 times the sensor noise of one reading (root mean square over the session; of our axes
 the few that cannot have what is nearest; on the other axes at least 5 % of the Coulomb level too, and at
 least half of that must be left when the base model and the other effects have taken what they can).
-Disturbances that are not in the library: `testbench/cases.py`, `studies/other_plants/effects.py`.
+Disturbances that are not in the library: `testbench/cases.py`, `testbench/other_plants/effects.py`.
 
 *Exact*: what was named is what is there, nothing more and nothing less; of two that tie the data cannot say
 which, and naming the one with the other as its alternative counts. *First*: the first one named is there.

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.other_plants.motion import TICK, Drive, drive_axis, needed_torque
-from studies.other_plants.physics import ELASTO_PLASTIC, LUGRE, MAXWELL_SLIP, Array, Axis, Place
-from studies.other_plants.profiles import hold, move
+from testbench.other_plants.motion import TICK, Drive, drive_axis, needed_torque
+from testbench.other_plants.physics import ELASTO_PLASTIC, LUGRE, MAXWELL_SLIP, Array, Axis, Place
+from testbench.other_plants.profiles import hold, move
 
 AXIS = Axis(0.006, 0.07, 0.1, 0.05, 0.12, 5.0, 0.05, half_stroke=1.0)
 DRIVE = Drive(15.0, 0.5, 8.0, 1.0, 5.0)

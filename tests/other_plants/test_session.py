@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from idtool.log import Log
-from studies.other_plants.axes import Machine, draw
-from studies.other_plants.cases import cases
-from studies.other_plants.effects import DISTURBANCES, EFFECTS, Plant
-from studies.other_plants.evidence import LARGEST, STANDS_OUT, play, smallest, stands_out, torque
-from studies.other_plants.runs import Planner
-from studies.other_plants.sensors import noise_of, sample
-from studies.other_plants.session import make, save
+from testbench.other_plants.axes import Machine, draw
+from testbench.other_plants.cases import cases
+from testbench.other_plants.effects import DISTURBANCES, EFFECTS, Plant
+from testbench.other_plants.evidence import LARGEST, STANDS_OUT, play, smallest, stands_out, torque
+from testbench.other_plants.runs import Planner
+from testbench.other_plants.sensors import noise_of, sample
+from testbench.other_plants.session import make, save
 
 
 def machines(seed: int, count: int) -> list[tuple[Machine, np.random.Generator]]:

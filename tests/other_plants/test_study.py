@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-import studies.diagnosis as diagnosis
+import testbench.outcomes
 from idtool import Log, Parameters, identify
-from studies.diagnosis import Result, study
-from studies.diagnosis_cases import Case, cases
-from studies.judging import absurdities, most_torque
-from studies.other_plants.session import make, save
+from testbench.diagnosis_cases import KINDS, Case, cases
+from testbench.judging import absurdities, most_torque
+from testbench.other_plants.session import make, save
+from testbench.outcomes import Result, outcomes
 
 
 def test_a_tolerated_name_neither_counts_nor_harms() -> None:
@@ -59,14 +59,18 @@ def test_a_cut_run_goes_on_from_its_notes(tmp_path: Path, monkeypatch: pytest.Mo
             future.set_result(Result(case, verdict="unexplained", **numbers))
             return future
 
-    monkeypatch.setattr(diagnosis, "ProcessPoolExecutor", Here)
-    results = study([done, cut, left], notes, 1)
+    monkeypatch.setattr(testbench.outcomes, "ProcessPoolExecutor", Here)
+    results = outcomes([done, cut, left], _unused, notes, 1)
     assert asked == [cut, left]
     assert results[0] == kept
     assert [r.case for r in results] == [done, cut, left]
     asked.clear()
-    assert study([done, cut, left], notes, 1) == results
+    assert outcomes([done, cut, left], _unused, notes, 1) == results
     assert asked == []
+
+
+def _unused(case: Case) -> Result:
+    raise AssertionError(case)
 
 
 def test_sizes_of_a_study_add_sessions_of_the_kinds_asked_for() -> None:
@@ -74,7 +78,7 @@ def test_sizes_of_a_study_add_sessions_of_the_kinds_asked_for() -> None:
     assert {case.axis for case in few} == {"ours"}
     other = list(cases(("other",), 1, 1, 2, 1, 1))
     assert {case.axis for case in other} == {"other"}
-    assert {case.kind for case in other} == set(diagnosis.KINDS)
+    assert {case.kind for case in other} == set(KINDS)
     assert set(few) | set(other) <= set(cases(("ours", "other"), 3, 2, 4, 2, 2))
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.other_plants.effects import DISTURBANCES, EFFECTS
+from testbench.other_plants.effects import DISTURBANCES, EFFECTS
 
 _ANY = frozenset(("slide", "arm", "shaft", "stage"))
 

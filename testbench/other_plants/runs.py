@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.other_plants.axes import Machine
-from studies.other_plants.motion import TICK
-from studies.other_plants.physics import Array
-from studies.other_plants.profiles import (
+from testbench.other_plants.axes import Machine
+from testbench.other_plants.motion import TICK
+from testbench.other_plants.physics import Array
+from testbench.other_plants.profiles import (
     HARD,
     SMOOTH,
     back_and_forth,

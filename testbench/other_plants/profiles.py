@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from studies.other_plants.motion import TICK
-from studies.other_plants.physics import Array
+from testbench.other_plants.motion import TICK
+from testbench.other_plants.physics import Array
 
 #: How a move gets to its speed: raised cosine, minimum jerk, constant acceleration, at once.
 SMOOTH = ("s-curve", "minimum jerk")

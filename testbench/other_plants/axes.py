@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.other_plants.motion import Drive
-from studies.other_plants.physics import ELASTO_PLASTIC, LUGRE, MAXWELL_SLIP, Axis
+from testbench.other_plants.motion import Drive
+from testbench.other_plants.physics import ELASTO_PLASTIC, LUGRE, MAXWELL_SLIP, Axis
 
 KINDS = ("slide", "arm", "shaft", "stage")
 GRADES = ("lab", "dynamixel", "drive")

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from studies.other_plants.axes import Machine
-from studies.other_plants.effects import EFFECTS, Extra, Plant
-from studies.other_plants.motion import TICK, drive_axis, needed_torque
-from studies.other_plants.physics import Array, Place
-from studies.other_plants.runs import Run, Trial
-from studies.other_plants.sensors import noise_of
+from testbench.other_plants.axes import Machine
+from testbench.other_plants.effects import EFFECTS, Extra, Plant
+from testbench.other_plants.motion import TICK, drive_axis, needed_torque
+from testbench.other_plants.physics import Array, Place
+from testbench.other_plants.runs import Run, Trial
+from testbench.other_plants.sensors import noise_of
 
 #: Sizes of what is added: times the noise of a reading, and at least this share of the Coulomb level.
 SMALLEST, LARGEST, LEAST_SHARE = 1.0, 10.0, 0.05

@@ -1,4 +1,4 @@
-"""Write sessions of the other axes with their truth: python -m studies.other_plants -o DIR."""
+"""Write sessions of the other axes with their truth: python -m testbench.other_plants -o DIR."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from studies.other_plants.cases import cases
-from studies.other_plants.session import make, save
+from testbench.other_plants.cases import cases
+from testbench.other_plants.session import make, save
 
 
 @click.command()

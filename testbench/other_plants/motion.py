@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from studies.other_plants.physics import (
+from testbench.other_plants.physics import (
     _PLAY,
     _QL,
     _R,

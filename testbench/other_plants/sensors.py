@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 from scipy.signal import lfilter
 
-from studies.other_plants.axes import COUNT, CURRENT_STEP, SPEED_STEP, Machine
-from studies.other_plants.effects import Plant
-from studies.other_plants.motion import TICK
-from studies.other_plants.physics import Array
+from testbench.other_plants.axes import COUNT, CURRENT_STEP, SPEED_STEP, Machine
+from testbench.other_plants.effects import Plant
+from testbench.other_plants.motion import TICK
+from testbench.other_plants.physics import Array
 
 
 def instants(machine: Machine, seconds: float, rng: np.random.Generator) -> Array:

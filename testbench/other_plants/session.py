@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from studies.other_plants.axes import KINDS, Machine, between, draw
-from studies.other_plants.effects import (
+from testbench.other_plants.axes import KINDS, Machine, between, draw
+from testbench.other_plants.effects import (
     DISTURBANCES,
     EFFECTS,
     REAL_MACHINE,
@@ -22,7 +22,7 @@ from studies.other_plants.effects import (
     Plant,
     real_machine,
 )
-from studies.other_plants.evidence import (
+from testbench.other_plants.evidence import (
     LARGEST,
     STANDS_OUT,
     Recorded,
@@ -35,9 +35,9 @@ from studies.other_plants.evidence import (
     speed_of,
     stands_out,
 )
-from studies.other_plants.physics import LUGRE, Axis
-from studies.other_plants.runs import Planner, Run
-from studies.other_plants.sensors import instants, noise_of, read_motion
+from testbench.other_plants.physics import LUGRE, Axis
+from testbench.other_plants.runs import Planner, Run
+from testbench.other_plants.sensors import instants, noise_of, read_motion
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from studies.other_plants.axes import Machine, between
-from studies.other_plants.physics import Array, Axis
+from testbench.other_plants.axes import Machine, between
+from testbench.other_plants.physics import Array, Axis
 
 #: Time constant of warming over the length of a session.
 WARM_UP_SHARE = 0.4
