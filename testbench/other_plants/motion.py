@@ -1,4 +1,7 @@
-"""Integration: what an axis does under its drive, and what torque a known motion asks for."""
+"""Integration: what an axis does under its drive, and what torque a known motion asks for.
+
+The compiled functions are cached by this file's date: after a change of `physics.py` remove `__pycache__`.
+"""
 
 from __future__ import annotations
 
