@@ -48,7 +48,9 @@ def sample(machine: Machine, values: Array, times: Array, rest: int, *, held: bo
         low, high = np.maximum(times - half, grid[0]), np.minimum(times + half, grid[-1])
         return np.asarray((np.interp(high, grid, total) - np.interp(low, grid, total)) / (high - low))
     if held:
-        return np.asarray(values[np.minimum((times / TICK + 1e-6).astype(int) + rest, len(values) - 1)])
+        # where the torque steps it counts half before and half after, else readings in step with the drive
+        # would be half a tick ahead of the motion
+        return np.asarray(np.interp(times, grid + 0.5 * TICK, values))
     return np.asarray(np.interp(times, grid, values))
 
 

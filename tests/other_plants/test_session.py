@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from testbench.other_plants.axes import Machine, draw
 from testbench.other_plants.cases import cases
 from testbench.other_plants.effects import DISTURBANCES, EFFECTS, Plant
 from testbench.other_plants.evidence import LARGEST, STANDS_OUT, play, smallest, stands_out, torque
+from testbench.other_plants.motion import TICK
 from testbench.other_plants.runs import Planner
 from testbench.other_plants.sensors import noise_of, sample
 from testbench.other_plants.session import make, save
@@ -30,6 +33,20 @@ def test_a_reading_is_the_torque_of_the_motion_and_noise() -> None:
         reading = sample(machine, recorded.motion[:, 2], times, recorded.rest, held=True)
         needed = sample(machine, torque(plant, recorded), times, 0, held=True)
         assert np.sqrt(np.mean((reading - needed) ** 2)) < 0.3 * noise_of(machine)
+
+
+@pytest.mark.parametrize("grade", ["lab", "drive"])
+def test_torque_and_motion_are_read_at_the_same_instant(grade: str) -> None:
+    """A torque that a drive holds tick by tick stands for the middle of its ticks."""
+    machine = replace(machines(3, 1)[0][0], grade=grade, rate=200)
+    ticks = np.arange(8000) * TICK
+    times = np.arange(0.1, 7.5, 0.005)
+    held = np.sin(2.0 * np.pi * 3.0 * (ticks + 0.5 * TICK))  # what a tick holds is its middle's
+    reading = sample(machine, held, times, 0, held=True)
+    true = np.sin(2.0 * np.pi * 3.0 * times)
+    slope = np.gradient(true, times)
+    lag = float(np.sum((reading - true) * slope) / np.sum(slope**2))
+    assert abs(lag) < 0.05 * TICK
 
 
 @pytest.mark.parametrize("name", ["position_ripple", "transport_delay", "sudden wear"])
