@@ -41,6 +41,7 @@ class Doubt:
     def __init__(self, certainty: Certainty) -> None:
         self.certainty = certainty
         self._held: tuple[float, float, float, float] | None = None
+        self.turn = DEVIATION
         self.reset()
 
     def reset(self) -> None:
@@ -51,8 +52,10 @@ class Doubt:
         self.begin()
 
     def begin(self) -> None:
-        """The bristle is unknown; what was learned counts."""
-        self.finish()
+        """The bristle is unknown; what was learned counts, what was felt at this very sample does not."""
+        if self.turn >= LEARN:
+            self.finish()
+        self._held = None
         self.certainty.unsettle_bristle()
         self.value = self._variance = 0.0
         self._kept = 1.0

@@ -30,11 +30,14 @@ import math
 from collections import deque
 from typing import Any
 
+from idtool.control.button import Hold
+from idtool.control.enabling import EnabledLaw
 from idtool.control.guard import Fault, Guard, Limits, LoadWatch, Measurement, State, Status
-from idtool.control.law import Law
+from idtool.control.law import WORDS, Law
 from idtool.control.light import LightLaw, LightSettings
 from idtool.control.online import OnlineModel
 from idtool.control.paper import PaperLaw
+from idtool.control.rest_load import RestLoad, Uncertainty, gravity_error
 from idtool.errors import InputError, nearest
 from idtool.parameters import CONTROLLER_MODES, Controller, Parameters
 from idtool.parameters.correction import Correction
@@ -126,8 +129,15 @@ class ForceFreeController:
         noise = CURRENT_NOISE_A * self.model.torque_constant
         least = 0.3 * self.model.friction_bound if self.mode == "paper" else 1.4 * noise
         self.start_torque = start_torque or chosen.start_torque or least
+        per_payload = parameters.gravity.get("per_payload")
+        uncertainty = Uncertainty(
+            gravity=gravity_error(parameters.gravity),
+            payload=payload_doubt_kg * abs(per_payload.value) if per_payload else 0.0,
+            per_payload=(per_payload.stderr or 0.0) if per_payload else 0.0,
+            friction=_doubt(parameters, "coulomb", friction_doubt) * self.model.friction_bound,
+            noise=noise,
+        )
         if self.mode == "light":
-            payload = parameters.gravity.get("per_payload")
             self.law: Law = LightLaw(
                 self.model,
                 self.limits,
@@ -138,7 +148,7 @@ class ForceFreeController:
                     start_torque=self.start_torque,
                     level_doubt=_doubt(parameters, "coulomb", friction_doubt),
                     damping_doubt=_doubt(parameters, "viscous", friction_doubt),
-                    load_doubt=payload_doubt_kg * abs(payload.value) if payload else 0.0,
+                    load_doubt=uncertainty.payload,
                     noise=noise,
                     servo_time=servo_time_s,
                     settle=settle_s,
@@ -158,6 +168,14 @@ class ForceFreeController:
                 settle=settle_s,
                 start_torque=self.start_torque,
             )
+        self.rest_uncertainty, self.servo_time = uncertainty, servo_time_s
+        self.rest_window = max(1, round(settle_s / self.period))
+        self._around = EnabledLaw(
+            self.law,
+            self.model,
+            RestLoad(self.rest_window, self.model.friction_bound, uncertainty, self.limits.mismatch),
+            Hold(self.limits, self.period, servo_time_s, self.law.rest_speed),
+        )
         self._guard = Guard(self.limits, self.period, self.resolution, "m" if kind == "linear" else "rad")
         self._watch = LoadWatch(self.limits, LOST_NOISES * noise, "N" if kind == "linear" else "N m")
         self._history: deque[Measurement] = deque(maxlen=50)
@@ -190,6 +208,8 @@ class ForceFreeController:
         tilt_beta_rad: float = 0.0,
         temperature_degc: float | None = None,
         time_s: float | None = None,
+        *,
+        enabled: bool = True,
     ) -> float:
         """One period: the measurement in, the position command out.
 
@@ -199,6 +219,8 @@ class ForceFreeController:
             tilt_alpha_rad, tilt_beta_rad: tilt, as in logs.
             temperature_degc: for a file with `thermal_drift` by a sensor.
             time_s: when it was measured; None counts periods. With it a repeated or late sample shows.
+            enabled: whether the teach button is down. False brakes and holds the axis, takes in a load that
+                is hung on or taken off meanwhile, and takes the zero anew on the way back.
 
         Returns:
             Position command, rad (m). Finite and inside the limits, always.
@@ -224,17 +246,20 @@ class ForceFreeController:
         if self._previous is None:
             if sample.temperature is None and self.model.needs_temperature:
                 self.model.drop("thermal_drift", "no temperature was given")
-            self.law.begin(sample.position)
+            self._around.begin(sample.position)
             if not self._known:
                 self._command = self.law.anchor
             self._known = True
-        wished = self.law.wish(sample)
+        around, law = self._around, self.law
+        wished = around.wish(sample, enabled=bool(enabled))
         self._previous = sample
+        if around.fault is not None:
+            return self._fail(Fault(*around.fault, tuple(self._history)))
         weight = 0.0
-        if self.mode == "light":  # the forces that the paper's law needs are themselves like a lost payload
+        # the forces that the paper's law needs are themselves like a lost payload
+        if self.mode == "light" and not around.waits_for_payload:
             weight = self.model.weight_of(sample.payload, sample.tilt_alpha, sample.tilt_beta)
-        law = self.law
-        wrong = self._watch.check(law.raw, weight, calm=law.ready or law.state is State.GUIDING)
+        wrong = self._watch.check(law.raw, weight, calm=around.calm)
         if wrong is not None:
             return self._fail(Fault(*wrong, tuple(self._history)))
         self._command = self._bounded(wished)
@@ -243,23 +268,27 @@ class ForceFreeController:
     @property
     def ready(self) -> bool:
         """Whether the axis rests and a hand may push."""
-        return self._fault is None and self._previous is not None and self.law.ready
+        return self._fault is None and self._previous is not None and self._around.ready
 
     @property
     def learned(self) -> tuple[float, float, float] | None:
         """Mode "light": load that nobody told of (N m or N), friction level and damping over the file's."""
-        return self.law.learned if isinstance(self.law, LightLaw) else None
+        if not isinstance(self.law, LightLaw):
+            return None
+        load, level, damping = self.law.learned
+        return load + self._around.load_offset, level, damping
 
     def tare(self) -> bool:
         """Learn the load and the friction of the moment: the axis moves to and fro by itself, hands off.
 
-        In mode "light", while the axis rests. It takes about three seconds of steps, in which
+        In mode "light", while the axis rests and the button is down; a button that goes up stops it, and
+        what it learned so far is dropped. It takes about three seconds of steps, in which
         `status.state` is TARING; what came of it stands in `status.notes` if it was disturbed.
 
         Returns:
             Whether it begins.
         """
-        return self._fault is None and self._previous is not None and self.law.tare()
+        return self.ready and self._around.enabled and self.law.tare()
 
     @property
     def status(self) -> Status:
@@ -268,19 +297,19 @@ class ForceFreeController:
         faulty = self._fault is not None
         starting = self._previous is None
         return Status(
-            state=State.FAULT if faulty else State.STARTING if starting else law.state,
+            state=State.FAULT if faulty else State.STARTING if starting else self._around.state,
             message=self._message(),
             command_valid=self._known,
             position_command=self._command,
             external_torque=law.torque,
             doubt=law.doubt,
-            velocity_wanted=0.0 if faulty else law.wanted,
+            velocity_wanted=0.0 if faulty or self._around.state is State.HELD else law.wanted,
             gravity=load.gravity,
             friction=load.friction + law.extra,
             effects=load.effects,
             limited=self._limited + (() if faulty else law.limited),
             fault=self._fault,
-            notes=(*self.model.skipped, *((law.note,) if law.note else ())),
+            notes=(*self.model.skipped, *(note for note in (law.note, self._around.note) if note)),
         )
 
     def _bounded(self, wished: float) -> float:
@@ -307,7 +336,7 @@ class ForceFreeController:
             held = "holds the last safe position" if self._known else "has no safe position yet, send nothing"
             return f"{self._fault.message}; {held}; call recover() to go on"
         cut = self._limited + self.law.limited
-        return self.law.doing + (f", cut by the limit of {', '.join(cut)}" if cut else "")
+        return WORDS[self._around.state] + (f", cut by the limit of {', '.join(cut)}" if cut else "")
 
 
 def _doubt(parameters: Parameters, name: str, usual: float) -> float:

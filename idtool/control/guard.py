@@ -20,6 +20,7 @@ class State(StrEnum):
     TARING = "taring"  # moves by itself to learn its load; hands off
     GUIDING = "guiding"  # follows a hand
     STOPPING = "stopping"  # brakes after a hand that let go
+    HELD = "held"  # the teach button is up: braked, then held
     FAULT = "fault"  # holds the last safe position until `recover`
 
 
@@ -36,6 +37,7 @@ class Reason(StrEnum):
     SURROUNDINGS = "surroundings"
     TORQUE = "torque"
     LOAD_LOST = "load_lost"
+    MISMATCH = "mismatch"
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,8 @@ class Limits:
         measured_speed: a velocity, or a change of position, faster than this is impossible.
         current: a current above this is impossible, A.
         torque: nothing that a hand may do is above this, N m (N).
+        mismatch: what the axis may carry at rest beside its model, N m (N); None: what friction can hold and
+            the uncertainties say (`idtool.control.rest_load`); inf: nothing is judged.
         stale_samples: so many samples alike, while the axis is said to move, are stale.
         gap_periods: a gap in time longer than this many periods is a fault.
     """
@@ -126,6 +130,7 @@ class Limits:
     measured_speed: float = 12.0
     current: float = 10.0
     torque: float = math.inf
+    mismatch: float | None = None
     stale_samples: int = 5
     gap_periods: float = 5.0
 
@@ -140,6 +145,8 @@ class Limits:
         for name in ("speed", "measured_speed", "current", "torque", "gap_periods"):
             if not getattr(self, name) > 0:
                 raise InputError("expected a number > 0", place=f"Limits.{name}")
+        if self.mismatch is not None and not self.mismatch > 0:
+            raise InputError("expected a number > 0", place="Limits.mismatch")
         if self.command_step is not None and not 0 < self.command_step < math.inf:
             raise InputError("expected a finite number > 0", place="Limits.command_step")
         if not self.margin >= 0 or self.stale_samples < 2:

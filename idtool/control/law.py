@@ -25,7 +25,7 @@ class Law(ABC):
         note: something the user must know, a sentence; empty if there is nothing.
     """
 
-    state: State
+    state: State = State.STARTING
     anchor: float
     torque: float
     raw: float = 0.0
@@ -53,6 +53,10 @@ class Law(ABC):
     def wish(self, sample: Measurement) -> float:
         """The command before the limits, rad (m)."""
 
+    @abstractmethod
+    def rest(self) -> None:
+        """The axis is held from outside: rest, keep the zero, start on nothing that was felt so far."""
+
     @property
     def doubt(self) -> float:
         """How far the model may be wrong at this motion, N m (N); 0 where the law does not ask."""
@@ -67,16 +71,13 @@ class Law(ABC):
         """Move to and fro to learn load and friction; False where the law does not, or not now."""
         return False
 
-    @property
-    def doing(self) -> str:
-        """What it is doing, in words."""
-        return _WORDS[self.state]
 
-
-_WORDS = {
+#: What it is doing, in words.
+WORDS = {
     State.STARTING: "reads the friction from the current, hands off",
     State.TARING: "moves by itself to learn its load, hands off",
     State.RESTING: "rests until a hand pushes",
     State.STOPPING: "stops, the hand let go",
     State.GUIDING: "follows the hand",
+    State.HELD: "is held, the button is up",
 }

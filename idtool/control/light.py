@@ -96,10 +96,13 @@ class LightLaw(Law):
         """What was learned and trimmed is forgotten too."""
         self._doubt.reset()
         self._lead_time = self.settings.servo_time
+        self.state = State.STARTING
         self.begin(0.0)
 
     def begin(self, position: float) -> None:
         """The bristle is unknown, what was learned of load and friction still holds."""
+        if self.state is State.TARING:
+            self._doubt.restore(self._kept)  # half a tare tells nothing
         self.model.reset()
         self._line.clear()
         self._doubt.begin()
@@ -148,6 +151,11 @@ class LightLaw(Law):
         self.state = State.TARING
         self.note = ""
         return True
+
+    def rest(self) -> None:
+        """The zero stays as it is."""
+        self.state = State.RESTING
+        self._pushed = 0
 
     def wish(self, sample: Measurement) -> float:
         """Hold the anchor, or lead the law's own motion."""

@@ -69,6 +69,11 @@ class PaperLaw(Law):
         self._brake_until = 0.0
         self.limited = ()
 
+    def rest(self) -> None:
+        """The bristle stays as it is."""
+        self.state = State.RESTING
+        self._pushed = 0
+
     def wish(self, sample: Measurement) -> float:
         """Hold the anchor, or lead the position by what yields."""
         self.limited = ()

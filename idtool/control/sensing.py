@@ -52,6 +52,7 @@ class HandSense:
         self._mean = 0.0
         self._samples = 0
         self._band = self._model.friction_bound
+        self._zero = 0.0
         self.torque = self.raw = 0.0
         self.slack = 0.0
 
@@ -62,10 +63,13 @@ class HandSense:
         self._mean += (self._remainder(sample)[0] - self._mean) / self._samples
 
     def settle(self) -> None:
-        """End of listening: bend the bristle to what was heard, as far as friction can be bent."""
+        """End of listening: bend the bristle to what was heard, as far as friction can be bent; what is left
+        is a load that nobody told of and moves the zero."""
         bound = self._model.friction_bound
         held = self._model.bristle_stiffness * self._model.bristle - self._mean
-        self._model.bristle = min(max(held, -bound), bound) / self._model.bristle_stiffness
+        bent = min(max(held, -bound), bound)
+        self._zero = bent - held
+        self._model.bristle = bent / self._model.bristle_stiffness
         self._band = 0.0
 
     def feel(self, sample: Measurement) -> float:
@@ -102,7 +106,7 @@ class HandSense:
             motor = self._line.delayed(sample.time, motor, load.delay)
         elif load.delay < 0.0:
             carried = self._line.delayed(sample.time, carried, -load.delay)
-        torque = carried - motor
+        torque = carried - motor - self._zero
         # only a file edited into absurdity gets past the finite numbers that the guard lets through
         return (torque if math.isfinite(torque) else 0.0), step
 

@@ -6,7 +6,20 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from idtool.control import certainty, feel, force_free, guard, law, load, paper, sensing, tare
+from idtool.control import (
+    button,
+    certainty,
+    enabling,
+    feel,
+    force_free,
+    guard,
+    law,
+    load,
+    paper,
+    rest_load,
+    sensing,
+    tare,
+)
 from idtool.control.doubt import COVERAGE, FORGETS, LEARN_EVERY, TURNS
 from idtool.control.force_free import ForceFreeController
 from idtool.control.light import LightLaw
@@ -66,7 +79,7 @@ def periods(period: float, holds: Callable[[float], bool], start: float = 0.0) -
         if holds(time):
             return count
     raise InputError(
-        f"the light mode cannot count its times in periods of {period:g} s",
+        f"the C cannot count its times in periods of {period:g} s",
         place="controller.period_s",
         remedy="take a longer one",
     )
@@ -92,6 +105,7 @@ def constants(
     if line:
         counts["DELAY_LENGTH"] = f"{line}u"
     groups.append(("samples and microseconds", counts))
+    groups += _enabling(c)
     if isinstance(c.law, LightLaw):
         return groups + _light(c, c.law)
     assert isinstance(c.law, PaperLaw)
@@ -147,6 +161,36 @@ def _axis(parameters: Parameters, c: ForceFreeController, used: frozenset[str]) 
             "period, s, and smallest step of the position sensor", PERIOD=c.period, RESOLUTION=c.resolution
         ),
         _group(f"limits, {unit('position')}, {unit('velocity')}, {unit('torque')} and A", **bounds),
+    ]
+
+
+def _enabling(c: ForceFreeController) -> Groups:
+    """The button and the load at rest."""
+    uncertainty = c.rest_uncertainty
+    numbers = {
+        "ARREST_KICK": button.KICK_SHARE * c.servo_time,
+        "ARREST_COAST": button.COAST_S,
+        "LEAST_CHANGE": rest_load.CHANGE_NOISES * uncertainty.noise,
+        "LIFT": c.period / enabling.LIFT_S,
+        "LIFT_SPEED": enabling.LIFT_SPEED[c.model.axis.kind],
+    }
+    if c.limits.mismatch is not None and math.isfinite(c.limits.mismatch):
+        numbers["MISMATCH"] = c.limits.mismatch
+    elif c.limits.mismatch is None:
+        error = uncertainty.of(0.0)
+        numbers["LOAD_ERROR"] = error**2 if uncertainty.per_payload > 0.0 else rest_load.SIGMAS * error
+        numbers["PER_PAYLOAD_ERROR"] = uncertainty.per_payload
+        numbers["SIGMAS"] = rest_load.SIGMAS
+    counts = {
+        "ARREST": periods(c.period, lambda t: t >= button.BRAKE_S),
+        "ARREST_KICK_END": periods(c.period, lambda t: t >= button.KICK_S),
+        "LOAD_WINDOW": c.rest_window,
+        "STEADY_WINDOWS": rest_load.STEADY_WINDOWS,
+        "PATIENCE": enabling.PATIENCE,
+    }
+    return [
+        _group("button and load at rest", **numbers),
+        ("button and load at rest: samples", {name: f"{count}u" for name, count in counts.items()}),
     ]
 
 

@@ -25,6 +25,10 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
                  guide, follow, brake, relieve    ._guide, ._follow, ._brake, ._relieve
                  tare, sweep, wish                .tare, ._sweep, .wish
                  compare_part                     Tare.next
+    enabling.c   arrest                           Hold.command
+                 judge_load, watch_load           RestLoad.judge, .watch
+                 listen_here, begin_enabling, wish_enabled
+                                                  EnabledLaw._listen, .begin, .wish
     force_free.c bounded, fail, NAME_reset, NAME_recover, NAME_step, NAME_ready, NAME_tare
                                                   ForceFreeController
 
@@ -77,6 +81,7 @@ _REASONS = {
     Reason.SURROUNDINGS: "payload, tilt or temperature is impossible",
     Reason.TORQUE: "more torque on the axis than a hand may give",
     Reason.LOAD_LOST: "the payload was dropped, or something hit the axis; light mode",
+    Reason.MISMATCH: "the axis carries at rest what neither model, friction nor uncertainties explain",
 }
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 _SKETCH = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,62}")
@@ -237,6 +242,9 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "period_us": microseconds(c.period),
         "light": isinstance(c.law, LightLaw),
         "watches_torque": math.isfinite(c.limits.torque),
+        "watches_mismatch": c.limits.mismatch != math.inf,
+        "mismatch_fixed": c.limits.mismatch is not None,
+        "mismatch_of_payload": c.limits.mismatch is None and c.rest_uncertainty.per_payload > 0.0,
         "watches_load": isinstance(c.law, LightLaw) and c.model.weight_of(1.0, 0.0, 0.0) != 0.0,
         "lost_periods": guard._LOST_PERIODS,
         "follows_acceleration": any("row->acceleration" in effect.code for effect in effects),

@@ -71,6 +71,7 @@ def teach(
     force: bool = False,
     progress: Callable[[float], None] | None = None,
     tare: bool = False,
+    button: Callable[[float], bool] | None = None,
 ) -> TeachResult:
     """Run the controller on a rig.
 
@@ -87,6 +88,8 @@ def teach(
         log: where to write the run as a log; what was appended survives a kill.
         force: overwrite it.
         progress: called with the share done, 0 to 1.
+        button: whether the teach button is down, given the time of the run, s; None: no button, the axis
+            always follows. Hands off for a moment before it goes down first.
         tare: let the controller learn load and friction first, hands off (mode "light"; it moves by itself).
 
     Raises:
@@ -113,7 +116,8 @@ def teach(
             fault = controller.status.fault
         begun = sample.time_s
         while fault is None and sample.time_s - begun < length:
-            command = _command(controller, setup, sample, current)
+            down = button is None or button(sample.time_s - begun)
+            command = _command(controller, setup, sample, current, enabled=down)
             fault = controller.status.fault
             if fault is not None:
                 break  # its sample is in the fault's history, not in the log
@@ -152,7 +156,7 @@ def teach(
         figures = measure(
             record, hand, resolution=controller.resolution, travel_ratio=travel_per_position(parameters)
         )
-    notes = list(controller.status.notes)
+    notes = list(dict.fromkeys((*recorder.notes, *controller.status.notes)))
     if controller.mode == "light" and not tare:
         notes.append(_NOT_TARED)
     return TeachResult(record, figures, tuple(notes), interrupted)
@@ -196,7 +200,14 @@ def _place(rig: Rig) -> float:
     return float(blocks[-1].position[-1])
 
 
-def _command(controller: ForceFreeController, setup: TrialSetup, sample: Sample, current: float) -> float:
+def _command(
+    controller: ForceFreeController,
+    setup: TrialSetup,
+    sample: Sample,
+    current: float,
+    *,
+    enabled: bool = True,
+) -> float:
     return controller.step(
         sample.position,
         sample.velocity,
@@ -206,6 +217,7 @@ def _command(controller: ForceFreeController, setup: TrialSetup, sample: Sample,
         setup.tilt_beta_rad,
         temperature_degc=sample.temperature,
         time_s=sample.time_s,
+        enabled=enabled,
     )
 
 
@@ -227,6 +239,7 @@ class _Recorder:
     ) -> None:
         self.rows: list[tuple[float, ...]] = []
         self.states: list[State] = []
+        self.notes: dict[str, None] = {}  # a set that keeps its order
         self._setup = (setup.payload_kg, setup.tilt_alpha_rad, setup.tilt_beta_rad)
         self._written = 0
         self._axis, self._log, self._force = axis, log, force
@@ -258,6 +271,7 @@ class _Recorder:
             )
         )
         self.states.append(status.state)
+        self.notes.update(dict.fromkeys(status.notes))
         if self._writer is not None and len(self.rows) - self._written >= _LOG_EVERY:
             self._flush(self._writer)
 

@@ -89,8 +89,9 @@ class Double(Rig):
         self.rng = np.random.default_rng(self.seed)
         v = self.values
         self.gravity = (v["base"] + v["per_payload"] * self.payload) * self.factor
-        self.integral = self.gravity + v["bristle_stiffness"] * self.bristle
-        self.z = self.bristle
+        most = max(v["coulomb"], v["static"]) / v["bristle_stiffness"]  # no bristle is bent further
+        self.z = min(max(self.bristle, -most), most)
+        self.integral = self.gravity + v["bristle_stiffness"] * self.z
         self.motor = self.integral
 
     def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 from idtool.control import ForceFreeController, State
 from idtool.control.force_free import COMMAND_GAIN, LOOP_GAIN, gains
+from idtool.errors import RigFault
 from idtool.guiding import ConstantForceHand, ImpedanceHand, Push, TeachResult, teach
 from idtool.guiding.hand import STANDARD_GRAVITY, travel_per_position
 from idtool.parameters import Controller, Parameters
@@ -30,9 +32,12 @@ def guide(
     alpha: float = 0.0,
     beta: float = 0.0,
     seconds: float | None = None,
+    button: Callable[[float], bool] | None = None,
 ) -> TeachResult:
     setup = TrialSetup(payload, alpha, beta, start_position=0.0)
-    return teach(file, ForceFreeController(file, 0.01), rig, setup, hand=hand, duration_s=seconds)
+    return teach(
+        file, ForceFreeController(file, 0.01), rig, setup, hand=hand, duration_s=seconds, button=button
+    )
 
 
 @pytest.mark.parametrize("values", [PAPER, BENCH], ids=["paper", "bench"])
@@ -81,8 +86,19 @@ def test_holds_gravity_and_stands_without_a_hand(
 
 def test_a_missing_payload_lets_the_slide_rise() -> None:
     """The paper's own observation: compensated for a camera that is not there, the slide goes up."""
-    result = guide(parameters(), Double(real_payload=0.0, bristle=0.0), payload=0.4, seconds=2.0)
-    assert result.record.position[-1] > result.record.position[0] + 0.05
+    rig = Double(real_payload=0.0, bristle=0.0)
+    result = guide(parameters(), rig, payload=0.4, seconds=3.0, button=lambda now: now > 1.0)
+    time, position = result.record.time, result.record.position
+    assert abs(position[time < 1.0][-1] - position[0]) < 0.01, "not while the button is up"
+    assert position[-1] > position[0] + 0.05
+    assert np.max(np.abs(result.record.velocity)) < 0.35
+    assert any("not mounted" in note for note in result.notes)
+
+
+def test_without_a_button_a_missing_payload_is_a_fault() -> None:
+    rig = Double(real_payload=0.0, bristle=0.0)
+    with pytest.raises(RigFault, match=r"carries -0\.1\d+ N m beside its model \(as -0\.\d+ kg would\)"):
+        guide(parameters(), rig, payload=0.4, seconds=3.0)
 
 
 @pytest.mark.parametrize("values", [PAPER, BENCH], ids=["paper", "bench"])
@@ -96,7 +112,7 @@ def test_gives_no_energy_to_the_hand(values: dict[str, float], stiffness: float)
 
 
 EFFECTS = {
-    "torque_offset": ({"offset": 0.15}, lambda q, w: 0.15),
+    "torque_offset": ({"offset": 0.07}, lambda q, w: 0.07),
     "position_stiffness": ({"stiffness": 0.25, "neutral": -0.3}, lambda q, w: 0.25 * (q + 0.3)),
     "nonlinear_viscous": ({"quadratic": 0.5}, lambda q, w: 0.5 * abs(w) * w),
     "position_ripple": (

@@ -15,7 +15,7 @@ from idtool.errors import InputError
 from .double import parameters
 
 LIMITS = Limits(position_min=-1.0, position_max=1.0, command_step=0.2)
-CURRENT = 0.2006 / 2.67 * 2.2  # about what holds the slide
+CURRENT = 0.23 / 2.67  # what holds the slide
 
 
 def started(limits: Limits = LIMITS, samples: int = 40) -> ForceFreeController:

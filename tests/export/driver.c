@@ -9,6 +9,7 @@ typedef struct {
     uint32_t has_time;
     uint32_t has_temperature;
     uint32_t time_us;
+    uint32_t button_up;
     float numbers[7]; /* position, velocity, current, payload, two tilts, temperature */
 } request;
 
@@ -20,6 +21,7 @@ typedef struct {
     uint32_t ready;
     uint32_t taring; /* the tare that was asked for began */
     uint32_t disturbed;
+    uint32_t held;
     /* returned, position_command, external_torque, velocity_wanted, what is compensated, the doubt and what
        was learned */
     float numbers[11];
@@ -46,6 +48,7 @@ int main(void)
             .temperature = in.numbers[6],
             .time_us = in.time_us,
             .has_temperature = in.has_temperature != 0,
+            .button_up = in.button_up != 0,
             .has_time = in.has_time != 0,
         };
         const float returned = ffc_step(&controller, &sample);
@@ -61,6 +64,7 @@ int main(void)
 #else
             false,
 #endif
+            controller.is_up || controller.arresting,
             {
                 returned,
                 controller.position_command,
@@ -71,7 +75,7 @@ int main(void)
                 controller.effects,
 #if FFC_LIGHT
                 controller.doubt,
-                controller.mean[0],
+                controller.mean[0] + controller.load_offset,
                 1.0f + controller.mean[1],
                 1.0f + controller.mean[2],
 #else

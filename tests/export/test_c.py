@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import shutil
 from collections import Counter
 from collections.abc import Callable
@@ -102,7 +103,7 @@ def test_other_periods(period: float, tmp_path: Path) -> None:
 
 
 def test_limits_cut_where_python_cuts(tmp_path: Path) -> None:
-    limits = Limits(-1.0, 1.5, margin=30.0, speed=0.15, command_step=0.01)
+    limits = Limits(-1.0, 1.5, margin=30.0, speed=0.15, command_step=0.01, mismatch=math.inf)
     file = parameters(PAPER)
     samples = motion(STEPS, 0.01, seed=4)
     program = compile_c(file, tmp_path, limits=limits)
@@ -136,7 +137,7 @@ def test_a_clock_that_wraps_is_no_fault(tmp_path: Path) -> None:
 
 
 #: Looked for by the light mode, and where a limit on the torque is given (test_c_light.py).
-NOT_IN_C = {"torque", "load_lost"}
+NOT_IN_C = {"torque", "load_lost", "mismatch"}
 
 
 def _break(samples: Samples, seed: int) -> Samples:

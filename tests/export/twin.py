@@ -26,11 +26,15 @@ FLAGS = (
     "-Werror",
 )
 DRIVER = Path(__file__).parent / "driver.c"
+#: Random motion agrees with no model; what is judged of a load at rest is in test_c_button.py.
+UNJUDGED = Limits(mismatch=math.inf)
 STEP, RECOVER, RESET, TARE = range(4)
 LEARNED = ("load", "level", "damping")
 NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects", "doubt", *LEARNED)
-_REQUEST = np.dtype([("request", "u4"), ("clocked", "u4"), ("warm", "u4"), ("time_us", "u4"), ("x", "f4", 7)])
-_WORDS = ("state", "fault", "limited", "valid", "ready", "taring", "disturbed")
+_REQUEST = np.dtype(
+    [("request", "u4"), ("clocked", "u4"), ("warm", "u4"), ("time_us", "u4"), ("up", "u4"), ("x", "f4", 7)]
+)
+_WORDS = ("state", "fault", "limited", "valid", "ready", "taring", "disturbed", "held")
 _ANSWER = np.dtype([*((word, "u4") for word in _WORDS), ("x", "f4", len(NUMBERS))])
 _STATES = [State.STARTING, State.RESTING, State.TARING, State.GUIDING, State.STOPPING, State.FAULT]
 _LIMITED = {1: "speed", 2: "step", 4: "range"}
@@ -44,12 +48,14 @@ class Samples:
         x: position, velocity, current, payload, two tilts, temperature; shape (rows, 7).
         time_us: of the clock, shape (rows,).
         request: STEP, RECOVER, RESET or TARE before the step, shape (rows,).
+        up: whether the teach button is up, shape (rows,) or one for all.
         clocked, warm: whether the clock and the temperature are given.
     """
 
     x: np.ndarray
     time_us: np.ndarray
     request: np.ndarray
+    up: np.ndarray | int = 0
     clocked: bool = True
     warm: bool = True
 
@@ -73,7 +79,7 @@ def compile_c(
     folder: Path,
     *,
     period_s: float | None = None,
-    limits: Limits | None = None,
+    limits: Limits = UNJUDGED,
     without: Sequence[str] = (),
     sanitized: bool = False,
 ) -> Path:
@@ -91,12 +97,16 @@ def run_c(program: Path, samples: Samples) -> Answers:
     """The C's answers."""
     rows = np.zeros(len(samples.x), dtype=_REQUEST)
     rows["request"], rows["time_us"], rows["x"] = samples.request, samples.time_us, samples.x
+    rows["up"] = samples.up
     rows["clocked"], rows["warm"] = samples.clocked, samples.warm
     done = subprocess.run([program], input=rows.tobytes(), capture_output=True, check=True)
     out = np.frombuffer(done.stdout, dtype=_ANSWER)
     reasons = [None, *(reason.value for reason in Reason)]
     return Answers(
-        [_STATES[k].value for k in out["state"]],
+        [
+            "held" if held and state != State.FAULT else state.value
+            for state, held in zip((_STATES[k] for k in out["state"]), out["held"], strict=True)
+        ],
         [reasons[k] for k in out["fault"]],
         [frozenset(word for bit, word in _LIMITED.items() if k & bit) for k in out["limited"]],
         [bool(k) for k in out["valid"]],
@@ -108,12 +118,13 @@ def run_c(program: Path, samples: Samples) -> Answers:
 
 
 def run_python(
-    parameters: Parameters, samples: Samples, *, period_s: float | None = None, limits: Limits | None = None
+    parameters: Parameters, samples: Samples, *, period_s: float | None = None, limits: Limits = UNJUDGED
 ) -> Answers:
     """The Python controller's answers."""
     controller = ForceFreeController(parameters, period_s, limits=limits)
     answers, rows = Answers(), []
-    for x, time_us, request in zip(samples.x, samples.time_us, samples.request, strict=True):
+    ups = np.broadcast_to(samples.up, len(samples.x))
+    for x, time_us, request, up in zip(samples.x, samples.time_us, samples.request, ups, strict=True):
         if request == RECOVER:
             controller.recover()
         elif request == RESET:
@@ -124,6 +135,7 @@ def run_python(
             *numbers,
             temperature_degc=temperature if samples.warm else None,
             time_s=1e-6 * int(time_us) if samples.clocked else None,
+            enabled=not up,
         )
         s = controller.status
         answers.state.append(s.state.value)
