@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from .common import Output, force_option, output_options, rig_option, seed_option
+from .guiding import check_axis, inside, payload_option
+from .guiding import told_payload as ask_payload
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -15,11 +18,14 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from idtool.control import ForceFreeController
+    from idtool.control import ForceFreeController, Limits
     from idtool.guiding import Hand, TeachFigures, TeachResult
     from idtool.parameters import Parameters
     from idtool.parameters.correction import Correction
-    from idtool.rig.base import Rig
+    from idtool.rig.base import Rig, TrialSetup
+
+#: Most energy that a guided axis may give to a hand that it has not from it, J.
+ENERGY_J = 0.05
 
 
 @click.command()
@@ -34,14 +40,38 @@ if TYPE_CHECKING:
 )
 @click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
 @click.option("--figure", type=click.Path(path_type=Path), help="Draw the run into a PNG file.")
+@payload_option
 @click.option(
-    "--payload",
-    default=0.4,
-    show_default=True,
+    "--told-payload",
     metavar="KG",
     type=click.FloatRange(0.0),
-    help="What the axis carries, and what the controller is told.",
+    help="Simulated: what the controller is told instead of the payload that hangs there.",
 )
+@click.option(
+    "--button",
+    "button_spec",
+    metavar="SPEC",
+    help="Teach button: key (space bar held), key:toggle, gpio:PIN, serial:DEVICE, none; "
+    "sim presses it after 0.5 s [default: key on a real axis; simulated: none, sim with --told-payload].",
+)
+@click.option(
+    "--max-speed",
+    default=250.0,
+    show_default=True,
+    metavar="MM_S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Speed limit of the session, where the file says how far the axis moves per radian.",
+)
+@click.option(
+    "--idle",
+    default=60.0,
+    show_default=True,
+    metavar="S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Hold the axis after so long without a hand, until the button was up.",
+)
+@click.option("--no-hand", is_flag=True, help="Simulated: nobody touches the axis (with --duration).")
+@click.option("--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly.")
 @click.option(
     "--tilt",
     nargs=2,
@@ -84,7 +114,13 @@ def teach(
     correction: Path | None,
     log: Path | None,
     figure: Path | None,
-    payload: float,
+    payload: float | None,
+    told_payload: float | None,
+    button_spec: str | None,
+    max_speed: float,
+    idle: float,
+    move_inside: bool,
+    no_hand: bool,
     tilt: tuple[float, float],
     hand_speed: float,
     hand_force: float | None,
@@ -101,12 +137,16 @@ def teach(
     until it stays within one encoder count. On a real rig push by hand and end with Ctrl-C. The first
     0.2 s must be without a hand.
 
+    The axis follows only while the teach button is down; up, it is braked and held, and a load that is hung
+    on or taken off is taken in. On a real axis the button is the space bar unless another one is named.
+
     The paper's axis with the paper's gains yields 19.20 mm/s to 5.56 N and stops within 48 ms.
 
     \b
     ffc-id teach -p result/params.toml --rig sim:bench --tare
     """
     from idtool.errors import UsageError
+    from idtool.guiding.button import open_button
     from idtool.io.atomic import refuse_existing
     from idtool.parameters import Parameters
     from idtool.parameters.correction import Correction
@@ -118,13 +158,40 @@ def teach(
         if path is not None:
             refuse_existing(path, force)
     with open_rig(rig, seed=seed) as axis:
-        controller = _controller(parameters, params, axis, smooth)
-        hand = _hand(parameters, hand_speed, hand_force) if axis.simulated else None
+        check_axis(parameters, params, axis, output)
+        usual = "key" if not axis.simulated else "none" if told_payload is None else "sim"
+        spec = button_spec or usual
+        limits = session_limits(parameters, axis, max_speed, idle if spec != "none" else math.inf)
+        controller = _controller(parameters, params, axis, limits, smooth)
+        if told_payload is not None and not axis.simulated:
+            raise UsageError("--told-payload is for simulated axes; a real one is told its --payload.")
+        payload = ask_payload(payload, parameters, axis)
+        hand = _hand(parameters, hand_speed, hand_force) if axis.simulated and not no_hand else None
+        if axis.simulated and hand is None and duration is None:
+            raise UsageError("--no-hand: nothing ends the run; say how long with --duration.")
         if hand is None and figure is None and log is None:
             output.say("nothing will be kept: pass -o LOG.csv to record the run")
         if tare and controller.mode != "light":
             raise UsageError("only the light mode has a tare: write it into the file with `ffc-id tune`")
-        result = _run(parameters, controller, axis, hand, payload, tilt, duration, log, force, tare, output)
+        simulated = axis.simulated
+        start = inside(axis, output, move=move_inside)
+        with open_button(spec) as button:
+            if button is not None:
+                output.say(f"{button.hint}; up, the axis is held")
+            result = _run(
+                parameters,
+                controller,
+                axis,
+                hand,
+                setup_of(payload, tilt, axis, start),
+                told_payload,
+                button,
+                duration,
+                log,
+                force,
+                tare,
+                output,
+            )
     if figure is not None:
         _draw(parameters, result, figure)
     bare = None
@@ -135,29 +202,41 @@ def teach(
         | {"without_effects": bare.to_document() if bare else None},
         lambda screen: _show(screen, parameters, controller, result, log, figure, bare, smooth is not None),
     )
-    return 130 if result.interrupted and hand is not None else 0
+    return 130 if result.interrupted and simulated else 0
 
 
 def _controller(
-    parameters: Parameters, file: Path, axis: Rig, correction: Correction | None = None
+    parameters: Parameters, file: Path, axis: Rig, limits: Limits, correction: Correction | None = None
 ) -> ForceFreeController:
     from idtool.control import ForceFreeController
     from idtool.control.force_free import DEFAULT_PERIOD_S, gains
     from idtool.errors import InputError
-    from idtool.guiding.session import limits_of
 
-    if parameters.axis.kind != axis.axis.kind:
-        raise InputError(
-            f"describes a {parameters.axis.kind} axis and the rig is {axis.axis.kind}",
-            file=file,
-            place="axis.kind",
-            remedy="take the parameter file of this axis",
-        )
     period = max(axis.period_s, gains(parameters, DEFAULT_PERIOD_S).period)
     try:
-        return ForceFreeController(parameters, period, limits=limits_of(axis), correction=correction)
+        return ForceFreeController(parameters, period, limits=limits, correction=correction)
     except InputError as error:
         raise InputError(str(error).removesuffix("."), file=file) from error
+
+
+def session_limits(parameters: Parameters, axis: Rig, max_speed_mm_s: float, idle_s: float) -> Limits:
+    """The limits of a session on a rig."""
+    from idtool.guiding.hand import travel_per_position
+    from idtool.guiding.session import limits_of
+
+    ratio = travel_per_position(parameters)
+    speed = math.inf if ratio is None else 1e-3 * max_speed_mm_s / ratio
+    return limits_of(axis, guided_speed=speed, energy=ENERGY_J, idle_s=idle_s)
+
+
+def setup_of(payload: float, tilt: tuple[float, float], axis: Rig, start: float | None = None) -> TrialSetup:
+    """How the axis stands before it is guided; a real one stays where it is unless `start` is given."""
+    from idtool.rig.base import TrialSetup
+
+    middle = 0.5 * sum(axis.limits.position) if axis.simulated else start
+    return TrialSetup(
+        payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1], start_position=middle
+    )
 
 
 def _hand(parameters: Parameters, speed: float, force: float | None) -> Hand:
@@ -182,8 +261,9 @@ def _run(
     controller: ForceFreeController,
     axis: Rig,
     hand: Hand | None,
-    payload: float,
-    tilt: tuple[float, float],
+    setup: TrialSetup,
+    told_payload: float | None,
+    button: Callable[[float], bool] | None,
     duration: float | None,
     log: Path | None,
     force: bool,
@@ -191,12 +271,6 @@ def _run(
     output: Output,
 ) -> TeachResult:
     from idtool.guiding.session import teach as run
-    from idtool.rig.base import TrialSetup
-
-    middle = 0.5 * sum(axis.limits.position) if axis.simulated else None  # a real axis stays where it is
-    setup = TrialSetup(
-        payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1], start_position=middle
-    )
 
     def go(progress: Callable[[float], None] | None) -> TeachResult:
         return run(
@@ -210,9 +284,11 @@ def _run(
             force=force,
             progress=progress,
             tare=tare,
+            button=button,
+            told_payload_kg=told_payload,
         )
 
-    if hand is None:
+    if not axis.simulated:
         output.say("push the axis by hand; Ctrl-C ends the run")
         return go(None)
     with Progress(output, "hand guiding") as bar:
@@ -234,18 +310,19 @@ def _without_effects(
     from dataclasses import replace
 
     from idtool.errors import RigFault
+    from idtool.guiding.session import limits_of
     from idtool.guiding.session import teach as run
     from idtool.rig import open_rig
-    from idtool.rig.base import TrialSetup
 
     kept = tuple(entry for entry in parameters.effects if entry.name == "inertia")
     if kept == parameters.effects and not corrected:
         return None
     bare = replace(parameters, effects=kept)
     with open_rig(rig, seed=seed) as axis:
-        setup = TrialSetup(payload, tilt[0], tilt[1], start_position=0.5 * sum(axis.limits.position))
+        setup = setup_of(payload, tilt, axis)
+        controller = _controller(bare, file, axis, limits_of(axis))
         try:
-            return run(bare, _controller(bare, file, axis), axis, setup, hand=hand, tare=tare).figures
+            return run(bare, controller, axis, setup, hand=hand, tare=tare).figures
         except RigFault:  # without them it may not work at all; the run that counts is over
             return None
 
@@ -325,7 +402,11 @@ def _show(
             )
     else:
         seconds = float(result.record.time[-1] - result.record.time[0])
-        screen.print(f"{seconds:.1f} s of hand guiding; no simulated hand, so no figures of it.")
+        moved = float(result.record.position[-1] - result.record.position[0])
+        screen.print(
+            f"{seconds:.1f} s of hand guiding, from {result.record.position[0]:.4f} by {moved:+.4f}"
+            f" {unit_text('position', kind)}; no simulated hand, so no figures of it."
+        )
     unit = f"{speed} per {torque}"
     screen.print(
         f"gains: K_r {controller.command_gain:g} s, K_c {controller.loop_gain:g} {unit},"

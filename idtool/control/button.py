@@ -40,8 +40,8 @@ class Hold:
 
     def begin(self) -> None:
         """It may move: brake."""
+        self._since = self._since if self.stopping else 0.0
         self.stopping = True
-        self._since = 0.0
 
     def command(self, sample: Measurement) -> float:
         """The command before its limits, rad (m)."""

@@ -111,6 +111,8 @@ class EnabledLaw:
                 self._has_button = True
                 if law.state not in (State.STARTING, State.RESTING):
                     hold.begin()
+        if law.state is State.STARTING and abs(sample.velocity) > 2.0 * law.rest_speed:
+            hold.begin()  # it moves: what it carries now says little of what it carries at rest
         if hold.stopping:
             law.limited = ()
             command = hold.command(sample)
@@ -126,7 +128,7 @@ class EnabledLaw:
             left = offset + motor * (1.0 - load.saturation * abs(motor)) - load.gravity - load.effects
             if listening:
                 rest.listen(left)
-                if law.state is not State.STARTING:
+                if self.law.state is not State.STARTING:
                     self._judge(sample)
             else:
                 law.rest()

@@ -38,6 +38,7 @@ from idtool.control.light import LightLaw, LightSettings
 from idtool.control.online import OnlineModel
 from idtool.control.paper import PaperLaw
 from idtool.control.rest_load import RestLoad, Uncertainty, gravity_error
+from idtool.control.session_limits import SessionLimits
 from idtool.errors import InputError, nearest
 from idtool.parameters import CONTROLLER_MODES, Controller, Parameters
 from idtool.parameters.correction import Correction
@@ -176,6 +177,7 @@ class ForceFreeController:
             RestLoad(self.rest_window, self.model.friction_bound, uncertainty, self.limits.mismatch),
             Hold(self.limits, self.period, servo_time_s, self.law.rest_speed),
         )
+        self._session = SessionLimits(self.limits, self.period, "m" if kind == "linear" else "rad")
         self._guard = Guard(self.limits, self.period, self.resolution, "m" if kind == "linear" else "rad")
         self._watch = LoadWatch(self.limits, LOST_NOISES * noise, "N" if kind == "linear" else "N m")
         self._history: deque[Measurement] = deque(maxlen=50)
@@ -192,6 +194,7 @@ class ForceFreeController:
     def recover(self) -> None:
         """Leave a fault: the next sample is trusted again, and the axis stays where it is then."""
         self._guard.reset()
+        self._session.reset()
         self._watch.reset()
         self._history.clear()
         self._fault: Fault | None = None
@@ -251,7 +254,7 @@ class ForceFreeController:
                 self._command = self.law.anchor
             self._known = True
         around, law = self._around, self.law
-        wished = around.wish(sample, enabled=bool(enabled))
+        wished = around.wish(sample, enabled=self._session.enabled(bool(enabled)))
         self._previous = sample
         if around.fault is not None:
             return self._fail(Fault(*around.fault, tuple(self._history)))
@@ -260,6 +263,7 @@ class ForceFreeController:
         if self.mode == "light" and not around.waits_for_payload:
             weight = self.model.weight_of(sample.payload, sample.tilt_alpha, sample.tilt_beta)
         wrong = self._watch.check(law.raw, weight, calm=around.calm)
+        wrong = wrong or self._session.check(sample, law.torque, around.state)
         if wrong is not None:
             return self._fail(Fault(*wrong, tuple(self._history)))
         self._command = self._bounded(wished)
@@ -296,6 +300,8 @@ class ForceFreeController:
         load, law = self.model.load, self.law
         faulty = self._fault is not None
         starting = self._previous is None
+        idle = "nobody guided the axis for a while: let go of the button and press it again"
+        idle = idle if self._session.expired else ""
         return Status(
             state=State.FAULT if faulty else State.STARTING if starting else self._around.state,
             message=self._message(),
@@ -309,7 +315,7 @@ class ForceFreeController:
             effects=load.effects,
             limited=self._limited + (() if faulty else law.limited),
             fault=self._fault,
-            notes=(*self.model.skipped, *(note for note in (law.note, self._around.note) if note)),
+            notes=(*self.model.skipped, *(note for note in (law.note, self._around.note, idle) if note)),
         )
 
     def _bounded(self, wished: float) -> float:

@@ -38,6 +38,8 @@ class Reason(StrEnum):
     TORQUE = "torque"
     LOAD_LOST = "load_lost"
     MISMATCH = "mismatch"
+    SPEED_LIMIT = "speed_limit"
+    ENERGY = "energy"
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,9 @@ class Limits:
         torque: nothing that a hand may do is above this, N m (N).
         mismatch: what the axis may carry at rest beside its model, N m (N); None: what friction can hold and
             the uncertainties say (`idtool.control.rest_load`); inf: nothing is judged.
+        guided_speed: a guided axis that is faster than this is stopped, rad/s (m/s).
+        energy: most energy that a guided axis may give to the hand that it has not from it, J.
+        idle_s: an axis that rests for so long with its button down is held until the button was up, s.
         stale_samples: so many samples alike, while the axis is said to move, are stale.
         gap_periods: a gap in time longer than this many periods is a fault.
     """
@@ -131,6 +136,9 @@ class Limits:
     current: float = 10.0
     torque: float = math.inf
     mismatch: float | None = None
+    guided_speed: float = math.inf
+    energy: float = math.inf
+    idle_s: float = math.inf
     stale_samples: int = 5
     gap_periods: float = 5.0
 
@@ -142,7 +150,16 @@ class Limits:
         """
         if not self.position_min < self.position_max:
             raise InputError("the position range is empty", place="Limits.position_min")
-        for name in ("speed", "measured_speed", "current", "torque", "gap_periods"):
+        for name in (
+            "speed",
+            "measured_speed",
+            "current",
+            "torque",
+            "gap_periods",
+            "guided_speed",
+            "energy",
+            "idle_s",
+        ):
             if not getattr(self, name) > 0:
                 raise InputError("expected a number > 0", place=f"Limits.{name}")
         if self.mismatch is not None and not self.mismatch > 0:

@@ -10,13 +10,13 @@ import math
 import os
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from idtool.control.force_free import ForceFreeController
-from idtool.control.guard import Fault, Limits, State
+from idtool.control.guard import Fault, Limits, Reason, State
 from idtool.errors import InputError, RigFault
 from idtool.experiment.black_box import with_remains
 from idtool.guiding.hand import Hand, travel_per_position
@@ -36,6 +36,8 @@ _SPEED_TOLERANCE = 0.5
 _LOG_EVERY = 25
 #: No tare takes longer, s.
 _TARE_AT_MOST_S = 30.0
+#: Faults that no sensor is to blame for.
+_NO_SENSOR_S = (Reason.MISMATCH, Reason.SPEED_LIMIT, Reason.ENERGY, Reason.LOAD_LOST)
 _NOT_TARED = (
     "the axis was not tared: it is heavier than it need be, and where the file's friction is wrong a push "
     "may run on; let it learn with --tare, hands off"
@@ -72,6 +74,7 @@ def teach(
     progress: Callable[[float], None] | None = None,
     tare: bool = False,
     button: Callable[[float], bool] | None = None,
+    told_payload_kg: float | None = None,
 ) -> TeachResult:
     """Run the controller on a rig.
 
@@ -90,7 +93,9 @@ def teach(
         progress: called with the share done, 0 to 1.
         button: whether the teach button is down, given the time of the run, s; None: no button, the axis
             always follows. Hands off for a moment before it goes down first.
-        tare: let the controller learn load and friction first, hands off (mode "light"; it moves by itself).
+        tare: let the controller learn load and friction first, hands off (mode "light"; it moves by itself,
+            while the button is down).
+        told_payload_kg: what the controller is told instead of the truth, kg; None: the truth.
 
     Raises:
         InputError: the log cannot be written, or a simulated hand was given to a real rig.
@@ -99,20 +104,23 @@ def teach(
     """
     if hand is not None and not rig.simulated:
         raise InputError("a simulated hand cannot push a real axis", remedy="push it yourself")
+    if button is not None:
+        button = _released_first(button)
+    truth, setup = setup, setup if told_payload_kg is None else replace(setup, payload_kg=told_payload_kg)
     length = duration_s if duration_s is not None else (hand.duration if hand else math.inf)
     held = max(1, round(controller.period / rig.period_s))
-    recorder = _Recorder(parameters.axis, setup, log, force)
+    recorder = _Recorder(parameters.axis, truth, log, force)
     controller.reset()
     interrupted = False
     fault: Fault | None = None
     rig = watched = Supervisor(rig, speed_tolerance=_SPEED_TOLERANCE)
     try:
-        rig.prepare(setup)
-        place = _place(rig) if setup.start_position is None else setup.start_position
+        rig.prepare(truth)
+        place = place_of(rig) if setup.start_position is None else setup.start_position
         sample = rig.step(place)
         current = sample.current
         if tare:
-            sample, current = _tare(controller, rig, setup, sample, held)
+            sample, current = _tare(controller, rig, setup, sample, held, button)
             fault = controller.status.fault
         begun = sample.time_s
         while fault is None and sample.time_s - begun < length:
@@ -130,9 +138,10 @@ def teach(
             if progress is not None and length < math.inf:
                 progress(min((sample.time_s - begun) / length, 1.0))
         if fault is not None:
+            remedy = "" if fault.reason in _NO_SENSOR_S else "; check sensors and bus, then start again"
+            count = len(recorder.rows)
             raise RigFault(
-                f"the controller stopped following after {len(recorder.rows)} samples: {fault.message}; "
-                "check sensors and bus, then start again."
+                f"the controller stopped following after {count} samples: {fault.message}{remedy}."
             )
     except KeyboardInterrupt:
         interrupted = True
@@ -162,13 +171,38 @@ def teach(
     return TeachResult(record, figures, tuple(notes), interrupted)
 
 
+def _released_first(button: Callable[[float], bool]) -> Callable[[float], bool]:
+    """A button that is down when a session begins counts once it was up."""
+    was_up = False
+
+    def down(run_s: float) -> bool:
+        nonlocal was_up
+        pressed = button(run_s)
+        was_up = was_up or not pressed
+        return pressed and was_up
+
+    return down
+
+
 def _tare(
-    controller: ForceFreeController, rig: Rig, setup: TrialSetup, sample: Sample, held: int
+    controller: ForceFreeController,
+    rig: Rig,
+    setup: TrialSetup,
+    sample: Sample,
+    held: int,
+    button: Callable[[float], bool] | None,
 ) -> tuple[Sample, float]:
-    """Step without a hand until the controller rests, tare, and step until it rests again."""
-    current, asked = sample.current, False
-    for _ in range(round(_TARE_AT_MOST_S / controller.period)):
-        command = _command(controller, setup, sample, current)
+    """Step without a hand until the controller rests, tare, and step until it rests again.
+
+    The axis moves only while the button is down; one that goes up ends the tare, and it begins anew with the
+    next press.
+    """
+    current, asked, waited, begun = sample.current, False, 0.0, sample.time_s
+    while waited < _TARE_AT_MOST_S:
+        down = button is None or button(sample.time_s - begun)
+        waited += controller.period if down else 0.0
+        asked = asked and down
+        command = _command(controller, setup, sample, current, enabled=down)
         if controller.status.fault is not None:
             break
         current = 0.0
@@ -182,19 +216,30 @@ def _tare(
     return sample, current
 
 
-def limits_of(rig: Rig) -> Limits:
-    """The controller's limits on a rig: its range and speed; what it may report goes well beyond them."""
+def limits_of(
+    rig: Rig, *, guided_speed: float = math.inf, energy: float = math.inf, idle_s: float = math.inf
+) -> Limits:
+    """The controller's limits on a rig: its range and speed; what it may report goes well beyond them.
+
+    Args:
+        rig: whose limits they are.
+        guided_speed: of the session, rad/s (m/s): the axis yields no faster, and half as fast again stops it.
+        energy, idle_s: as of `Limits`.
+    """
     low, high = rig.limits.position
     return Limits(
         position_min=low,
         position_max=high,
-        speed=rig.limits.speed,
+        speed=min(rig.limits.speed, guided_speed),
+        guided_speed=(1.0 + _SPEED_TOLERANCE) * guided_speed,
+        energy=energy,
+        idle_s=idle_s,
         measured_speed=4.0 * rig.limits.speed,
         current=4.0 * rig.limits.current,
     )
 
 
-def _place(rig: Rig) -> float:
+def place_of(rig: Rig) -> float:
     """Where the axis is: a rig reports it only while it is commanded, so command it to stand."""
     blocks = list(rig.play(Trajectory(rig.period_s, "velocity", np.zeros(3))))
     return float(blocks[-1].position[-1])

@@ -149,6 +149,10 @@ class Rig(ABC):
                 simulated has a real hand and takes 0 only.
         """
 
+    def where(self) -> float | None:
+        """Position, rad (m), read without a motion; None where the rig cannot say."""
+        return None
+
     @abstractmethod
     def stop(self) -> None:
         """Stop the axis where it is; safe at any time, any number of times."""

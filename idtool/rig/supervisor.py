@@ -126,6 +126,10 @@ class Supervisor(Rig):
                 raise fault
         return sample
 
+    def where(self) -> float | None:
+        """As the rig's."""
+        return self._rig.where()
+
     def stop(self) -> None:
         """As the rig's."""
         self._rig.stop()

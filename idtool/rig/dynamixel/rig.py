@@ -36,6 +36,8 @@ _BLOCK_S = 0.05
 _RETURN_SPEED, _RETURN_GAIN, _RETURN_ACCELERATION = 0.5, 4.0, 2.0
 #: A start is reached within this, rad: half a unit of speed at that gain, and a little.
 _REACHED = 0.006
+#: and from outside its limits, where it lies at a stop, so fast, rad/s.
+_INSIDE_SPEED = 0.15
 #: Slower than this the axis stands, rad/s: one unit of the servo and its noise.
 _STANDS = 0.05
 #: The drive's ramps are this much steeper than the trajectory, so that they smooth its steps and no more.
@@ -213,6 +215,11 @@ class DynamixelRig(Rig):
             reading.temperature,
         )
 
+    def where(self) -> float:
+        """Position, rad; the torque is not switched on for it."""
+        self._open()
+        return self._servo.read().position
+
     def stop(self) -> None:
         """Bring the axis to rest where it is and hold it there.
 
@@ -260,8 +267,10 @@ class DynamixelRig(Rig):
     def _go_to(self, goal: float) -> None:
         servo = self._servo
         servo.accelerate_at(_RETURN_ACCELERATION)
-        speed = min(_RETURN_SPEED, self.limits.speed)
-        error = goal - servo.read().position
+        here = servo.read().position
+        at_stop = not self.limits.position[0] <= here <= self.limits.position[1]
+        speed = min(_INSIDE_SPEED if at_stop else _RETURN_SPEED, self.limits.speed)
+        error = goal - here
         begun = self._clock.now()
         until = begun + 2.0 * abs(error) / speed + 3.0
         while abs(error) > _REACHED:

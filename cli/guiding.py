@@ -1,0 +1,109 @@
+"""What `teach` and `play` share: payload, file of which axis, start from a stop."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import Output
+
+if TYPE_CHECKING:
+    from idtool.parameters import Parameters
+    from idtool.rig.base import Rig
+
+#: What a simulated axis carries unless told otherwise, kg: the paper's camera.
+SIMULATED_PAYLOAD_KG = 0.4
+#: Beyond this factor between the torque constants of file and rig the file is of another axis; beyond the
+#: share it is worth a word.
+_OTHER_AXIS, _WORTH_A_WORD = 1.5, 0.05
+#: So far inside its limit an axis is brought that lies beyond it, share of the range; at most, rad (m).
+_INSIDE, _INSIDE_MOST = 0.05, 0.1
+
+payload_option = click.option(
+    "--payload",
+    metavar="KG",
+    type=click.FloatRange(0.0),
+    help="What the axis carries [simulated: 0.4; a real axis: asked for].",
+)
+
+
+def told_payload(payload: float | None, parameters: Parameters, axis: Rig) -> float:
+    """The payload, kg: as given, asked for on a terminal, and assumed on a simulated axis only.
+
+    Raises:
+        UsageError: a real axis, no option, and nobody to ask.
+    """
+    from idtool.errors import UsageError
+
+    if payload is not None:
+        return payload
+    if parameters.gravity_model == "arm":
+        return 0.0  # its file knows no payload
+    if axis.simulated:
+        return SIMULATED_PAYLOAD_KG
+    if not sys.stdin.isatty():
+        raise UsageError(
+            "--payload: a real axis is not guided with a payload that nobody told; pass what it carries, kg "
+            "(0 for nothing)."
+        )
+    return click.prompt("what does the axis carry, kg", type=click.FloatRange(0.0), err=True)  # type: ignore[no-any-return]
+
+
+def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) -> None:
+    """Notice a parameter file of another axis.
+
+    Raises:
+        InputError: it is of another kind, or its torque constant is far from the rig's.
+    """
+    from idtool.errors import InputError
+
+    ours, theirs = parameters.axis, axis.axis
+    if ours.kind != theirs.kind:
+        raise InputError(
+            f"describes a {ours.kind} axis and the rig is {theirs.kind}",
+            file=file,
+            place="axis.kind",
+            remedy="take the parameter file of this axis",
+        )
+    mine, its = ours.torque_constant, theirs.torque_constant
+    if mine is None or its is None:
+        return
+    apart = max(abs(mine / its), abs(its / mine)) if mine * its > 0.0 else float("inf")
+    if apart > _OTHER_AXIS:
+        raise InputError(
+            f"has the torque constant {mine:g} and the rig {its:g}",
+            file=file,
+            place=f"axis.{ours.constant_key}",
+            remedy="take the parameter file of this axis, or tell the rig its constant (constant=)",
+        )
+    if apart > 1.0 + _WORTH_A_WORD:
+        output.warn(
+            f"the torque constant of {file} is {mine:g} and that of the rig {its:g}; the file's is taken."
+        )
+
+
+def inside(axis: Rig, output: Output, *, move: bool) -> float | None:
+    """Where to bring an axis first that lies at its stop; None where it may stay.
+
+    Raises:
+        UsageError: it lies outside, and nobody allowed it to move.
+    """
+    from idtool.errors import UsageError
+
+    here = axis.where()
+    low, high = axis.limits.position
+    if here is None or low <= here <= high:
+        return None
+    way = min(_INSIDE * (high - low), _INSIDE_MOST)
+    goal = low + way if here < low else high - way
+    where = f"the axis lies at {here:.3g}, outside its limits {low:.3g} to {high:.3g}"
+    if not move:
+        if not sys.stdin.isatty():
+            raise UsageError(f"{where}: pass --move-inside to let it move slowly to {goal:.3g} first.")
+        if not click.confirm(f"{where}. Move it slowly to {goal:.3g}?", err=True):
+            raise UsageError(f"{where}: move it inside by hand.")
+    output.say(f"moving slowly to {goal:.3g}")
+    return goal

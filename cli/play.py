@@ -1,0 +1,207 @@
+"""`ffc-id play`: a taught path, played back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import Output, force_option, output_options, rig_option, seed_option
+from .guiding import check_axis, inside, payload_option, told_payload
+from .progress import Progress
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from idtool.guiding.playback import Played
+    from idtool.parameters import Parameters
+
+#: A force at the moving part that is a contact, N: beyond the 5 N that the paper's hand needs.
+CONTACT_N = 10.0
+#: Where the file does not say how the part moves: so many friction levels are a contact.
+_CONTACT_LEVELS = 4.0
+#: An axis so far behind its path meets something, share of its range.
+_BEHIND = 0.05
+#: Time in which a played axis gets to its limit of speed, s.
+_SPEED_UP_S = 0.25
+
+
+@click.command()
+@click.argument("taught", type=click.Path(path_type=Path))
+@rig_option
+@click.option(
+    "-p", "--params", type=click.Path(path_type=Path), help="Parameter file: feel a contact by its model."
+)
+@payload_option
+@click.option(
+    "--tilt", nargs=2, type=float, default=(0.0, 0.0), metavar="ALPHA BETA", help="Tilt of the axis, rad."
+)
+@click.option(
+    "--speed",
+    default=1.0,
+    show_default=True,
+    type=click.FloatRange(0.0, 10.0, min_open=True),
+    help="Speed, relative to how it was taught.",
+)
+@click.option("--loop", default=1, show_default=True, metavar="N", type=click.IntRange(1), help="How often.")
+@click.option(
+    "--contact",
+    metavar="N",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Stop at this force at the moving part [10 N; needs -p].",
+)
+@click.option(
+    "--waypoints", type=click.Path(path_type=Path), help="Write the path as points to edit, and play those."
+)
+@click.option("--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly.")
+@click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
+@seed_option
+@force_option
+@output_options
+def play(
+    output: Output,
+    taught: Path,
+    rig: str,
+    params: Path | None,
+    payload: float | None,
+    tilt: tuple[float, float],
+    speed: float,
+    loop: int,
+    contact: float | None,
+    waypoints: Path | None,
+    move_inside: bool,
+    log: Path | None,
+    seed: int,
+    force: bool,
+) -> int:
+    """Play a taught path back: the log of `teach -o`, or a file of waypoints.
+
+    The path is smoothed and kept inside the rig's position, speed and current; the axis moves to its start
+    slowly, from wherever it is. It stops where it meets something, and says where (exit code 4).
+
+    \b
+    ffc-id teach -p result/params.toml --rig sim:bench -o taught.csv
+    ffc-id play taught.csv --rig sim:bench -p result/params.toml --speed 0.5
+    ffc-id play taught.csv --waypoints points.toml --rig sim:bench
+    """
+    from idtool.errors import InputError, UsageError
+    from idtool.guiding.path import limited, read_path, write_waypoints
+    from idtool.guiding.playback import play as run
+    from idtool.io.atomic import refuse_existing
+    from idtool.parameters import Parameters
+    from idtool.rig import open_rig
+    from idtool.rig.base import TrialSetup
+
+    path, axis = read_path(taught)
+    if waypoints is not None:
+        points = write_waypoints(waypoints, path, force=force)
+        output.say(f"{points} waypoints written: {waypoints}")
+        path, axis = read_path(waypoints)
+    if contact is not None and params is None:
+        raise UsageError("--contact is a force that only the model of -p can tell; pass the parameter file.")
+    parameters = Parameters.read(params) if params is not None else None
+    if log is not None:
+        refuse_existing(log, force)
+    with open_rig(rig, seed=seed) as device:
+        if axis.kind != device.axis.kind:
+            raise InputError(
+                f"was taught on a {axis.kind} axis and the rig is {device.axis.kind}",
+                file=taught,
+                place="axis.kind",
+            )
+        if parameters is not None and params is not None:
+            check_axis(parameters, params, device, output)
+        load = told_payload(payload, parameters, device) if parameters is not None else payload or 0.0
+        low, high = device.limits.position
+        path, scale = limited(
+            path,
+            low=low,
+            high=high,
+            speed=device.limits.speed,
+            acceleration=device.limits.speed / _SPEED_UP_S,
+            scale=speed,
+        )
+        if scale < speed:
+            output.warn(f"played at {scale:.2g} of the taught speed: faster is beyond the limits of the rig.")
+        setup = TrialSetup(load, tilt[0], tilt[1], start_position=inside(device, output, move=move_inside))
+        if device.simulated:
+            setup = replace(setup, start_position=0.5 * (low + high))
+        with Progress(output, "playing") as bar:
+            played = run(
+                path,
+                device,
+                setup,
+                loops=loop,
+                parameters=parameters,
+                contact=_limit(parameters, contact),
+                behind=_BEHIND * (high - low),
+                log=log,
+                force=force,
+                progress=lambda share: bar.at(share, 1.0),
+            )
+    ratio = _ratio(parameters, axis.kind)
+    output.result(
+        _document(played, ratio, scale, log), lambda screen: _show(screen, played, ratio, axis.kind, log)
+    )
+    if played.interrupted:
+        return 130
+    return 4 if played.stopped is not None else 0
+
+
+def _ratio(parameters: Parameters | None, kind: str) -> float | None:
+    """m of travel per position; None where nothing says it."""
+    from idtool.guiding.hand import travel_per_position
+
+    if kind == "linear":
+        return 1.0
+    return travel_per_position(parameters) if parameters is not None else None
+
+
+def _limit(parameters: Parameters | None, force_n: float | None) -> float:
+    """The torque that is a contact, N m (N)."""
+    import math
+
+    if parameters is None:
+        return math.inf
+    ratio = _ratio(parameters, parameters.axis.kind)
+    if ratio is not None:
+        return (force_n or CONTACT_N) * ratio
+    level = max((parameters.static[name].value for name in ("coulomb", "static")), default=0.0)
+    return force_n or _CONTACT_LEVELS * level
+
+
+def _document(played: Played, ratio: float | None, scale: float, log: Path | None) -> dict[str, Any]:
+    stop = played.stopped
+    key, factor = ("rms_error_mrad", 1e3) if ratio is None else ("rms_error_mm", 1e3 * ratio)
+    return {
+        "schema": "ffc-id/play/1",
+        key: played.rms_error * factor,
+        "stopped": None
+        if stop is None
+        else {"why": stop.why, "time_s": stop.time_s, "position": stop.position, "torque": stop.torque},
+        "speed": scale,
+        "lag_s": played.lag_s,
+        "interrupted": played.interrupted,
+        "log": str(log) if log else None,
+    }
+
+
+def _show(screen: Console, played: Played, ratio: float | None, kind: str, log: Path | None) -> None:
+    from idtool.model.units import unit_text
+
+    error = (
+        f"{1e3 * played.rms_error:.2f} mrad" if ratio is None else f"{1e3 * ratio * played.rms_error:.3f} mm"
+    )
+    screen.print(
+        f"played; position off by {error} rms (loop's lag {1e3 * played.lag_s:.0f} ms, led by that)."
+    )
+    stop = played.stopped
+    if stop is not None:
+        where = f"{stop.position:.4g} {unit_text('position', 'linear' if kind == 'linear' else 'rotary')}"
+        felt = "" if stop.torque is None else f", {stop.torque:+.3g} N m felt"
+        word = "met something" if stop.why == "contact" else "fell behind its path"
+        screen.print(f"stopped: the axis {word} at {where}{felt}.")
+    if log is not None:
+        screen.print(f"written: {log}", soft_wrap=True)
