@@ -49,7 +49,7 @@ def told_payload(payload: float | None, parameters: Parameters, axis: Rig) -> fl
             "--payload: a real axis is not guided with a payload that nobody told; pass what it carries, kg "
             "(0 for nothing)."
         )
-    return click.prompt("what does the axis carry, kg", type=click.FloatRange(0.0), err=True)  # type: ignore[no-any-return]
+    return click.prompt("what does the axis carry, kg", type=click.FloatRange(0.0), err=True)
 
 
 def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) -> None:

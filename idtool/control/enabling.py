@@ -116,7 +116,7 @@ class EnabledLaw:
         if hold.stopping:
             law.limited = ()
             command = hold.command(sample)
-            if not hold.stopping:
+            if not self._hold.stopping:
                 self._listen(sample.position)
             return command
         constant, load, offset = model.torque_constant, model.load, rest.offset + self._lift

@@ -23,7 +23,7 @@ from idtool.control.sensing import HandSense
 from idtool.errors import RigFault
 from idtool.guiding.path import TaughtPath
 from idtool.guiding.session import place_of
-from idtool.io.defer_signals import uninterrupted
+from idtool.io.defer_signals import deferred_signals
 from idtool.log import LogWriter, columns_of
 from idtool.model.motion import Array
 from idtool.parameters import Parameters
@@ -184,13 +184,16 @@ def play(
     except KeyboardInterrupt:
         interrupted = True
     except BaseException:
-        with uninterrupted(), suppress(RigFault):  # where this fails too, the first fault is the one to tell
+        with (
+            deferred_signals(),
+            suppress(RigFault),
+        ):  # where this fails too, the first fault is the one to tell
             rig.stop()
         raise
     finally:
-        with uninterrupted():
+        with deferred_signals():
             player.close()
-    with uninterrupted():
+    with deferred_signals():
         rig.stop()
     rows = np.array(player.path_rows, dtype=float).reshape(-1, 3)
     return Played(rows[:, 0], rows[:, 1], rows[:, 2], lag, stopped, interrupted)
