@@ -148,6 +148,8 @@ class OnlineModel:
 
     def reset(self) -> None:
         """Forget the motion; the bristle is straight and nothing has moved."""
+        load = self.load
+        load.gravity = load.elastic = load.damping = load.effects = 0.0
         self._memory[:] = 0.0
         self._bristle = 0.0
         for _, _, past in self._outside:
