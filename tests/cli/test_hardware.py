@@ -181,7 +181,7 @@ def test_guiding_by_hand(tmp_path: Path) -> None:
     ).write(tmp_path / "params.toml")
     log = tmp_path / "run.csv"
     command = ["teach", "-p", tmp_path / "params.toml", "--rig", servo.rig, "-o", log, "--json"]
-    command += ["--tilt", "1.5707963", "0"]
+    command += ["--tilt", "1.5707963", "0", "--payload", "0", "--button", "none"]
     with subprocess.Popen(
         [str(PROGRAM), *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as run:
