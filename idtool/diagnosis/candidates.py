@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from idtool.diagnosis.evidence import Background, Score, left_out_errors, score
+from idtool.diagnosis.evidence import Background, Score, score
 from idtool.diagnosis.lines import strongest_line
+from idtool.diagnosis.residual import motion_columns
+from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect, derivative
+from idtool.fit import noise
 from idtool.fit.joint import JointFit, refit
+from idtool.fit.left_out import prediction_errors
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
 
 #: An effect must lower the left-out error by this share at least: less is not worth a parameter.
 LEAST_GAIN = 0.01
-#: ... and take away this share of what is above the sensor noise: what only nibbles at the residual of
-#: something else is not its explanation.
-LEAST_OF_EXCESS = 0.1
+#: Highest frequency that filtered rows show, as a share of their rate.
+_NYQUIST = 0.45
+#: A start without a linear strength is one of about the right size if its residual asks for so much of it.
+_OF_ITS_SIZE = (0.2, 5.0)
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
-_SPENT = 20
+_SPENT = 15
+_SPENT_FAR = 40
 
 
 @dataclass
@@ -64,7 +71,6 @@ class Selection:
         alternatives: accepted effect -> effects that explain the data as well.
         p_values: accepted effect -> p-value when it was accepted.
         rivals: accepted effect -> the fit with its first alternative in its place.
-        rivals_at_first: trials that would have done in the first round as well.
         searched: the last fit whose friction curve was searched for anew.
     """
 
@@ -73,50 +79,134 @@ class Selection:
     alternatives: dict[str, list[str]] = field(default_factory=dict)
     p_values: dict[str, float] = field(default_factory=dict)
     rivals: dict[str, JointFit] = field(default_factory=dict)
-    rivals_at_first: list[Trial] = field(default_factory=list)
     searched: JointFit | None = None
 
 
-def best_score(background: Background, effect: Effect) -> tuple[Score, dict[str, float], int]:
-    """The best start of an effect: its score, the start's coordinates, and how many were tried."""
-    model = background.fit.model
+@dataclass(frozen=True)
+class Start:
+    """Where a refit with an effect should start.
+
+    Attributes:
+        gain: share of the residual's squares that its score promises to take away.
+        p_value: of that being chance, corrected for the starts that were tried.
+        values: coordinates of the effect.
+    """
+
+    gain: float
+    p_value: float
+    values: dict[str, float]
+
+
+def best_start(background: Background, effect: Effect) -> Start:
+    """The best start of an effect.
+
+    An effect that is in the model already, with fewer members, is scored by what the new ones add. What beats
+    in time is scored by what no smooth function of the motion does, since a motion that repeats beats too.
+    """
+    if isinstance(effect, Unnamed):
+        return _best_shape(background, effect)
+    fit = background.fit
+    model = fit.model
     motion = model.recording.motion
-    starts = effect.starts(motion)
-    coordinates = effect.active(motion)
-    constants = effect.constants(motion)
-    null = {**constants, **{c.name: c.null for c in coordinates}}
+    has = {name.partition(".")[2] for name in model.names if name.startswith(f"{effect.name}.")}
+    coordinates = [c for c in effect.active(motion) if c.name not in has]
+    null = {**effect.constants(motion), **{c.name: c.null for c in coordinates}}
+    if has:
+        known = next(e for e in model.spec.effects if e.name == effect.name)
+        null |= model.effect_values(fit.x, known)
+    starts = [{}] if has else effect.starts(motion)
     tried = len(starts)
     wave = effect.wave(motion)
-    if wave is not None:
-        frequency, tried = strongest_line(background, wave.of[model.recording.row], wave.lowest, wave.highest)
+    whole = float(background.residual @ background.residual)
+    if "time" in effect.follows and wave is not None:
+        background = background.beside(motion_columns(fit))
+    if wave is not None and wave.coordinate not in has:
+        highest = wave.highest
+        if "time" in effect.follows:  # above that a line of the filtered rows is the alias of another
+            highest = min(highest, _NYQUIST * model.recording.filter.rate_hz)
+        frequency, tried = strongest_line(background, wave.of[model.recording.row], wave.lowest, highest)
         starts = [{wave.coordinate: frequency}]
     best: tuple[Score, dict[str, float]] | None = None
     for start in starts:
         strengths = [c for c in coordinates if c.name not in start]
         values = {**null, **start}
-        directions = [Direction(effect=derivative(effect, motion, values, c)) for c in strengths]
-        fit = background.fit
-        columns = model.project(fit.x, fit.bend, fit.start, directions).jacobian
-        assert columns is not None
+        if strengths:
+            directions = [Direction(effect=derivative(effect, motion, values, c)) for c in strengths]
+            columns = model.project(fit.x, fit.bend, fit.start, directions).jacobian
+            assert columns is not None
+        else:
+            columns = _change(fit, effect, values)
         result = score(background, columns)
+        found = {**start}
+        if not strengths and not _OF_ITS_SIZE[0] < result.step[0] < _OF_ITS_SIZE[1]:
+            continue
         # what the effect cannot do (a strength below zero) does not count for it
-        able = [c.lower <= values[c.name] + d <= c.upper for c, d in zip(strengths, result.step, strict=True)]
+        steps = dict(zip((c.name for c in strengths), result.step, strict=False))
+        able = [c.lower <= values[c.name] + steps[c.name] <= c.upper for c in strengths]
         if not all(able):
             result = score(background, columns * np.array(able))
-        found = {**start}
-        for c, step in zip(strengths, result.step, strict=True):
-            found[c.name] = float(np.clip(values[c.name] + step, c.lower, c.upper))
+            steps = dict(zip((c.name for c in strengths), result.step, strict=True))
+        for c in strengths:
+            found[c.name] = float(np.clip(values[c.name] + steps[c.name], c.lower, c.upper))
         if best is None or result.gain > best[0].gain:
             best = (result, found)
-    assert best is not None
-    return best[0], best[1], tried
+    if best is None:
+        return Start(0.0, 1.0, dict(starts[0]))
+    chance = background.chance(best[0].left, best[0].columns)
+    share = float(background.residual @ background.residual) / whole
+    return Start(best[0].gain * share, min(1.0, chance * tried), best[1])
 
 
-def try_effect(fit: JointFit, effect: Effect, best: Score, start: dict[str, float], p_value: float) -> Trial:
+def _change(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> Array:
+    """What an effect of given size adds to the filtered torque, the rest held, (filtered rows + trials, 1)."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
-    extra = {f"{effect.name}.{name}": value for name, value in start.items()}
-    new = refit(fit, model, extra, most=_SPENT)
-    return Trial(effect, new, left_out_errors(new), p_value)
+    own = {f"{effect.name}.{name}": value for name, value in values.items()}
+    known = fit.values | own
+    changed = model.evaluate(model.coordinates({name: known[name] for name in model.names}), fit.bend)
+    return np.append(fit.residual - changed.residual, np.zeros(len(fit.start)))[:, None]
+
+
+def _best_shape(background: Background, effect: Unnamed) -> Start:
+    """All places and widths of a local shape at once: rows are close enough to the filtered ones for that."""
+    recording = background.fit.model.recording
+    motion, row = recording.motion, recording.row
+    n, starts = len(row), effect.starts(motion)
+    variable = effect.variable(motion)[row]
+    columns = np.column_stack([effect.shape(variable, s["place"], s["log_width"]) for s in starts])
+    if effect.with_motion:
+        columns *= np.sign(motion.velocity[row])[:, None]
+    residual, basis = background.residual[:n], background.basis[:n]
+    original = np.sum(columns**2, axis=0)
+    columns -= basis @ (basis.T @ columns)
+    norm = np.sum(columns**2, axis=0)
+    heights = np.where(norm > 1e-3 * original, columns.T @ residual / np.maximum(norm, 1e-300), 0.0)
+    best = int(np.argmax(heights**2 * norm))
+    left = residual - heights[best] * columns[:, best]
+    gain = 1.0 - float(left @ left) / float(residual @ residual)
+    chance = background.chance(left, columns[:, [best]])
+    found = {**starts[best], "height": float(heights[best])}
+    return Start(max(gain, 0.0), min(1.0, chance * len(starts)), found)
+
+
+def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False) -> Trial:
+    """The joint refit with an effect, or with more members of one that is in; `far` from where it will end."""
+    model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
+    extra = {f"{effect.name}.{name}": value for name, value in start.values.items()}
+    new = refit(fit, model, extra, most=_SPENT_FAR if far else _SPENT)
+    return Trial(effect, new, prediction_errors(new), start.p_value)
+
+
+def chance_of(fit: JointFit, effect: Effect) -> float:
+    """P-value of an effect that is in a model: of no relation to what the rest of the model leaves."""
+    own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
+    n = len(fit.residual)
+    rest = fit.jacobian[:n, fit.free & ~own]
+    size = np.linalg.norm(rest, axis=0)
+    basis = np.linalg.qr(rest[:, size > 0.0] / size[size > 0.0])[0]
+    columns = fit.jacobian[:n, own]  # of minus the residual
+    without = fit.residual + columns @ fit.x[own]
+    trial = fit.model.recording.filtered_trial
+    return noise.p_value(fit.residual, trial, without - basis @ (basis.T @ without), basis, columns)
 
 
 def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
@@ -124,13 +214,7 @@ def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
     without = refit(
         fit, JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
     )
-    best, start, tried = best_score(Background.of(without), other)
-    return try_effect(without, other, best, start, min(1.0, best.p_value * tried))
-
-
-def root_mean(errors: Array, fit: JointFit) -> float:
-    """Left-out errors as one root mean square over the filtered rows."""
-    return float(np.sqrt(errors.sum() / len(fit.residual)))
+    return try_effect(without, other, best_start(Background.of(without), other))
 
 
 def implausible(fit: JointFit, effect: Effect) -> str | None:

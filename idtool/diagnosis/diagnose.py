@@ -13,24 +13,32 @@ from numpy.typing import NDArray
 
 from idtool.diagnosis.candidates import LEAST_GAIN, Selection
 from idtool.diagnosis.following import Following, between_models, for_parameter
+from idtool.diagnosis.pruning import veto
+from idtool.diagnosis.repeatability import repeatability
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import select
+from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.smoothing import fit_correction
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, on_recording, refit
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.left_out import predicts_better
+from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
+from idtool.model.torque import predict
 from idtool.model.units import file_key
 from idtool.parameters.correction import Correction
 from idtool.signals import Recording
+from idtool.signals.thin import thin
 
 SCHEMA = "ffc-id/diagnosis/1"
 #: A residual this much above the sensor noise, and correlated over this many rows, holds something.
 _ABOVE_NOISE = 1.5
 _CORRELATED = 2.0
+#: What depends on something and is less than this share of the torque that is no gravity does not matter.
+_WORTH = 0.01
 
 
 @dataclass(frozen=True)
@@ -40,7 +48,8 @@ class Diagnosis:
     Attributes:
         split: the trials, and which were held out.
         base: the base model, fitted on the training trials.
-        selection: the search for effects on the training trials.
+        selection: the search for effects on the training rows.
+        unnamed: what shapes without a name followed, as the residual's tests name it.
         final: the extended model fitted on all trials; its parameters are the result.
         tests_before, tests_after: dependence of the residual on what was measured.
         following: the run that would tell what these logs leave open.
@@ -54,6 +63,7 @@ class Diagnosis:
     tests_before: list[ResidualTest]
     tests_after: list[ResidualTest]
     following: Following | None = None
+    unnamed: tuple[str, ...] = ()
     notes: list[str] = field(default_factory=list)
 
     @cached_property
@@ -86,7 +96,7 @@ class Diagnosis:
     def _held_out_with(self, correction: Correction) -> tuple[float, float]:
         """Error on the held-out trials without and with a correction."""
         motion = self.split.recording.motion
-        rows = self.split.recording.usable & np.isin(motion.trial, self.split.held_out)
+        rows = self.split.recording.usable & self.split.held
         plain = self.after.full_residual
         without, with_it = (
             float(np.sqrt(np.mean(r[rows] ** 2))) for r in (plain, plain - correction(motion))
@@ -94,16 +104,24 @@ class Diagnosis:
         return without, with_it
 
     @cached_property
+    def floor(self) -> float:
+        """What no model of the motion can explain, filtered rows: the sensor noise, or what does not come
+        again where the same place, speed and direction are passed again."""
+        return max(self.final.model.filtered_noise, repeatability(self.final) or 0.0)
+
+    @cached_property
     def unexplained(self) -> dict[str, Any] | None:
         """What is left and still structured."""
-        depends = [test for test in self.tests_after if test.depends]
-        noisy = self.final.rmse > _ABOVE_NOISE * self.final.model.filtered_noise
+        matters = _WORTH * self.final.model.friction_sizes[0]
+        tests = [test for test in self.tests_after if np.sqrt(test.share) * self.final.rmse > matters]
+        depends = [test for test in tests if test.depends or (test.variable in self.unnamed)]
+        noisy = self.final.rmse > max(_ABOVE_NOISE * self.floor, matters)
         correlated = autocorrelation(self.final) > _CORRELATED
         if not depends and not (noisy and correlated):
             return None
         # that there is something is certain then; what it follows may be told with less confidence
-        depends = depends or [test for test in self.tests_after if test.may_depend]
-        above = 1.0 - min(1.0, self.final.model.filtered_noise / self.final.rmse) ** 2
+        depends = depends or [test for test in tests if test.may_depend]
+        above = 1.0 - min(1.0, self.floor / self.final.rmse) ** 2
         share = max((test.share for test in depends), default=above)
         names = [test.variable for test in depends]
         note = (
@@ -112,6 +130,32 @@ class Diagnosis:
             else "the residual is above the sensor noise and correlated in time, but follows nothing logged."
         )
         return {"share": share, "depends_on": names, "note": note}
+
+    @cached_property
+    def left(self) -> dict[str, float]:
+        """What the extended model leaves on the held-out rows, and how much of the torque that is."""
+        rows = self.split.recording.usable & self.split.held
+        rms = float(np.sqrt(np.mean(self.after.full_residual[rows] ** 2)))
+        torque = float(np.sqrt(np.mean(self.split.recording.torque[rows] ** 2)))
+        unit = "n" if self.split.recording.axis.kind == "linear" else "nm"
+        return {
+            f"rms_{unit}": rms,
+            "percent_of_torque": 100.0 * rms / torque,
+            "noise_percent": 100.0 * self.split.recording.noise / torque,
+        }
+
+    def percent_of_torque(self, effect: Effect) -> float:
+        """Root mean square of an effect's torque over that of the measured torque, moving rows, per cent."""
+        fit = self.final
+        recording = fit.model.recording
+        plain = JointModel(
+            recording, fit.model.spec.without(effect.name), fit.model.constants, fit.model.starts
+        )
+        x = plain.coordinates({name: fit.values[name] for name in plain.names})
+        torque = predict(recording.motion, plain.friction(x), plain.contribution(x), fit.start).torque
+        rows = recording.usable
+        own = (fit.predicted - torque)[rows]
+        return float(100.0 * np.linalg.norm(own) / np.linalg.norm(recording.torque[rows]))
 
     @property
     def verdict(self) -> str:
@@ -136,6 +180,7 @@ class Diagnosis:
                 {
                     "name": effect.name,
                     "p_value": self.selection.p_values.get(effect.name),
+                    "percent_of_torque": self.percent_of_torque(effect),
                     "alternatives": self.selection.alternatives.get(effect.name, []),
                     "parameters": {
                         file_key(n, dimensions[n], kind): p.to_table() for n, p in entry.parameters.items()
@@ -148,6 +193,7 @@ class Diagnosis:
             "effects": effects,
             "error": self._errors(before, after),
             "unexplained": self._unexplained_document(),
+            "left": self.left,
             "candidates": [
                 {
                     "name": c.name,
@@ -173,7 +219,7 @@ class Diagnosis:
         if error is None:
             return None
         recording = self.split.recording
-        rows = recording.usable & ~np.isin(recording.motion.trial, self.split.held_out)
+        rows = recording.usable & ~self.split.held
         above = float(np.mean(self.after.full_residual[rows] ** 2)) - self.selection.fit.rmse**2
         return math.sqrt(error**2 + max(above, 0.0))
 
@@ -191,14 +237,17 @@ class Diagnosis:
 
     def _errors(self, before: JointFit, after: JointFit) -> dict[str, Any]:
         recording = self.split.recording
-        held = np.isin(recording.motion.trial, self.split.held_out)
-        filtered_held = np.isin(recording.filtered_trial, self.split.held_out)
+        held = self.split.held
+        filtered_held = held[recording.row]
         by_experiment = {}
         for name in dict.fromkeys(recording.experiment):
             trials = [t for t, e in enumerate(recording.experiment) if e == name]
-            unseen = [t for t in trials if t in self.split.held_out]
-            rows = np.isin(recording.motion.trial, unseen or trials)
-            by_experiment[name] = {**_pair(before, after, rows), "held_out": bool(unseen)}
+            rows = np.isin(recording.motion.trial, trials)
+            unseen = bool(np.any(rows & held & recording.usable))
+            by_experiment[name] = {
+                **_pair(before, after, rows & held if unseen else rows),
+                "held_out": unseen,
+            }
         return {
             "metric": f"rmse_{'n' if recording.axis.kind == 'linear' else 'nm'}",
             "held_out": _pair(before, after, held),
@@ -219,8 +268,7 @@ class Diagnosis:
 
 def diagnose(
     recording: Recording,
-    start: JointFit,
-    base_spec: Spec,
+    starts: Sequence[JointFit],
     library: Sequence[Effect],
     tell: Callable[[str], None] = lambda _: None,
     *,
@@ -230,29 +278,57 @@ def diagnose(
 
     Args:
         recording: all trials.
-        start: any fit of these data, for start values and the load.
-        base_spec: the base model.
+        starts: fits of the base model to these data, the one to trust most first; the others are looked at
+            where that leaves something.
         library: the effects to consider.
         tell: called with a sentence on what is being tried.
         given: the library is a model that somebody chose; its effects need not explain everything.
     """
-    parts = split(with_load(recording, start))
-    training = parts.recording.subset(parts.training)
-    tell("fitting the base model")
-    base = refit(start, JointModel.build(training, base_spec))
-    selection = select(base, library, tell, given=given, start=start)
+    parts = split(with_load(recording, starts[0]))
+    best: tuple[JointFit, Selection, tuple[str, ...]] | None = None
+    for start in starts:
+        tell("fitting the base model")
+        base = refit(start, JointModel.build(thin(parts.training), start.model.spec))
+        selection = select(base, library, tell, given=given)
+        unnamed = _without_unnamed(selection)
+        veto(selection, lambda fit: held_out_error(fit, parts), tell)
+        if best is None or predicts_better(selection.fit, best[1].fit):
+            best = base, selection, unnamed
+        if not unnamed and not any(test.depends for test in test_residual(selection.fit)):
+            break
+    assert best is not None
+    base, selection, unnamed = best
     tell("fitting the final model on all trials")
-    loaded = with_load(recording, selection.fit)
     chosen = selection.fit
+    loaded = with_load(parts.recording, chosen)
     final = refit(chosen, JointModel.build(loaded, chosen.model.spec, chosen.model.constants))
     notes = []
     if parts.blocks:
         notes.append(
-            "there are too few trials to hold some out, so contiguous blocks of time stand in for trials."
+            "there are too few trials to hold some out, so contiguous blocks of time stand in for trials: the "
+            "error on them tells of other times of the same run, not of another run."
         )
     following = _following(selection, final, tell)
     tests = test_residual(base), test_residual(final)
-    return Diagnosis(parts, base, selection, final, *tests, following, notes)
+    return Diagnosis(parts, base, selection, final, *tests, following, unnamed, notes)
+
+
+def _without_unnamed(selection: Selection) -> tuple[str, ...]:
+    """Take the shapes without a name out of the model; what they followed."""
+    shapes = [effect for effect in selection.fit.model.spec.effects if isinstance(effect, Unnamed)]
+    if shapes:
+        model, spec = selection.fit.model, selection.fit.model.spec
+        for shape in shapes:
+            spec = spec.without(shape.name)
+        selection.fit = refit(selection.fit, JointModel.build(model.recording, spec, model.constants))
+    return tuple(dict.fromkeys(variable for shape in shapes for variable in shape.follows))
+
+
+def held_out_error(fit: JointFit, parts: Split) -> float:
+    """Root mean square of what plain prediction leaves on the held-out rows: one bristle start per trial."""
+    everywhere = _everywhere(fit, parts.recording)
+    rows = parts.recording.usable & parts.held
+    return float(np.sqrt(np.mean(everywhere.full_residual[rows] ** 2)))
 
 
 def _following(selection: Selection, final: JointFit, tell: Callable[[str], None]) -> Following | None:

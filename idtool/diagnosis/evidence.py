@@ -1,13 +1,13 @@
-"""How much better one fit is than another: robust score tests and leave-one-trial-out error."""
+"""How much of a residual a candidate takes away, and whether that may be chance."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
-from idtool.fit.joint import JointFit, effective_rows
+from idtool.fit import noise
+from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 
 
@@ -18,7 +18,6 @@ class Background:
     fit: JointFit
     basis: Array
     residual: Array
-    effective: float
 
     @classmethod
     def of(cls, fit: JointFit) -> Background:
@@ -28,7 +27,28 @@ class Background:
         basis = np.linalg.qr(jacobian[:, norm > 0] / norm[norm > 0])[0]
         penalty = fit.start * (fit.model.filtered_noise / fit.bend)
         stacked = np.concatenate([fit.residual, penalty])
-        return cls(fit, basis, stacked - basis @ (basis.T @ stacked), effective_rows(fit))
+        return cls(fit, basis, stacked - basis @ (basis.T @ stacked))
+
+    def chance(self, left: Array, columns: Array) -> float:
+        """P-value of what columns took away, the noise being what they left.
+
+        Args:
+            left: what they leave of `residual`, shape (filtered rows or more,).
+            columns: shape (filtered rows or more, n).
+        """
+        trial = self.fit.model.recording.filtered_trial
+        n = len(trial)
+        return noise.p_value(left[:n], trial, self.residual[:n], self.basis[:n], columns[:n])
+
+    def beside(self, columns: Array) -> Background:
+        """The same with what more columns, shape (filtered rows, n), can explain taken out as well."""
+        n, rows = len(columns), len(self.basis)
+        padded = np.vstack([columns, np.zeros((rows - n, columns.shape[1]))])
+        free = self.free_of_fit(padded)
+        u, s, _ = np.linalg.svd(free / np.maximum(np.linalg.norm(padded, axis=0), 1e-300), full_matrices=False)
+        more = u[:, s > 1e-6 * s[0]]
+        basis = np.hstack([self.basis, more])
+        return Background(self.fit, basis, self.residual - more @ (more.T @ self.residual))
 
     def free_of_fit(self, columns: Array) -> Array:
         """Columns with what the fit's own parameters could do taken out."""
@@ -41,13 +61,15 @@ class Score:
 
     Attributes:
         gain: share of the residual sum of squares that the columns would take away.
-        p_value: of no relation, robust against autocorrelation.
         step: least-squares coefficients of the columns.
+        left: what they leave of the residual.
+        columns: the columns, shape (filtered rows + trials, n).
     """
 
     gain: float
-    p_value: float
     step: Array
+    left: Array
+    columns: Array
 
 
 def score(background: Background, columns: Array) -> Score:
@@ -56,51 +78,12 @@ def score(background: Background, columns: Array) -> Score:
     norm = np.linalg.norm(free, axis=0)
     original = np.linalg.norm(columns, axis=0)
     alive = norm > 1e-6 * np.where(original > 0, original, 1.0)
-    if not alive.any():
-        return Score(0.0, 1.0, np.zeros(columns.shape[1]))
-    scaled = free[:, alive] / norm[alive]
     r = background.residual
-    coefficients = np.linalg.lstsq(scaled, r, rcond=1e-8)[0]
-    gain = float(1.0 - np.sum((r - scaled @ coefficients) ** 2) / np.sum(r**2))
     step = np.zeros(columns.shape[1])
+    if not alive.any():
+        return Score(0.0, step, r, columns)
+    scaled = free[:, alive] / norm[alive]
+    coefficients = np.linalg.lstsq(scaled, r, rcond=1e-8)[0]
+    left = r - scaled @ coefficients
     step[alive] = coefficients / norm[alive]
-    return Score(max(gain, 0.0), _chance(background, gain, int(alive.sum())), step)
-
-
-def _chance(background: Background, gain: float, columns: int) -> float:
-    """P-value of a gain: an F-test in which autocorrelated rows count as the fewer they are worth."""
-    spare = max(background.effective - len(background.fit.x) - columns, 1.0)
-    ratio = gain / columns / max((1.0 - gain) / spare, 1e-300)
-    return float(stats.f.sf(ratio, columns, spare))
-
-
-def left_out_errors(fit: JointFit) -> Array:
-    """Sum of squares of each trial when the parameters are fitted on the others, (trials,).
-
-    Linearised about the fit (exact for a linear model): leaving a trial out moves the parameters by
-    the known leave-one-out formula, so no refit is needed. A trial without which the others could not
-    determine the parameters is left in.
-    """
-    trial = fit.model.recording.filtered_trial
-    rows = len(trial)
-    free = fit.free
-    jacobian = fit.jacobian[:, free]
-    scale = np.linalg.norm(jacobian, axis=0)
-    scale = np.where(scale > 0, scale, 1.0)
-    jacobian = jacobian / scale
-    information = jacobian.T @ jacobian
-    errors = np.empty(fit.model.recording.trials)
-    # the rows of a trial lie together
-    bounds = np.searchsorted(trial, np.arange(len(errors) + 1))
-    for t in range(len(errors)):
-        mine = slice(bounds[t], bounds[t + 1])
-        own = np.concatenate([jacobian[mine], jacobian[rows + t][None, :]])
-        rest = information - own.T @ own
-        residual = fit.residual[mine]
-        if np.linalg.cond(rest) < 1e10:
-            penalty = fit.start[t] * fit.model.filtered_noise / fit.bend
-            # jacobian is that of minus the residual stack
-            shift = np.linalg.solve(rest, own.T @ np.append(residual, penalty))
-            residual = residual + jacobian[mine] @ shift
-        errors[t] = residual @ residual
-    return errors
+    return Score(max(float(1.0 - np.sum(left**2) / np.sum(r**2)), 0.0), step, left, columns)

@@ -1,126 +1,89 @@
-"""Second thoughts on accepted effects: what became unneeded, what only follows a part of something else, what
-a special case does as well, and what explains the data as well in its place."""
+"""Second thoughts on accepted effects: what became unneeded, what a special case does as well, and what
+explains the data as well in its place."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from idtool.diagnosis.candidates import (
     LEAST_GAIN,
-    LEAST_OF_EXCESS,
     Selection,
     implausible,
-    root_mean,
     swap,
     ties,
 )
-from idtool.diagnosis.evidence import Background, left_out_errors
-from idtool.diagnosis.residual import generic_columns, test_residual
 from idtool.effects.base import Effect
 from idtool.fit.joint import JointFit, refit
+from idtool.fit.left_out import prediction_errors, root_mean
 from idtool.fit.model import JointModel
-from idtool.model.motion import Array
-
-#: An effect must take away this many times what still depends on its variable.
-_MIMIC = 6.0
-#: ... and where it took away so many times what depends on something else, that is not its cause.
-_FAR = 10.0
-#: Of what an effect takes away, the least share that is its own beside a smooth function of something else.
-_OWN_SHARE = 0.3
 
 
 def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
-    dropped = True
-    while dropped:
-        dropped = False
-        fit = selection.fit
-        for effect in fit.model.spec.effects:
-            impossible = implausible(fit, effect)
-            model = JointModel.build(
-                fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants
-            )
-            tell(f"trying without {effect.name}")
-            smaller = refit(fit, model)
-            needed = root_mean(left_out_errors(smaller), smaller) > (1.0 + LEAST_GAIN) * root_mean(
-                left_out_errors(fit), fit
-            )
-            if impossible or not needed:
-                selection.fit = smaller
-                candidate = selection.candidates[effect.name]
-                candidate.accepted = False
-                candidate.why = impossible or "became unneeded when other effects were in"
-                selection.alternatives.pop(effect.name, None)
-                selection.p_values.pop(effect.name, None)
-                dropped = True
-                break
-
-
-def drop_mimics(selection: Selection, tell: Callable[[str], None]) -> None:
-    """Drop effects that follow only a part of something else.
-
-    A bump at one place has a Fourier component that a ripple can take away, and what is left still depends on
-    the place: an effect is not the explanation where what is left over its own variable is of the order of
-    what it took away, or where it took away little of what is too much. Nor is it where a smooth function of
-    another variable, on which the residual still depends, takes away nearly the same.
-    """
+    """Drop what no longer lowers the left-out error, least needed first."""
     while True:
         fit = selection.fit
-        left = {test.variable: test.share * fit.sse for test in test_residual(fit) if test.depends}
-        if not left:
-            return
-        generic = generic_columns(fit)
-        floor = len(fit.residual) * fit.model.filtered_noise**2
-        mimics = []
+        old = root_mean(prediction_errors(fit), fit)
+        unneeded: list[tuple[float, Effect, JointFit, str | None]] = []
         for effect in fit.model.spec.effects:
             if effect.name == "inertia":
                 continue
-            tell(f"trying without {effect.name}")
-            model = JointModel.build(
-                fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants
-            )
-            smaller = refit(fit, model)
-            taken = smaller.sse - fit.sse
-            own = [left[variable] for variable in effect.follows if variable in left]
-            others = [
-                generic[variable]
-                for variable, remains in left.items()
-                if variable not in effect.follows and taken < _FAR * remains
-            ]
-            if (
-                taken < LEAST_OF_EXCESS * (smaller.sse - floor)
-                or (own and taken < _MIMIC * max(own))
-                or any(_share_beside(fit, smaller, effect, columns) < _OWN_SHARE for columns in others)
-            ):
-                mimics.append((smaller.sse, effect, smaller))
-        if not mimics:
+            tell(f"trying without {effect.title.lower()}")
+            impossible = implausible(fit, effect)
+            smaller = without(fit, effect)
+            new = root_mean(prediction_errors(smaller), smaller)
+            if impossible or new <= (1.0 + LEAST_GAIN) * old:
+                unneeded.append((new, effect, smaller, impossible))
+        if not unneeded:
             return
-        _, effect, selection.fit = min(mimics, key=lambda mimic: mimic[0])
+        _, effect, smaller, impossible = min(unneeded, key=lambda item: item[0])
+        drop(selection, effect, smaller, impossible or "became unneeded when other effects were in")
+
+
+def veto(selection: Selection, held_out: Callable[[JointFit], float], tell: Callable[[str], None]) -> None:
+    """Take out the effects that make the prediction of the held-out rows worse, the worst first.
+
+    Args:
+        selection: on the training rows.
+        held_out: the error on the held-out rows.
+        tell: as in `select`.
+    """
+    while True:
+        now = held_out(selection.fit)
+        found = []
+        for effect in selection.fit.model.spec.effects:
+            if effect.name == "inertia":
+                continue
+            tell(f"predicting without {effect.title.lower()}")
+            smaller = without(selection.fit, effect)
+            found.append((held_out(smaller), effect, smaller))
+        if not found:
+            return
+        error, effect, smaller = min(found, key=lambda item: item[0])
+        if error > now:
+            return
+        drop(
+            selection,
+            effect,
+            smaller,
+            f"held-out trials are predicted no better with it: {now:.4g} against {error:.4g}",
+        )
+
+
+def without(fit: JointFit, effect: Effect) -> JointFit:
+    """The refit without an effect."""
+    return refit(
+        fit, JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
+    )
+
+
+def drop(selection: Selection, effect: Effect, smaller: JointFit, why: str) -> None:
+    """Take an effect out; `smaller` is the fit without it."""
+    selection.fit = smaller
+    if effect.name in selection.candidates:
         candidate = selection.candidates[effect.name]
-        candidate.accepted = False
-        candidate.why = f"follows only a part of what depends on {' and '.join(left)}"
+        candidate.accepted, candidate.why = False, why
         selection.alternatives.pop(effect.name, None)
         selection.p_values.pop(effect.name, None)
-
-
-def _share_beside(fit: JointFit, without: JointFit, effect: Effect, generic: Array) -> float:
-    """Of what an effect takes away of the residual of the fit without it, the share that is left to take away
-    when generic columns have taken what they can."""
-    background = Background.of(without)
-    n = len(generic)
-    basis, residual = background.basis[:n], background.residual[:n]
-    mine = [name.startswith(f"{effect.name}.") for name in fit.model.names]
-    own = fit.jacobian[:n, mine]
-    own, generic = own - basis @ (basis.T @ own), generic - basis @ (basis.T @ generic)
-
-    def taken(columns: Array) -> float:
-        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        left = residual - columns @ np.linalg.lstsq(columns, residual, rcond=1e-8)[0]
-        return float(residual @ residual - left @ left)
-
-    alone = taken(own)
-    return (taken(np.hstack([generic, own])) - taken(generic)) / max(alone, 1e-300)
 
 
 def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> None:
@@ -133,7 +96,7 @@ def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[st
             tell(f"trying {name} in place of {effect.name}")
             fit = selection.fit
             swapped = swap(fit, effect, by_name[name])
-            before, after = left_out_errors(fit), swapped.left_out
+            before, after = prediction_errors(fit), swapped.left_out
             if root_mean(after, swapped.fit) > (1.0 + LEAST_GAIN) * root_mean(before, fit):
                 continue
             selection.fit = swapped.fit
@@ -155,7 +118,7 @@ def find_alternatives(selection: Selection, library: Sequence[Effect], tell: Cal
     by_name = {effect.name: effect for effect in library}
     fit = selection.fit
     motion = fit.model.recording.motion
-    left_out = left_out_errors(fit)
+    left_out = prediction_errors(fit)
     found: dict[str, list[str]] = {}
     for effect in fit.model.spec.effects:
         if effect.name == "inertia":

@@ -108,6 +108,12 @@ def generic_columns(fit: JointFit) -> dict[str, Array]:
     return columns
 
 
+def motion_columns(fit: JointFit) -> Array:
+    """Smooth functions of position, velocity and acceleration side by side, (filtered rows, n)."""
+    generic = generic_columns(fit)
+    return np.hstack([generic[name] for name in ("position", "velocity", "acceleration") if name in generic])
+
+
 def _line_test(background: Background, name: str, values: Array) -> ResidualTest:
     """The strongest sine of a variable, from one period over its range to what the rows resolve."""
     values = values[background.fit.model.recording.row]
@@ -164,9 +170,4 @@ def _test(background: Background, name: str, columns: Array) -> ResidualTest:
         return ResidualTest(name, 0.0, 1.0)
     left = residual - free @ np.linalg.lstsq(free, residual, rcond=1e-8)[0]
     share = max(float(1.0 - left @ left / (residual @ residual)), 0.0)
-    # the memory of what is left, not of the residual: if the variable explains it, that was no memory
-    recording = background.fit.model.recording
-    effective = n / correlation_rows(left, recording.filtered_trial)
-    spare = max(effective - free.shape[1] - len(background.fit.x), 1.0)
-    ratio = share / free.shape[1] / max((1.0 - share) / spare, 1e-300)
-    return ResidualTest(name, share, float(stats.f.sf(ratio, free.shape[1], spare)))
+    return ResidualTest(name, share, background.chance(left, free))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from idtool.fit.joint import JointFit, effective_rows
+from idtool.fit.covariance import correlation_rows
+from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 from idtool.parameters.correction import VARIABLES, Correction
 
@@ -22,7 +23,7 @@ def fit_correction(fit: JointFit, depends_on: list[str]) -> Correction | None:
     if variable is None or values is None:
         return None
     rows = fit.model.recording.row
-    worth = effective_rows(fit)
+    worth = len(fit.residual) / correlation_rows(fit.residual, fit.model.recording.filtered_trial)
     best: tuple[float, Correction] | None = None
     low, high = np.quantile(values[rows], [_EDGE, 1.0 - _EDGE])
     for count in _KNOTS:

@@ -1,8 +1,9 @@
-"""Which trials are held out: they see neither the parameters nor the choice of effects."""
+"""Which rows are held out: they see neither the parameters nor the choice of effects."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,29 +13,39 @@ from idtool.signals import Recording
 
 #: Every so many trials of an experiment one is held out.
 _EVERY = 4
-#: A recording with fewer trials is cut into blocks of time that stand in for trials.
+#: In a recording with fewer trials blocks of time stand in for trials.
 _LEAST_TRIALS = 4
 _BLOCKS = 16
 
 
 @dataclass(frozen=True)
 class Split:
-    """A recording and its held-out trials.
+    """A recording and its held-out rows.
 
     Attributes:
-        recording: all trials (or the blocks that stand in for them).
-        held_out: indices of the held-out trials.
-        blocks: contiguous blocks of time stand in for trials.
+        recording: all rows; its `fold` numbers the trials, or the blocks of time that stand in for them.
+        held_out: the folds that are held out.
+        blocks: contiguous blocks of time stand in for trials. The motion runs on through those that are held
+            out, so that a block has no start of its own.
     """
 
     recording: Recording
     held_out: tuple[int, ...]
     blocks: bool
 
-    @property
-    def training(self) -> tuple[int, ...]:
-        """Indices of the other trials."""
-        return tuple(t for t in range(self.recording.trials) if t not in self.held_out)
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Mask of the held-out rows, shape (rows,)."""
+        fold = self.recording.motion.trial if self.recording.fold is None else self.recording.fold
+        return np.isin(fold, self.held_out)
+
+    @cached_property
+    def training(self) -> Recording:
+        """What fits and selection see."""
+        if self.blocks:
+            return self.recording.without_rows(self.held)
+        kept = [t for t in range(self.recording.trials) if t not in self.held_out]
+        return self.recording.subset(kept)
 
 
 def split(recording: Recording) -> Split:
@@ -48,9 +59,9 @@ def split(recording: Recording) -> Split:
         held_out = _interior(recording)
         if held_out:
             return Split(recording, held_out, False)
-    cut = cut_into_blocks(recording)
-    held_out = tuple(t for t in range(cut.trials) if t % _EVERY == 2)
-    return Split(cut, held_out, True)
+    fold = _blocks(recording)
+    held_out = tuple(range(2, int(fold.max()) + 1, _EVERY))
+    return Split(replace(recording, fold=fold), held_out, True)
 
 
 def _interior(recording: Recording) -> tuple[int, ...]:
@@ -64,28 +75,23 @@ def _interior(recording: Recording) -> tuple[int, ...]:
     return tuple(sorted(held_out))
 
 
-def cut_into_blocks(recording: Recording) -> Recording:
-    """The same rows with every trial cut into blocks of equal length, each with its own start."""
+def _blocks(recording: Recording) -> NDArray[np.intp]:
+    """Number of the block of time of each row: blocks with equally many rows to compare, none of two trials."""
     motion = recording.motion
-    lengths = np.diff(np.append(motion.starts, len(motion)))
     # a block must be long against the filter, and there must be enough of them to hold one out
-    per_block = max(len(motion) // _BLOCKS, 4 * recording.filter.taps)
-    counts = np.maximum(lengths // per_block, 1)
-    if counts.sum() < _LEAST_TRIALS:
-        raise InputError(
-            f"{len(motion)} rows are too few to hold any out for a diagnosis",
-            file=recording.sources[0],
-            remedy=f"record {_LEAST_TRIALS * per_block} rows at least",
-        )
-    label: NDArray[np.intp] = np.empty(len(motion), dtype=np.intp)
-    experiment: list[str] = []
-    source: list[int] = []
+    per_block = max(np.count_nonzero(recording.usable) // _BLOCKS, 4 * recording.filter.taps)
+    compared = np.cumsum(recording.usable)
+    fold = np.empty(len(motion), dtype=np.intp)
     offset = 0
-    for trial, (start, length, count) in enumerate(zip(motion.starts, lengths, counts, strict=True)):
-        label[start : start + length] = offset + (np.arange(length) * count) // length
-        experiment += [recording.experiment[trial]] * int(count)
-        source += [recording.source[trial]] * int(count)
-        offset += int(count)
-    return replace(
-        recording, motion=replace(motion, trial=label), experiment=tuple(experiment), source=tuple(source)
-    )
+    for begin, end in zip(motion.starts, np.append(motion.starts[1:], len(motion)), strict=True):
+        inside = compared[begin:end] - compared[begin]
+        count = max(int(inside[-1] + 1) // per_block, 1)
+        fold[begin:end] = offset + np.minimum(inside * count // max(int(inside[-1]) + 1, 1), count - 1)
+        offset += count
+    if offset < _LEAST_TRIALS:
+        raise InputError(
+            f"{np.count_nonzero(recording.usable)} rows in motion are too few to hold any out for a diagnosis",
+            file=recording.sources[0],
+            remedy=f"record {_LEAST_TRIALS * per_block} such rows at least",
+        )
+    return fold

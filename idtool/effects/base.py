@@ -221,9 +221,19 @@ class Effect(ABC):
         """
         return None
 
+    def around(self, values: Values, coordinate: str) -> Values:
+        """Those of `values` on which the derivative along a coordinate depends; all, unless an effect of many
+        members knows better."""
+        return values
+
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         """The coordinates that these data let the fit vary."""
         return self.coordinates
+
+    def larger(self, motion: Motion) -> tuple[Effect, ...]:
+        """The same effect with one more member (another family of lines, a shape that bends more), each with
+        all coordinates that it has now. Which of them data ask for is found as for any effect."""
+        return ()
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         """File parameters from fit coordinates and constants."""
@@ -261,6 +271,7 @@ def derivative(
     """Derivative of the contribution with respect to one coordinate (central difference)."""
     value = values[coordinate.name]
     half = coordinate.increment
+    values = effect.around(values, coordinate.name)
     above = effect.from_start(motion, {**values, coordinate.name: value + half}, start)
     below = effect.from_start(motion, {**values, coordinate.name: value - half}, start)
     change = {}
@@ -270,6 +281,16 @@ def derivative(
             continue
         change[name] = (high - low) / (2.0 * half)
     return Contribution(**change)
+
+
+#: Less than this share of the motion in one direction is no motion in it.
+_OTHER_WAY = 0.02
+
+
+def both_ways(motion: Motion) -> bool:
+    """Whether the axis moved in both directions: in one alone a constant torque and friction are one thing."""
+    moving = motion.velocity[motion.velocity != 0.0]
+    return bool(_OTHER_WAY < np.mean(moving > 0.0) < 1.0 - _OTHER_WAY) if len(moving) else False
 
 
 def varies(values: np.ndarray | None, at_least: float) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -10,40 +11,70 @@ from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Valu
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
+_DEGREES = (2, 4)
+
 
 @final
+@dataclass(frozen=True)
 class PositionDependentFriction(Effect):
-    """The shape is a Chebyshev polynomial of degree 2 in x, which is -1 and 1 at the ends."""
+    """The shape is a sum of Chebyshev polynomials in x, which is -1 and 1 at the ends.
+
+    Attributes:
+        degree: of the highest one.
+    """
+
+    degree: int = 2
 
     name = "position_dependent_friction"
     title = "Position-dependent friction"
     follows = ("position",)
-    formula = "g(w) (1 + s1 x + s2 (2 x^2 - 1)), x = (q - centre) / half stroke, held at the ends"
+    formula = "g(w) (1 + sum over k of s_k T_k(x)), x = (q - centre) / half stroke, held at the ends"
     reveals = "the same speed at different places"
     look_alikes = ("position_stiffness", "position_ripple")
     citation = "Armstrong-Helouvry et al. 1994, section 3"
     parameters = (
         EffectParameter("slope_1", "number", "relative change from the centre to an end", -0.9, 0.9),
-        EffectParameter("slope_2", "number", "relative change, curved part", -0.9, 0.9),
+        EffectParameter("slope_2", "number", "relative change, curved part T_2", -0.9, 0.9),
+        EffectParameter("slope_3", "number", "relative change, part T_3", -0.9, 0.9, optional=True),
+        EffectParameter("slope_4", "number", "relative change, part T_4", -0.9, 0.9, optional=True),
         EffectParameter("center", "position", "middle of the stroke that was moved"),
         EffectParameter("half_stroke", "position", "half of it", 0.0),
     )
-    coordinates = (
-        Coordinate("slope_1", lower=-0.9, upper=0.9, increment=1e-2),
-        Coordinate("slope_2", lower=-0.9, upper=0.9, increment=1e-2),
+    coordinates = tuple(
+        Coordinate(f"slope_{k}", lower=-0.9, upper=0.9, increment=1e-2) for k in range(1, _DEGREES[-1] + 1)
     )
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         x = np.clip((motion.position - values["center"]) / values["half_stroke"], -1.0, 1.0)
-        return Contribution(level_change=values["slope_1"] * x + values["slope_2"] * (2.0 * x * x - 1.0))
+        before, now, change = np.ones(len(x)), x, values["slope_1"] * x
+        for k in range(2, _degree(values) + 1):
+            before, now = now, 2.0 * x * now - before
+            change = change + values[f"slope_{k}"] * now
+        return Contribution(level_change=change)
 
     def in_c(self, values: Values) -> CForm:
         code = """
             const float x = clamp((row->position - center) * (1.0f / half_stroke), -1.0f, 1.0f);
             sum->level_change += slope_1 * x + slope_2 * (2.0f * x * x - 1.0f);
         """
+        if "slope_3" in values:
+            code += "sum->level_change += slope_3 * (4.0f * x * x - 3.0f) * x;"
+            code += "sum->level_change += slope_4 * (8.0f * x * x * (x * x - 1.0f) + 1.0f);"
         return CForm(code, values)
+
+    def active(self, motion: Motion) -> tuple[Coordinate, ...]:
+        return self.coordinates[: self.degree]
+
+    def larger(self, motion: Motion) -> tuple[Effect, ...]:
+        return tuple(PositionDependentFriction(degree) for degree in _DEGREES if degree > self.degree)[:1]
 
     def constants(self, motion: Motion) -> dict[str, float]:
         low, high = float(np.min(motion.position)), float(np.max(motion.position))
         return {"center": 0.5 * (low + high), "half_stroke": 0.5 * (high - low)}
+
+    def to_parameters(self, values: Values) -> dict[str, float]:
+        return {p.name: values[p.name] for p in self.parameters if p.name in values}
+
+
+def _degree(values: Values) -> int:
+    return max(k for k in range(1, _DEGREES[-1] + 1) if f"slope_{k}" in values)

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import final
 
 import numba
 import numpy as np
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, Wave
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, Wave, both_ways
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
 _HARMONICS = (1, 2)
+_MOST_FAMILIES = 6
 #: Fewer periods than this over the stroke look like a stiffness, an offset or a friction slope.
 _LEAST_PERIODS = 2.0
 
 
 @numba.njit(cache=True)
 def _harmonics(position: Array, cycles: float, strengths: Array, out: Array) -> None:
-    """Sum of sines and cosines of multiples of an angle; the multiples follow from the first two."""
+    """Add sines and cosines of multiples of an angle; the multiples follow from the first two."""
     for k in range(position.shape[0]):
         angle = cycles * position[k]
         sine, cosine = math.sin(angle), math.cos(angle)
@@ -28,63 +30,128 @@ def _harmonics(position: Array, cycles: float, strengths: Array, out: Array) -> 
         for n in range(strengths.shape[0]):
             s, c = s * cosine + c * sine, c * cosine - s * sine
             total += strengths[n, 0] * s + strengths[n, 1] * c
-        out[k] = total
+        out[k] += total
+
+
+def _prefix(family: int) -> str:
+    """What the names of a family's numbers begin with; those of the first have none."""
+    return f"family_{family}_" if family > 1 else ""
+
+
+def _coordinates(family: int, directed: bool) -> tuple[Coordinate, ...]:
+    names = [f"{part}_{k}" for k in _HARMONICS for part in ("sin", "cos")]
+    names += ["turned_sin_1", "turned_cos_1"] if directed else []
+    cycles = Coordinate(f"{_prefix(family)}cycles", null=1.0, lower=0.0, increment=1e-3)
+    return (*(Coordinate(_prefix(family) + name) for name in names), cycles)
+
+
+def _parameters(family: int) -> tuple[EffectParameter, ...]:
+    def one(
+        name: str, dimension: str, meaning: str, lower: float, upper: float = math.inf, optional: bool = False
+    ) -> EffectParameter:
+        return EffectParameter(
+            _prefix(family) + name, dimension, meaning, lower, upper, optional or family > 1
+        )
+
+    which = f"of family {family}: " if family > 1 else ""
+    told = "n, waves per turn: sin(n q); on a linear axis per metre: sin(2 pi n x)"
+    found = [one("cycles", "spatial_frequency", which + told, 0.0)]
+    for k, called in zip(_HARMONICS, ("fundamental", "second harmonic"), strict=True):
+        found.append(one(f"amplitude_{k}", "torque", f"{which}amplitude of the {called}", 0.0))
+        found.append(one(f"phase_{k}", "phase", f"{which}phase of the {called}", -math.pi, math.pi))
+    told = f"{which}what changes its sign with the direction, "
+    found.append(one("turned_amplitude_1", "torque", f"{told}amplitude", 0.0, optional=True))
+    found.append(one("turned_phase_1", "phase", f"{told}phase", -math.pi, math.pi, True))
+    return tuple(found)
 
 
 @final
+@dataclass(frozen=True)
 class PositionRipple(Effect):
+    """One or several families of lines, each with a spatial frequency of its own and its second harmonic.
+
+    A real gearbox has several at once: motor poles, gear mesh or wave generator, once per turn. Where the
+    data ask for it the fundamental has another phase in the other direction.
+
+    Attributes:
+        directed: for each family, whether its phase differs between the directions.
+    """
+
+    directed: tuple[bool, ...] = (False,)
+
     name = "position_ripple"
     title = "Position ripple"
     follows = ("position",)
-    formula = "sum over k = 1, 2 of A_k sin(k n q + phi_k)"
+    formula = "sum over families n and k = 1, 2 of A_k sin(k n q + phi_k)"
     reveals = "a slow sweep over the whole stroke; its spectrum over the angle"
     look_alikes = ("position_stiffness", "position_dependent_friction", "external_periodic")
     citation = "Armstrong-Helouvry 1991; Villagran et al. 2009 (cogging)"
-    parameters = (
-        EffectParameter(
-            "cycles",
-            "spatial_frequency",
-            "n, waves per turn: sin(n q); on a linear axis per metre: sin(2 pi n x)",
-            0.0,
-        ),
-        EffectParameter("amplitude_1", "torque", "amplitude of the fundamental", 0.0),
-        EffectParameter("phase_1", "phase", "phase of the fundamental", -math.pi, math.pi),
-        EffectParameter("amplitude_2", "torque", "amplitude of the second harmonic", 0.0),
-        EffectParameter("phase_2", "phase", "phase of the second harmonic", -math.pi, math.pi),
-    )
-    coordinates = (
-        Coordinate("sin_1"),
-        Coordinate("cos_1"),
-        Coordinate("sin_2"),
-        Coordinate("cos_2"),
-        Coordinate("cycles", null=1.0, lower=0.0, increment=1e-3),
-    )
+    parameters = tuple(p for family in range(1, _MOST_FAMILIES + 1) for p in _parameters(family))
+    coordinates = tuple(c for family in range(1, _MOST_FAMILIES + 1) for c in _coordinates(family, True))
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
-        torque = np.empty(len(motion))
-        strengths = np.array([[values[f"sin_{k}"], values[f"cos_{k}"]] for k in _HARMONICS])
-        _harmonics(motion.position, values["cycles"], strengths, torque)
+        torque = np.zeros(len(motion))
+        for prefix in _families(values):
+            strengths = np.array(
+                [[values[f"{prefix}sin_{k}"], values[f"{prefix}cos_{k}"]] for k in _HARMONICS]
+            )
+            _harmonics(motion.position, values[f"{prefix}cycles"], strengths, torque)
+            if f"{prefix}turned_sin_1" in values:
+                turned = np.zeros(len(motion))
+                strength = np.array([[values[f"{prefix}turned_sin_1"], values[f"{prefix}turned_cos_1"]]])
+                _harmonics(motion.position, values[f"{prefix}cycles"], strength, turned)
+                torque += np.sign(motion.velocity) * turned
         return Contribution(torque=torque)
 
     def in_c(self, values: Values) -> CForm:
-        code = """
-            float s, c;
-            sine_and_cosine(cycles * row->position, &s, &c);
-            /* the double angle by s and c: sin 2x = 2 s c, cos 2x = 1 - 2 s s */
-            sum->torque += s * (sin_1 + 2.0f * sin_2 * c - 2.0f * cos_2 * s) + cos_1 * c + cos_2;
-        """
-        return CForm(code, values)
+        lines = ["float s, c;"]
+        for prefix in _families(values):
+            sin_1, cos_1, sin_2, cos_2 = (
+                f"{prefix}{part}_{k}" for k in _HARMONICS for part in ("sin", "cos")
+            )
+            lines += [
+                f"sine_and_cosine({prefix}cycles * row->position, &s, &c);",
+                "/* the double angle by s and c: sin 2x = 2 s c, cos 2x = 1 - 2 s s */",
+                f"sum->torque += s * ({sin_1} + 2.0f * {sin_2} * c - 2.0f * {cos_2} * s) + {cos_1} * c + {cos_2};",
+            ]
+            if f"{prefix}turned_sin_1" in values:
+                turned = f"{prefix}turned_sin_1 * s + {prefix}turned_cos_1 * c"
+                lines += [
+                    f"if (above(row->velocity, 0.0f)) sum->torque += {turned};",
+                    f"else if (is_negative(row->velocity)) sum->torque -= {turned};",
+                ]
+        return CForm("\n".join(lines), values)
+
+    def around(self, values: Values, coordinate: str) -> Values:
+        prefix = next((p for p in reversed(_families(values)) if p and coordinate.startswith(p)), "")
+        own = {name: v for name, v in values.items() if name.startswith("family_") == bool(prefix)}
+        return {name: v for name, v in own.items() if name.startswith(prefix)}
+
+    def active(self, motion: Motion) -> tuple[Coordinate, ...]:
+        return tuple(c for k, own in enumerate(self.directed, 1) for c in _coordinates(k, own))
+
+    def larger(self, motion: Motion) -> tuple[Effect, ...]:
+        families = (*self.directed, False)
+        more: list[Effect] = [PositionRipple(families)] if len(families) <= _MOST_FAMILIES else []
+        if both_ways(motion):
+            for k, own in enumerate(self.directed):
+                if not own:
+                    more.append(PositionRipple((*self.directed[:k], True, *self.directed[k + 1 :])))
+        return tuple(more)
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
-        return [{"cycles": self.wave(motion).lowest}]
+        wave = self.wave(motion)
+        return [{wave.coordinate: wave.lowest}]
 
     def wave(self, motion: Motion) -> Wave:
+        """Of the last family."""
         stroke = max(float(np.ptp(motion.position)), 1e-12)
         moving = np.abs(np.diff(motion.position))[~motion.first[1:]]
         # at the slowest tenth of the moving rows a period must hold at least six samples
         step = float(np.quantile(moving[moving > 0], 0.1)) if np.any(moving > 0) else stroke
         lowest = _LEAST_PERIODS * 2.0 * math.pi / stroke
-        return Wave("cycles", motion.position, lowest, 2.0 * math.pi / (6.0 * step))
+        name = f"{_prefix(len(self.directed))}cycles"
+        return Wave(name, motion.position, lowest, 2.0 * math.pi / (6.0 * step))
 
     def untestable(self, motion: Motion) -> str | None:
         wave = self.wave(motion)
@@ -93,16 +160,34 @@ class PositionRipple(Effect):
         )
 
     def to_parameters(self, values: Values) -> dict[str, float]:
-        result = {"cycles": values["cycles"]}
-        for k in _HARMONICS:
-            result[f"amplitude_{k}"] = math.hypot(values[f"sin_{k}"], values[f"cos_{k}"])
-            result[f"phase_{k}"] = math.atan2(values[f"cos_{k}"], values[f"sin_{k}"])
+        result: dict[str, float] = {}
+        for prefix in _families(values):
+            result[f"{prefix}cycles"] = values[f"{prefix}cycles"]
+            for part in _parts(prefix, values):
+                sine, cosine = values[f"{prefix}{part[0]}"], values[f"{prefix}{part[1]}"]
+                result[f"{prefix}{part[2]}"] = math.hypot(sine, cosine)
+                result[f"{prefix}{part[3]}"] = math.atan2(cosine, sine)
         return result
 
     def to_values(self, parameters: Values) -> dict[str, float]:
-        result = {"cycles": parameters["cycles"]}
-        for k in _HARMONICS:
-            amplitude, phase = parameters[f"amplitude_{k}"], parameters[f"phase_{k}"]
-            result[f"sin_{k}"] = amplitude * math.cos(phase)
-            result[f"cos_{k}"] = amplitude * math.sin(phase)
+        result: dict[str, float] = {}
+        for prefix in _families(parameters):
+            result[f"{prefix}cycles"] = parameters[f"{prefix}cycles"]
+            for part in _parts(prefix, parameters):
+                amplitude, phase = parameters[f"{prefix}{part[2]}"], parameters[f"{prefix}{part[3]}"]
+                result[f"{prefix}{part[0]}"] = amplitude * math.cos(phase)
+                result[f"{prefix}{part[1]}"] = amplitude * math.sin(phase)
         return result
+
+
+def _families(values: Values) -> list[str]:
+    """Prefix of every family whose numbers are there."""
+    return [_prefix(k) for k in range(1, _MOST_FAMILIES + 1) if f"{_prefix(k)}cycles" in values]
+
+
+def _parts(prefix: str, values: Values) -> list[tuple[str, str, str, str]]:
+    """Names of sine and cosine strength, amplitude and phase of every line of a family."""
+    parts = [(f"sin_{k}", f"cos_{k}", f"amplitude_{k}", f"phase_{k}") for k in _HARMONICS]
+    if f"{prefix}turned_sin_1" in values or f"{prefix}turned_amplitude_1" in values:
+        parts.append(("turned_sin_1", "turned_cos_1", "turned_amplitude_1", "turned_phase_1"))
+    return parts

@@ -2,43 +2,100 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import final
+
+import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
+#: Degrees of the shape; cables and hoses are no straight lines.
+_DEGREES = (1, 3, 5)
+
 
 @final
+@dataclass(frozen=True)
 class PositionStiffness(Effect):
-    """Its neutral position holds any constant offset as well: the two cannot be told apart."""
+    """A straight line, or a polynomial where the data ask for it; outside the stroke the line goes on.
+
+    Its neutral position holds any constant offset as well: the two cannot be told apart.
+
+    Attributes:
+        degree: of the polynomial.
+    """
+
+    degree: int = 1
 
     name = "position_stiffness"
     title = "Position stiffness"
     follows = ("position",)
-    formula = "k (q - q0)"
+    formula = (
+        "k (q - q0) + sum over k = 2, ... of c_k T_k(x), x = (q - centre) / half stroke, held at the ends"
+    )
     reveals = "slow moves over the whole stroke"
     look_alikes = ("torque_offset", "position_dependent_friction", "position_ripple")
     absorbs = ("torque_offset",)
-    citation = "Hooke's law; cable and hose springs in Bittencourt et al. 2012"
+    citation = "Hooke's law; cable and hose springs in Bittencourt et al. 2012; Chebyshev polynomials T_k"
     parameters = (
         EffectParameter("stiffness", "stiffness", "spring rate k"),
-        EffectParameter("neutral", "position", "position q0 at which the spring is slack"),
+        EffectParameter("neutral", "position", "position q0 at which the straight spring is slack"),
+        *(
+            EffectParameter(f"shape_{k}", "torque", f"coefficient of T_{k}", optional=True)
+            for k in range(2, _DEGREES[-1] + 1)
+        ),
+        EffectParameter("center", "position", "middle of the stroke that was moved", optional=True),
+        EffectParameter("half_stroke", "position", "half of it", 0.0, optional=True),
     )
-    coordinates = (Coordinate("stiffness"), Coordinate("pull"))
+    coordinates = (
+        Coordinate("stiffness"),
+        Coordinate("pull"),
+        *(Coordinate(f"shape_{k}") for k in range(2, _DEGREES[-1] + 1)),
+    )
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return Contribution(torque=values["stiffness"] * motion.position + values["pull"])
+        torque = values["stiffness"] * motion.position + values["pull"]
+        if "shape_2" in values:
+            x = np.clip((motion.position - values["center"]) / values["half_stroke"], -1.0, 1.0)
+            before, now = np.ones(len(x)), x
+            for k in range(2, _degree(values) + 1):
+                before, now = now, 2.0 * x * now - before
+                torque = torque + values[f"shape_{k}"] * now
+        return Contribution(torque=torque)
 
     def in_c(self, values: Values) -> CForm:
-        return CForm("sum->torque += stiffness * row->position + pull;", values)
+        lines = ["sum->torque += stiffness * row->position + pull;"]
+        if "shape_2" in values:
+            lines += [
+                "const float x = clamp((row->position - center) * (1.0f / half_stroke), -1.0f, 1.0f);",
+                "float before = 1.0f, now = x, next;",
+            ]
+            for k in range(2, _degree(values) + 1):
+                lines.append("next = 2.0f * x * now - before; before = now; now = next;")
+                lines.append(f"sum->torque += shape_{k} * now;")
+        return CForm("\n".join(lines), values)
+
+    def active(self, motion: Motion) -> tuple[Coordinate, ...]:
+        return self.coordinates[: self.degree + 1]
+
+    def larger(self, motion: Motion) -> tuple[Effect, ...]:
+        return tuple(PositionStiffness(degree) for degree in _DEGREES if degree > self.degree)[:1]
+
+    def constants(self, motion: Motion) -> dict[str, float]:
+        low, high = float(np.min(motion.position)), float(np.max(motion.position))
+        return {"center": 0.5 * (low + high), "half_stroke": 0.5 * (high - low)}
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         stiffness = values["stiffness"]
-        return {"stiffness": stiffness, "neutral": -values["pull"] / stiffness if stiffness else 0.0}
+        result = {"stiffness": stiffness, "neutral": -values["pull"] / stiffness if stiffness else 0.0}
+        kept = [f"shape_{k}" for k in range(2, _degree(values) + 1)]
+        return result | {name: values[name] for name in ([*kept, "center", "half_stroke"] if kept else [])}
 
     def to_values(self, parameters: Values) -> dict[str, float]:
-        return {
-            "stiffness": parameters["stiffness"],
-            "pull": -parameters["stiffness"] * parameters["neutral"],
-        }
+        kept = {name: value for name, value in parameters.items() if name != "neutral"}
+        return kept | {"pull": -parameters["stiffness"] * parameters["neutral"]}
+
+
+def _degree(values: Values) -> int:
+    return max((k for k in range(2, _DEGREES[-1] + 1) if f"shape_{k}" in values), default=1)

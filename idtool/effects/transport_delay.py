@@ -8,6 +8,9 @@ from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Valu
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 
+#: Delays from which a search starts, s: the torque is far from linear in a long one.
+_TRIED_S = (0.002, 0.006, 0.015, 0.035)
+
 
 @final
 class TransportDelay(Effect):
@@ -23,6 +26,9 @@ class TransportDelay(Effect):
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return Contribution(delay=values["delay"])
+
+    def starts(self, motion: Motion) -> list[dict[str, float]]:
+        return [{"delay": sign * size} for size in _TRIED_S for sign in (-1.0, 1.0)]
 
     def in_c(self, values: Values) -> CForm:
         return CForm("sum->delay += delay;", values, looks_back_s=abs(values["delay"]))

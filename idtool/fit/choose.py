@@ -9,7 +9,9 @@ import numpy as np
 from idtool.effects import registry
 from idtool.fit.identifiability import Shortcoming, low_speeds, presliding, stribeck_seen
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
+from idtool.fit.left_out import predicts_better
 from idtool.fit.model import FrictionKind, JointModel, Spec
+from idtool.fit.restart import worth_a_restart
 from idtool.fit.search import search
 from idtool.model import gravity
 from idtool.model.motion import Array
@@ -19,6 +21,8 @@ from idtool.signals import Recording
 GRAVITY_CHOICES = ("auto", "slide", "arm", "none")
 #: An arm's sine and cosine must take away this share of the torque's square to be taken for gravity.
 _ARM_GAIN = 0.05
+#: ... and a cubic spring must not leave less than this share of what they leave.
+_SPRING = 0.7
 _LEAST_SPAN = 1e-3
 #: Bayesian evidence for a richer friction law (Kass & Raftery 1995 call 6 "strong").
 _CLEAR_EVIDENCE = 6.0
@@ -28,7 +32,7 @@ def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | No
     """The gravity model, and which of its coefficients these data can show.
 
     `auto` takes the slide where payload or tilt was logged, the arm where neither was and the torque
-    follows the sine and cosine of the angle, and none otherwise.
+    follows the sine and cosine of the angle, better than a spring that bends would, and none otherwise.
     """
     motion = recording.motion
     if choice == "auto":
@@ -66,7 +70,11 @@ def _swings(recording: Recording) -> bool:
         solution = np.linalg.lstsq(regressors, target, rcond=1e-10)[0]
         return float(np.sum((target - regressors @ solution) ** 2))
 
-    return left(plain) - left(with_arm) > _ARM_GAIN * float(np.sum((target - target.mean()) ** 2))
+    arm = left(with_arm)
+    x = motion.position - motion.position.mean()
+    spring = left([*plain, x, x**2, x**3])
+    gained = left(plain) - arm > _ARM_GAIN * float(np.sum((target - target.mean()) ** 2))
+    return gained and spring > _SPRING * arm
 
 
 def first_fit(
@@ -88,6 +96,21 @@ def first_fit(
     fits = [solve(model, model.coordinates(point.values), most=25) for point in points]
     best = min(fits, key=lambda fit: fit.sse)
     return solve(model, best.x)
+
+
+def first_fits(
+    recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 120
+) -> list[JointFit]:
+    """First fits in the order in which to trust them: the bristle bends over a small share of the stroke, and,
+    where that leaves more than noise and a softer one predicts better what it did not see, a softer one."""
+    stiff = first_fit(recording, spec, optimizer=optimizer, seed=seed, evaluations=evaluations)
+    if spec.friction != "lugre" or not worth_a_restart(stiff):
+        return [stiff]
+    soft = first_fit(
+        recording, replace(spec, soft=True), optimizer=optimizer, seed=seed, evaluations=evaluations
+    )
+    earned = predicts_better(soft, stiff) and soft.model.bend(soft.x) > 0.9 * stiff.model.longest_bend
+    return [stiff, soft] if earned else [stiff]
 
 
 def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:

@@ -60,7 +60,7 @@ def uncertainty(jacobian: Array, residual: Array, trial: NDArray[np.intp]) -> Un
     whiten = vectors[:, alive] / np.sqrt(values[alive])
     white = scaled[:rows] @ whiten
     rho = autocorrelation(residual, trial)
-    starts = _block_starts(trial, _correlation_time(rho))
+    starts = block_starts(trial, _correlation_time(rho))
     meat = np.zeros((white.shape[1], white.shape[1]))
     squares = np.zeros(size)
     direction = whiten / np.maximum(np.linalg.norm(whiten, axis=1, keepdims=True), 1e-300)
@@ -81,10 +81,16 @@ def uncertainty(jacobian: Array, residual: Array, trial: NDArray[np.intp]) -> Un
     return Uncertainty(covariance, np.clip(1.0 / np.maximum(squares, 1e-300), 1.0, max(len(starts) - 1, 1)))
 
 
-def _block_starts(trial: NDArray[np.intp], time: float) -> NDArray[np.intp]:
-    """First row of each block: contiguous parts of a trial, long against the correlation time."""
+def block_starts(trial: NDArray[np.intp], time: float, fewest: int = _FEWEST) -> NDArray[np.intp]:
+    """First row of each block: contiguous parts of a trial, long against the correlation time.
+
+    Args:
+        trial: trial of each row.
+        time: correlation time, rows.
+        fewest: shorter blocks rather than fewer of them.
+    """
     length = max(4, int(np.ceil(_BLOCK * time)))
-    length = min(length, max(len(trial) // _FEWEST, 4))
+    length = min(length, max(len(trial) // fewest, 4))
     first = np.flatnonzero(np.diff(trial, prepend=-1))
     sizes = np.diff(np.append(first, len(trial)))
     parts = [

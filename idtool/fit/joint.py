@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from idtool.errors import InputError
 from idtool.fit.covariance import Uncertainty, correlation_rows, uncertainty
+from idtool.fit.levenberg import minimise
 from idtool.fit.model import JointModel
 from idtool.fit.starts import free_starts, settled, with_starts
 from idtool.model.motion import Array
@@ -35,6 +35,7 @@ class JointFit:
         jacobian: projected, (filtered rows + trials, coordinates).
         evaluations: how often the model was evaluated.
         held: coordinates that were not varied.
+        converged: whether nothing more was to be gained; it ran out of evaluations otherwise.
     """
 
     model: JointModel
@@ -45,6 +46,7 @@ class JointFit:
     jacobian: Array
     evaluations: int
     held: frozenset[str] = frozenset()
+    converged: bool = True
 
     @property
     def sse(self) -> float:
@@ -153,7 +155,7 @@ def solve(
     span = np.where(np.isfinite(high - low), high - low, 1.0)
     inside = np.clip(x, low + 2e-6 * span, high - 2e-6 * span)
     scale = model.bend(inside) if bend is None else bend
-    scale = min(scale, 20.0 * model.scales.travel)
+    scale = min(scale, model.longest_bend)
     varied = np.array([name not in held for name in model.names])
     cache: dict[bytes, Array] = {}
 
@@ -176,23 +178,13 @@ def solve(
         assert result is not None
         return -result
 
-    found = optimize.least_squares(
-        residual,
-        inside[varied],
-        jacobian,
-        bounds=(low[varied], high[varied]),
-        x_scale="jac",
-        ftol=1e-7,
-        xtol=1e-7,
-        gtol=1e-12,
-        max_nfev=most,
-    )
+    found = minimise(residual, jacobian, inside[varied], low[varied], high[varied], most=most)
     best = whole(found.x)
     evaluation = model.evaluate(best, scale)
     last = model.differentiate(best, scale, evaluation.start)
     assert last.jacobian is not None
     return JointFit(
-        model, best, scale, evaluation.start, evaluation.residual, last.jacobian, int(found.nfev), held
+        model, best, scale, evaluation.start, evaluation.residual, last.jacobian, found.evaluations, held, found.converged
     )
 
 
@@ -226,11 +218,6 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
     )
 
 
-def effective_rows(fit: JointFit) -> float:
-    """How many independent rows the residual is worth."""
-    return len(fit.residual) / correlation_rows(fit.residual, fit.model.recording.filtered_trial)
-
-
 def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:
     """By how much the larger of two nested models lowers the Bayesian information criterion.
 
@@ -238,7 +225,9 @@ def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:
     both, so that the two are compared on the same number of rows. A start of a trial, which only its
     first rows determine, costs what Akaike's criterion asks of a parameter.
     """
-    effective = effective_rows(larger)
+    effective = len(larger.residual) / correlation_rows(
+        larger.residual, larger.model.recording.filtered_trial
+    )
     likelihood = effective * float(np.log(smaller.sse / larger.sse))
     starts = free_starts(larger.model) - free_starts(smaller.model)
     return likelihood - (len(larger.x) - len(smaller.x)) * float(np.log(effective)) - 2.0 * starts

@@ -18,9 +18,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.effects.base import Effect, derivative
+from idtool.effects.base import Coordinate, Effect, derivative
 from idtool.model import gravity
-from idtool.model.contribution import Contribution, combine
+from idtool.model.contribution import Contribution, Term, combine
 from idtool.model.motion import Array, Motion
 from idtool.model.torque import Direction, Friction, linearise, predict
 from idtool.parameters import GRAVITY_MODELS
@@ -34,6 +34,9 @@ _FRICTION_COORDINATES: dict[FrictionKind, tuple[str, ...]] = {
     "stribeck": ("coulomb", "static", "stribeck_velocity", "viscous"),
     "coulomb": ("coulomb", "viscous"),
 }
+#: The bristle may bend over this share of the stroke, or over so many strokes where it is `soft`.
+_STIFF_BEND = 0.25
+_SOFT_BEND = 20.0
 #: Coordinates that are logarithms.
 LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
 
@@ -47,22 +50,26 @@ class Spec:
         gravity: "slide", "arm" or None.
         gravity_columns: which of the two gravity coefficients the data can show.
         effects: in the order in which they were accepted.
+        soft: whether the bristle may bend over more than a small share of the stroke (the paper's does). It
+            can then stand for a spring, an offset or gravity, so that has to be earned.
     """
 
     friction: FrictionKind
     gravity: str | None
     gravity_columns: tuple[str, ...]
     effects: tuple[Effect, ...] = ()
+    soft: bool = False
 
     def adding(self, effect: Effect) -> Spec:
         """The same with one more effect, in place of those that are special cases of it."""
-        kept = tuple(other for other in self.effects if other.name not in effect.absorbs)
-        return Spec(self.friction, self.gravity, self.gravity_columns, (*kept, effect))
+        replaced = (effect.name, *effect.absorbs)
+        kept = tuple(other for other in self.effects if other.name not in replaced)
+        return replace(self, effects=(*kept, effect))
 
     def without(self, name: str) -> Spec:
         """The same without an effect."""
         kept = tuple(effect for effect in self.effects if effect.name != name)
-        return Spec(self.friction, self.gravity, self.gravity_columns, kept)
+        return replace(self, effects=kept)
 
 
 @dataclass(frozen=True)
@@ -180,13 +187,14 @@ class JointModel:
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bound of every coordinate."""
         s = self.scales
+        typical, most = self.friction_sizes
         table: dict[str, tuple[float, float]] = {
-            "coulomb": (math.log(1e-4 * s.torque), math.log(50.0 * s.torque)),
-            "static": (math.log(1e-4 * s.torque), math.log(50.0 * s.torque)),
+            "coulomb": (math.log(1e-4 * s.torque), math.log(most)),
+            "static": (math.log(1e-4 * s.torque), math.log(most)),
             "stribeck_velocity": (math.log(0.2 * s.slowest), math.log(3.0 * s.speed)),
             "viscous": (0.0, 100.0 * s.torque / s.speed),
             "bristle_stiffness": (
-                math.log(0.02 * s.torque / s.travel),
+                math.log(typical / self.longest_bend),
                 math.log(5.0 * s.torque / s.shortest_bend),
             ),
             "bristle_damping": (0.0, 1000.0 * s.torque / s.speed),
@@ -196,6 +204,21 @@ class JointModel:
                 table[f"{effect.name}.{c.name}"] = (c.lower, c.upper)
         pairs = [table.get(name, (-math.inf, math.inf)) for name in self.names]
         return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
+
+    @property
+    def longest_bend(self) -> float:
+        """The most that the bristle may bend, rad (m)."""
+        share = _SOFT_BEND if self.spec.soft else _STIFF_BEND
+        return max(share * self.scales.travel, 4.0 * self.scales.shortest_bend)
+
+    @cached_property
+    def friction_sizes(self) -> tuple[float, float]:
+        """The typical and the largest torque that can have been friction: what was measured, gravity out."""
+        target, columns = self.measured, self.recording.filtered(self.gravity_columns)
+        if columns.shape[1]:
+            target = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]
+        size = np.abs(target)
+        return float(np.median(size)) + 1e-12, float(np.max(size)) + 1e-12
 
     @cached_property
     def stiff(self) -> float:
@@ -272,19 +295,36 @@ class JointModel:
             owner, _, part = name.partition(".")
             if owner == "gravity":
                 column = self.gravity_columns[:, self.spec.gravity_columns.index(part)]
-                result.append(Direction(effect=Contribution(torque=column)))
+                result.append(Direction(effect=Contribution(torque=column), origin=(name, ())))
             elif part:
                 effect = effects[owner]
-                coordinate = next(c for c in effect.coordinates if c.name == part)
+                # a run that is only thought of may not show all that the fitted one did
+                known = {c.name: c for c in (*effect.coordinates, *effect.active(motion))}
+                coordinate = known[part]
                 values, start = self.effect_values(x, effect), self.starts.get(owner)
-                change = derivative(effect, motion, values, coordinate, start)
-                result.append(Direction(effect=change))
+                result.append(self._direction(effect, values, coordinate, start))
             elif name == "coulomb" and self.spec.friction == "coulomb":
                 result.append(Direction(coulomb=value[name], static=value[name]))
             else:
                 unit = value[name] if name in LOGARITHMIC else 1.0
                 result.append(replace(Direction(), **{name: unit}))  # type: ignore[arg-type]
         return result
+
+    def _direction(
+        self, effect: Effect, values: Mapping[str, float], coordinate: Coordinate, start: Array | None
+    ) -> Direction:
+        """Along one coordinate of an effect. One that enters linearly depends on the shape coordinates only."""
+        name = f"{effect.name}.{coordinate.name}"
+        if coordinate.increment != 1.0 or start is not None:
+            return Direction(effect=derivative(effect, self.recording.motion, values, coordinate, start))
+        linear = {c.name for c in effect.active(self.recording.motion) if c.increment == 1.0}
+        around = effect.around(values, coordinate.name)
+        shape = tuple(sorted((key, value) for key, value in around.items() if key not in linear))
+        known = self.recording.derivatives.get(name)
+        if known is None or known[0] != shape:
+            change = derivative(effect, self.recording.motion, values, coordinate)
+            known = self.recording.derivatives[name] = (shape, change)
+        return Direction(effect=known[1], origin=(name, shape))
 
     def bend(self, x: Array) -> float:
         """How far the bristle can bend at coordinates `x`: the scale of its unknown start."""
@@ -311,16 +351,33 @@ class JointModel:
     def project(self, x: Array, bend: float, start: Array, directions: Sequence[Direction]) -> Evaluation:
         """As `differentiate`, along any directions (columns that a candidate effect would add)."""
         recording = self.recording
-        prediction, full = linearise(
-            recording.motion, self.friction(x), self.contribution(x), start, directions
-        )
-        columns = np.column_stack(
-            [recording.filtered(c) for c in (prediction.torque, prediction.start_column, *full.T)]
-        )
-        residual = self.measured - columns[:, 0]
-        projected, moved = self.eliminate_columns(columns[:, 2:], columns[:, 1], bend)
+        effect = self.contribution(x)
+        # what only adds a torque needs no bristle, unless something acts on the finished torque
+        finished = [effect, *(direction.effect for direction in directions)]
+        apart = all(_is_zero(one.delay) and _is_zero(one.saturation) for one in finished)
+        through = [d for d in directions if not (apart and d.only_adds)]
+        prediction, full = linearise(recording.motion, self.friction(x), effect, start, through)
+        filtered = recording.filtered_columns(prediction.torque, prediction.start_column, *full.T)
+        residual = self.measured - filtered[:, 0]
+        following = iter(filtered[:, 2:].T)
+        columns = np.empty((len(residual), len(directions)))
+        for place, direction in enumerate(directions):
+            adds = apart and direction.only_adds
+            columns[:, place] = self._added(direction) if adds else next(following)
+        projected, moved = self.eliminate_columns(columns, filtered[:, 1], bend)
         penalty = self._weight(bend) * start
         return Evaluation(residual, start, penalty, np.vstack([projected, -self._weight(bend) * moved]))
+
+    def _added(self, direction: Direction) -> Array:
+        """Filtered torque of a direction that only adds one; the last one of each origin is kept."""
+        torque = np.broadcast_to(direction.effect.torque, len(self.recording.motion))
+        if direction.origin is None:
+            return self.recording.filtered(torque)
+        name, depends_on = direction.origin
+        known = self.recording.added.get(name)
+        if known is None or known[0] != depends_on:
+            known = self.recording.added[name] = (depends_on, self.recording.filtered(torque))
+        return known[1]
 
     def eliminate_columns(self, columns: Array, start_column: Array, bend: float) -> tuple[Array, Array]:
         """Columns freed from what the start deflections explain, and how far each moves them."""
@@ -344,3 +401,7 @@ class JointModel:
         operator = self.recording.operator
         gain = float(np.sqrt(operator.multiply(operator).sum() / operator.shape[0]))
         return self.recording.noise * gain
+
+
+def _is_zero(term: Term) -> bool:
+    return isinstance(term, float) and term == 0.0

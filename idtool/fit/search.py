@@ -82,7 +82,7 @@ class Projection:
                     columns.append(at.torque)
                     self._names.append(f"{effect.name}.{c.name}")
         self._fixed = self.model.recording.filtered(np.column_stack(columns))
-        self._typical = _moving_torque(self.model) if self.coulomb is None else self.coulomb
+        self._typical = self.model.friction_sizes[1] if self.coulomb is None else self.coulomb
 
     def solve(self, shape: Mapping[str, float]) -> tuple[float, dict[str, float]]:
         """Sum of squares, and all friction and linear parameters, at a shape.
@@ -312,20 +312,11 @@ def cost_over_stiffness(
 def _box(model: JointModel, names: list[str]) -> tuple[Array, Array]:
     s = model.scales
     table = {
-        "bend": (math.log(s.shortest_bend), math.log(10.0 * s.travel)),
+        "bend": (math.log(s.shortest_bend), math.log(0.5 * model.longest_bend)),
         "stribeck_velocity": (math.log(0.5 * s.slowest), math.log(1.2 * s.speed)),
         "ratio": (-math.log(_STEEPEST), math.log(_STEEPEST)),
     }
     return np.array([table[n][0] for n in names]), np.array([table[n][1] for n in names])
-
-
-def _moving_torque(model: JointModel) -> float:
-    """The most that friction can be: the torque's spread with gravity regressed out."""
-    target = model.measured
-    columns = model.recording.filtered(model.gravity_columns) if model.spec.gravity_columns else None
-    if columns is not None:
-        target = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]
-    return float(np.quantile(np.abs(target - np.median(target)), 0.98)) + 1e-12
 
 
 def _different(seen: list[tuple[float, Array, dict[str, float]]], span: Array, keep: int) -> list[Found]:

@@ -19,7 +19,7 @@ from idtool.model.motion import Array
 _COARSE = np.linspace(-1.0, 1.0, 9)
 _FINE = np.array([-0.1875, -0.125, -0.0625, 0.0625, 0.125, 0.1875])
 #: What depends on the recording and the spec only.
-_KEPT = ("names", "scales", "bounds", "measured", "gravity_columns", "filtered_noise")
+_KEPT = ("names", "scales", "bounds", "measured", "gravity_columns", "filtered_noise", "friction_sizes")
 
 
 def free_starts(model: JointModel) -> int:

@@ -36,7 +36,11 @@ class Friction:
 
 @dataclass(frozen=True)
 class Direction:
-    """Derivative of the model's inputs with respect to one parameter; what is not named is 0."""
+    """Derivative of the model's inputs with respect to one parameter; what is not named is 0.
+
+    Attributes:
+        origin: the parameter's name, and what else the derivative depends on; None where that is not known.
+    """
 
     coulomb: float = 0.0
     static: float = 0.0
@@ -45,13 +49,24 @@ class Direction:
     bristle_stiffness: float = 0.0
     bristle_damping: float = 0.0
     effect: Contribution = field(default_factory=Contribution)
+    origin: tuple[str, object] | None = None
+
+    @property
+    def only_adds(self) -> bool:
+        """Whether it adds a torque and touches nothing else."""
+        base = (*self._base, self.viscous, self.bristle_damping)
+        others = [getattr(self.effect, f.name) for f in fields(Contribution) if f.name != "torque"]
+        return not any(base) and all(_zero(term) for term in others)
+
+    @property
+    def _base(self) -> tuple[float, ...]:
+        return (self.coulomb, self.static, self.stribeck_velocity, self.bristle_stiffness)
 
     def bends_bristle(self) -> bool:
         """Whether the bristle's state depends on this parameter."""
         e = self.effect
         touched = (e.level_change, e.level_torque, e.static_change, e.exponent_change)
-        base = (self.coulomb, self.static, self.stribeck_velocity, self.bristle_stiffness)
-        return any(base) or any(not (isinstance(t, float) and t == 0.0) for t in touched)
+        return any(self._base) or any(not (isinstance(t, float) and t == 0.0) for t in touched)
 
 
 @dataclass(frozen=True)

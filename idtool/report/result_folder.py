@@ -154,7 +154,7 @@ def evidence_rows(result: Identification) -> pd.DataFrame:
             "torque": measured,
             "before": measured - before.residual,
             "after": measured - after.residual,
-            "held_out": np.isin(trial, split.held_out).astype(int),
+            "held_out": split.held[recording.row].astype(int),
         }
     )
     for name, values in (

@@ -15,6 +15,9 @@ from idtool.signals.smoother import reading_variance
 #: The filter lets pass up to this multiple of the highest frequency at which torque stands out of noise.
 _BANDWIDTH_MARGIN = 1.5
 _LEAST_BANDWIDTH_HZ = 10.0
+#: What lies above it and adds up to less than this share of the torque (root mean square) is not worth
+#: following: a recording that was filtered or resampled before has no floor of noise that would say so.
+_NEGLIGIBLE = 0.01
 #: Logs of rates closer than this share are of one rate; the filter is designed for no less than this share
 #: of the median rate.
 _SAME_RATE = 0.95
@@ -76,6 +79,10 @@ def bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[flo
     gaps = np.flatnonzero(np.diff(above) > max(2, len(power) // 50)) if len(above) else np.array([])
     if len(gaps):
         edge = float(frequency[above[gaps[0]]])
+    above_floor = np.maximum(power - floor, 0.0) * (frequency[1] - frequency[0])
+    beyond = np.cumsum(above_floor[::-1])[::-1]
+    worth = np.flatnonzero(beyond > _NEGLIGIBLE**2 * float(np.mean(torque**2)))
+    edge = min(edge, float(frequency[worth[-1]]) if len(worth) else 0.0)
     bandwidth = float(np.clip(_BANDWIDTH_MARGIN * edge, _LEAST_BANDWIDTH_HZ, 0.5 * rate))
     return bandwidth, float(np.sqrt(floor * rate / 2.0))
 

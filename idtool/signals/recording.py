@@ -20,10 +20,12 @@ from idtool.errors import InputError
 from idtool.log import Log, columns_of
 from idtool.log.repair import Reading, Repaired, repair
 from idtool.log.sensor_faults import resolution
+from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 from idtool.parameters.axis import Axis
 from idtool.signals import lowpass
 from idtool.signals.lowpass import Filter
+from idtool.signals.rest import standing
 from idtool.signals.smoother import TOO_FAST, reading_variance, smooth
 
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
@@ -42,7 +44,10 @@ class Recording:
         axis: kind of axis and torque constant.
         motion: smoothed motion, every row.
         torque: measured torque K i, every row.
-        usable: rows fit to be compared (not saturated, no outlier, not faster than the sampling).
+        usable: rows fit to be compared (not at rest, not saturated, no outlier, not faster than the
+            sampling).
+        at_rest: rows at which the axis stands: friction there is any torque below break-away, which no model
+            predicts; they are bounds on it (`idtool.fit.breakaway`).
         experiment: name of the experiment of each trial.
         source: index of the log that each trial came from.
         noise: standard deviation of the torque's noise at full rate.
@@ -53,12 +58,15 @@ class Recording:
         sources: file of each log.
         impossible: of each log, the readings that cannot be and were left out.
         wiring: of each log, sentences on columns that contradict each other.
+        fold: what is left out together when a model is judged on what it did not see, (rows,); None is the
+            trial.
     """
 
     axis: Axis
     motion: Motion
     torque: Array
     usable: NDArray[np.bool_]
+    at_rest: NDArray[np.bool_]
     experiment: tuple[str, ...]
     source: tuple[int, ...]
     noise: float
@@ -69,6 +77,7 @@ class Recording:
     remarks: tuple[str, ...] = ()
     impossible: tuple[tuple[Reading, ...], ...] = ()
     wiring: tuple[tuple[str, ...], ...] = ()
+    fold: NDArray[np.intp] | None = None
 
     @cached_property
     def operator(self) -> sparse.csr_matrix:
@@ -88,6 +97,11 @@ class Recording:
         return self.motion.trial[self.row]
 
     @cached_property
+    def filtered_fold(self) -> NDArray[np.intp]:
+        """Fold of each filtered row."""
+        return self.filtered_trial if self.fold is None else self.fold[self.row]
+
+    @cached_property
     def members(self) -> sparse.csr_matrix:
         """Which filtered rows each trial has, as a matrix that sums over them, (trials, filtered rows)."""
         trial = self.filtered_trial
@@ -95,6 +109,16 @@ class Recording:
         return sparse.csr_matrix(
             (np.ones(len(trial)), np.arange(len(trial)), pointer), shape=(self.trials, len(trial))
         )
+
+    @cached_property
+    def added(self) -> dict[str, tuple[object, Array]]:
+        """Filtered columns that a fit computed last, by name, with what each depends on."""
+        return {}
+
+    @cached_property
+    def derivatives(self) -> dict[str, tuple[object, Contribution]]:
+        """The same at full rate."""
+        return {}
 
     def filtered(self, values: Array) -> Array:
         """Apply the filter to one column or several, shape (rows,) or (rows, n)."""
@@ -125,9 +149,15 @@ class Recording:
             motion=motion,
             torque=self.torque[rows],
             usable=self.usable[rows],
+            at_rest=self.at_rest[rows],
+            fold=None if self.fold is None else self.fold[rows],
             experiment=tuple(self.experiment[t] for t in wanted),
             source=tuple(self.source[t] for t in wanted),
         )
+
+    def without_rows(self, rows: NDArray[np.bool_]) -> Recording:
+        """The same motion with some rows not compared."""
+        return replace(self, usable=self.usable & ~rows)
 
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
@@ -187,6 +217,8 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     for one in repaired:
         for reason, rows in one.dropped.items():
             lost[reason] = lost.get(reason, 0) + rows
+    at_rest = standing(motion, joined["position"])
+    usable &= ~at_rest
     rate = lowpass.common_rate(motion, np.asarray(source)[trial])
     bandwidth, noise = lowpass.bandwidth_and_noise(calm, motion, rate)
     return Recording(
@@ -194,6 +226,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         motion,
         torque,
         usable,
+        at_rest,
         experiment,
         source,
         noise,

@@ -8,7 +8,7 @@ result.diagnosis["verdict"]
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,10 +18,10 @@ from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.errors import InputError, nearest
 from idtool.experiment.recipe import document_of_command
-from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fit, step_down
+from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fits, step_down
 from idtool.fit.identifiability import PARTS, Shortcoming, rows_left_out, shortcomings
-from idtool.fit.joint import JointFit
-from idtool.fit.model import FRICTION_KINDS, FrictionKind, Spec
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.model import FRICTION_KINDS, FrictionKind, JointModel, Spec
 from idtool.fit.results import (
     dynamic_parameters,
     effect_entries,
@@ -32,6 +32,7 @@ from idtool.fit.results import (
 from idtool.log import Log
 from idtool.parameters import Parameters
 from idtool.signals import Recording, record
+from idtool.signals.thin import thin
 from idtool.version import __version__
 
 #: `--friction coulomb` asks for the textbook model, to be compared with published ones: these effects
@@ -121,14 +122,14 @@ def identify(
     recording = record(logs)
     wrong = [sentence for log in recording.wiring for sentence in log]
     tell("searching the friction parameters")
-    start, spec, notes, reasons = begin(recording, law, gravity, optimizer=optimizer, seed=seed)
+    starts, notes, reasons = begin(thin(recording), law, gravity, optimizer=optimizer, seed=seed)
     library = (*registry.library(), *own)
     if law == "coulomb":
         library = tuple(effect for effect in library if effect.name in TEXTBOOK_EFFECTS)
         notes.append(
             "--friction coulomb is the textbook model: no effects but inertia and offset were looked for."
         )
-    evidence = diagnose(recording, start, spec, library, tell, given=law == "coulomb")
+    evidence = diagnose(recording, starts, library, tell, given=law == "coulomb")
     notes = [*wrong, *notes, *findings(evidence.final)]
     options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
     return Identification(recording, evidence, notes, options, reasons)
@@ -136,8 +137,8 @@ def identify(
 
 def begin(
     recording: Recording, law: str, gravity: str, *, optimizer: str = "direct", seed: int = 0
-) -> tuple[JointFit, Spec, list[str], list[Shortcoming]]:
-    """A first joint fit, the base model that the data can carry, and why it stepped down (`step_down`)."""
+) -> tuple[list[JointFit], list[str], list[Shortcoming]]:
+    """Fits of the base model that the data can carry (`first_fits`), and why it stepped down (`step_down`)."""
     kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
     if not recording.motion.velocity.any():
         raise InputError(
@@ -149,10 +150,18 @@ def begin(
         notes.append(
             "gravity never acts without payload: its base is not determined; add a run that stands upright."
         )
-    first = first_fit(recording, Spec(kind, model, columns), optimizer=optimizer, seed=seed)
-    start, more, reasons = step_down(first)
-    base = Spec(start.model.spec.friction, model, columns)
-    return start, base, notes + more, reasons
+    inertia = registry.get("inertia")
+    spec = Spec(kind, model, columns, () if inertia.missing(recording.motion) else (inertia,))
+    stepped = [step_down(fit) for fit in first_fits(recording, spec, optimizer=optimizer, seed=seed)]
+    starts = [_bare(fit, spec) for fit, _, _ in stepped]
+    _, more, reasons = stepped[0]
+    return starts, notes + more, reasons
+
+
+def _bare(fit: JointFit, spec: Spec) -> JointFit:
+    """The fit without what only helped the search."""
+    kept = replace(fit.model.spec, effects=spec.effects)
+    return refit(fit, JointModel.build(fit.model.recording, kept, fit.model.constants))
 
 
 def findings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[str]:

@@ -1,0 +1,40 @@
+"""What does not come again: the floor of a residual where the sensor noise is none.
+
+A recording that was filtered or resampled before it came shows next to no noise, and every structure stands
+out of it. Where the same place, speed and acceleration were passed again at another time, the difference of
+the two residuals is what no function of the motion can explain (the pure error of a lack-of-fit test;
+Draper & Smith, Applied Regression Analysis, 3rd ed. 1998, section 2.1).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import spatial
+
+from idtool.fit.joint import JointFit
+
+#: Rows are neighbours within this share of each range, and at least so far apart in time, s.
+_NEAR = 0.02
+_APART_S = 1.0
+#: Fewer pairs tell nothing.
+_LEAST_PAIRS = 50
+_NEIGHBOURS = 12
+
+
+def repeatability(fit: JointFit) -> float | None:
+    """Standard deviation of what does not come again in the residual, filtered rows; None if too little did."""
+    recording = fit.model.recording
+    motion, row = recording.motion, recording.row
+    variables = [motion.position, motion.velocity, motion.acceleration, motion.load, motion.payload]
+    columns = [values[row] for values in variables if values is not None]
+    scaled = np.column_stack([values / (float(np.ptp(values)) or 1.0) for values in columns])
+    distance, other = spatial.KDTree(scaled).query(scaled, k=min(_NEIGHBOURS, len(row)), p=np.inf)
+    first = np.repeat(np.arange(len(row)), other.shape[1])
+    second, near = other.ravel(), distance.ravel() < _NEAR
+    apart = np.abs(motion.time[row[first]] - motion.time[row[second]]) > _APART_S
+    apart |= recording.filtered_trial[first] != recording.filtered_trial[second]
+    pairs = near & apart & (first < second)
+    if np.count_nonzero(pairs) < _LEAST_PAIRS:
+        return None
+    difference = fit.residual[first[pairs]] - fit.residual[second[pairs]]
+    return float(np.sqrt(0.5 * np.mean(difference**2)))

@@ -1,0 +1,40 @@
+"""How well a fit will predict what it did not see.
+
+Akaike's final prediction error (Ann. Inst. Statist. Math. 21, 1969): what a model leaves of the rows that it
+was fitted to, raised by what its parameters took of the noise. Rows count as the fewer that their memory makes
+them worth. It needs no fold to be left out, which a single trial often cannot spare.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from idtool.fit.covariance import correlation_rows
+from idtool.fit.joint import JointFit
+from idtool.model.motion import Array
+
+#: Standard errors over folds by which a model must be better.
+_CLEAR = 1.0
+
+
+def prediction_errors(fit: JointFit) -> Array:
+    """Expected sum of squares of each fold (trial or block of time) if it had not been seen, (folds,)."""
+    recording = fit.model.recording
+    fold = recording.filtered_fold
+    first = np.flatnonzero(np.diff(fold, prepend=-1))  # the rows of a fold lie together
+    worth = len(fit.residual) / correlation_rows(fit.residual, recording.filtered_trial)
+    worth = max(worth, 2.0 * len(fit.x))
+    raised = (worth + len(fit.x)) / (worth - len(fit.x))
+    return np.asarray(raised * np.add.reduceat(fit.residual**2, first))
+
+
+def root_mean(errors: Array, fit: JointFit) -> float:
+    """Errors of folds as one root mean square over the filtered rows."""
+    return float(np.sqrt(errors.sum() / len(fit.residual)))
+
+
+def predicts_better(one: JointFit, other: JointFit) -> bool:
+    """Whether the expected errors of one model are below those of another by more than chance over folds."""
+    better = prediction_errors(other) - prediction_errors(one)
+    chance = float(np.std(better, ddof=1)) * float(np.sqrt(len(better)))
+    return bool(better.sum() > _CLEAR * chance)

@@ -1,0 +1,111 @@
+"""Bounded least squares where rows outnumber parameters by hundreds.
+
+Levenberg-Marquardt on the normal equations, scaled by the columns' sizes (More 1978), damped as by Nielsen
+(Madsen, Nielsen & Tingleff, Methods for Non-Linear Least Squares Problems, 2004), with steps cut off at
+the bounds and the coordinates that press against one left out of the step. SciPy's bounded solvers decompose
+the whole Jacobian at every iteration, which takes longer than computing it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from idtool.model.motion import Array
+
+_FIRST_DAMPING = 1e-3
+_MOST_DAMPING = 1e12
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Where a search ended.
+
+    Attributes:
+        x: the point, inside the bounds.
+        evaluations: how often the residual was computed.
+        converged: whether nothing more was to be gained; it ran out of evaluations otherwise.
+    """
+
+    x: Array
+    evaluations: int
+    converged: bool
+
+
+def minimise(
+    residual: Callable[[Array], Array],
+    jacobian: Callable[[Array], Array],
+    x: Array,
+    low: Array,
+    high: Array,
+    *,
+    most: int,
+    tolerance: float = 1e-7,
+) -> Minimum:
+    """Minimise the sum of squares of `residual`.
+
+    Args:
+        residual: of coordinates, shape (rows,).
+        jacobian: its derivative, (rows, coordinates); called at points where `residual` was called last.
+        x: start, shape (coordinates,).
+        low, high: bounds.
+        most: evaluations to spend at most.
+        tolerance: a step that lowers the sum by less than this share of it, or moves by less than this share
+            of the coordinates' scale, is the last.
+    """
+    x = np.clip(x, low, high)
+    r = residual(x)
+    cost, evaluations, damping, raise_by = float(r @ r), 1, _FIRST_DAMPING, 2.0
+    size = np.zeros(len(x))
+    while evaluations < most:
+        j = jacobian(x)
+        gradient, information = j.T @ r, j.T @ j
+        size = np.maximum(size, np.sqrt(np.diag(information)))
+        scale = np.where(size > 0.0, size, 1.0)
+        free = ~((x <= low) & (gradient > 0.0)) & ~((x >= high) & (gradient < 0.0))
+        if not free.any():
+            return Minimum(x, evaluations, True)
+        while True:
+            step = _step(information, gradient, damping * np.square(scale), free, low - x, high - x)
+            tried = np.clip(x + step, low, high)
+            step = tried - x
+            promised = -float(2.0 * gradient @ step + step @ information @ step)
+            r_tried = residual(tried)
+            evaluations += 1
+            new = float(r_tried @ r_tried)
+            if new < cost:
+                break
+            damping, raise_by = damping * raise_by, 2.0 * raise_by
+            if evaluations >= most or damping > _MOST_DAMPING or abs(promised) < tolerance * cost:
+                residual(x)  # leave the caller where the answer is
+                return Minimum(x, evaluations, evaluations < most)
+        ratio = min((cost - new) / max(promised, 1e-300), 2.0)
+        damping, raise_by = damping * max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 2.0
+        gained = (cost - new) / cost
+        moved = float(np.linalg.norm(step * scale)) / max(float(np.linalg.norm(x * scale)), 1e-300)
+        x, r, cost = tried, r_tried, new
+        if gained < tolerance or moved < tolerance or cost == 0.0:
+            return Minimum(x, evaluations, True)
+    return Minimum(x, evaluations, False)
+
+
+def _step(
+    information: Array, gradient: Array, damping: Array, free: NDArray[np.bool_], low: Array, high: Array
+) -> Array:
+    """The damped step; a coordinate that would leave its range goes to the end of it, and the others do the
+    best that they can beside."""
+    step, free = np.zeros(len(gradient)), free.copy()
+    while free.any():
+        matrix = information[np.ix_(free, free)] + np.diag(damping[free])
+        downhill = -gradient[free] - information[np.ix_(free, ~free)] @ step[~free]
+        step[free] = linalg.solve(matrix, downhill, assume_a="sym", check_finite=False)
+        out = free & ((step < low) | (step > high))
+        if not out.any():
+            break
+        step[out] = np.clip(step[out], low[out], high[out])
+        free &= ~out
+    return step

@@ -1,0 +1,45 @@
+"""Where the axis stands: rows at which friction is an inequality, not a prediction.
+
+Below break-away the torque at rest is whatever the drive happens to push with, anywhere between the two
+static levels. Such rows bound friction and say nothing else of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from idtool.model.motion import Array, Motion
+from idtool.signals.smoother import reading_variance
+
+#: The axis stands where its position keeps within this many grains of its reading ...
+_GRAINS = 1.5
+#: ... and within this share of the stroke, over this long, s.
+_SHARE = 1e-4
+_WINDOW_S = 0.5
+
+
+def standing(motion: Motion, reading: Array | None) -> NDArray[np.bool_]:
+    """Rows at which the axis stands, as far as its sensor can tell.
+
+    Args:
+        motion: the smoothed motion.
+        reading: the position as it was read, shape (rows,); None where it was not logged, and nothing is
+            said to stand then.
+    """
+    still = np.zeros(len(motion), dtype=bool)
+    if reading is None:
+        return still
+    grain = np.sqrt(12.0 * reading_variance(reading, motion.first))
+    limit = max(_GRAINS * grain, _SHARE * float(np.ptp(motion.position)))
+    ends = np.append(motion.starts[1:], len(motion))
+    for begin, end in zip(motion.starts, ends, strict=True):
+        clock, position = motion.time[begin:end], motion.position[begin:end]
+        before = np.searchsorted(clock, clock - 0.5 * _WINDOW_S)
+        after = np.searchsorted(clock, clock + 0.5 * _WINDOW_S, side="right") - 1
+        whole = (clock - 0.5 * _WINDOW_S >= clock[0]) & (clock + 0.5 * _WINDOW_S <= clock[-1])
+        # the ends of a trial are judged by the half of the window that is there
+        half = np.maximum(np.abs(position[after] - position), np.abs(position - position[before]))
+        reach = np.where(whole, np.maximum(half, np.abs(position[after] - position[before])), half)
+        still[begin:end] = reach < np.where(whole, limit, 0.5 * limit)
+    return still
