@@ -158,7 +158,7 @@ def best_start(background: Background, effect: Effect) -> Start:
 
 
 def _change(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> Array:
-    """What an effect of given size adds to the filtered torque, the rest held, (filtered rows + trials, 1)."""
+    """What an effect of given size adds to the filtered torque, (filtered rows + trials, 1)."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
     own = {f"{effect.name}.{name}": value for name, value in values.items()}
     known = fit.values | own
@@ -189,7 +189,7 @@ def _best_shape(background: Background, effect: Unnamed) -> Start:
 
 
 def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False) -> Trial:
-    """The joint refit with an effect, or with more members of one that is in; `far` from where it will end."""
+    """The joint refit with an effect, or with more members of one; `far` from where it will end."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
     extra = {f"{effect.name}.{name}": value for name, value in start.values.items()}
     new = refit(fit, model, extra, most=_SPENT_FAR if far else _SPENT)

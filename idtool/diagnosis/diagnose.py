@@ -305,8 +305,8 @@ def diagnose(
     notes = []
     if parts.blocks:
         notes.append(
-            "there are too few trials to hold some out, so contiguous blocks of time stand in for trials: the "
-            "error on them tells of other times of the same run, not of another run."
+            "there are too few trials to hold some out, so contiguous blocks of time stand in for trials: "
+            "the error on them tells of other times of the same run, not of another run."
         )
     following = _following(selection, final, tell)
     tests = test_residual(base), test_residual(final)

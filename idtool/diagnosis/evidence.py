@@ -45,7 +45,9 @@ class Background:
         n, rows = len(columns), len(self.basis)
         padded = np.vstack([columns, np.zeros((rows - n, columns.shape[1]))])
         free = self.free_of_fit(padded)
-        u, s, _ = np.linalg.svd(free / np.maximum(np.linalg.norm(padded, axis=0), 1e-300), full_matrices=False)
+        u, s, _ = np.linalg.svd(
+            free / np.maximum(np.linalg.norm(padded, axis=0), 1e-300), full_matrices=False
+        )
         more = u[:, s > 1e-6 * s[0]]
         basis = np.hstack([self.basis, more])
         return Background(self.fit, basis, self.residual - more @ (more.T @ self.residual))

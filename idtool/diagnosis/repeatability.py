@@ -22,15 +22,15 @@ _NEIGHBOURS = 12
 
 
 def repeatability(fit: JointFit) -> float | None:
-    """Standard deviation of what does not come again in the residual, filtered rows; None if too little did."""
+    """Standard deviation of what does not come again, filtered rows; None if too little came again."""
     recording = fit.model.recording
     motion, row = recording.motion, recording.row
     variables = [motion.position, motion.velocity, motion.acceleration, motion.load, motion.payload]
     columns = [values[row] for values in variables if values is not None]
     scaled = np.column_stack([values / (float(np.ptp(values)) or 1.0) for values in columns])
-    distance, other = spatial.KDTree(scaled).query(scaled, k=min(_NEIGHBOURS, len(row)), p=np.inf)
-    first = np.repeat(np.arange(len(row)), other.shape[1])
-    second, near = other.ravel(), distance.ravel() < _NEAR
+    distances, others = spatial.KDTree(scaled).query(scaled, k=min(_NEIGHBOURS, len(row)), p=np.inf)
+    first = np.repeat(np.arange(len(row)), np.shape(others)[1])
+    second, near = np.ravel(others), np.ravel(distances) < _NEAR
     apart = np.abs(motion.time[row[first]] - motion.time[row[second]]) > _APART_S
     apart |= recording.filtered_trial[first] != recording.filtered_trial[second]
     pairs = near & apart & (first < second)

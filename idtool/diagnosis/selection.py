@@ -39,7 +39,7 @@ from idtool.fit.restart import restart, worth_a_restart
 from idtool.fit.starts import with_starts
 from idtool.model.motion import Array
 
-#: Family-wise error of the score tests of one round (Holm): one session in a hundred may get an effect by chance.
+#: Family-wise error of the score tests of one round (Holm): chance in one session of a hundred.
 _ALPHA = 0.01
 #: An effect must take away this share of what is above the sensor noise: what only nibbles at the residual of
 #: something else is not its explanation.
@@ -48,7 +48,7 @@ _LEAST_OF_EXCESS = 0.05
 _LEAST_EVIDENCE = 6.0
 _REFITTED = 4
 _MOST_ROUNDS = 24
-#: What a lag between torque and motion can be: their columns are nearly the same, and only the refitted models
+#: What a lag between torque and motion can be: their columns are nearly the same, and only refitted models
 #: tell which it is. One among the best brings the others.
 _LAGS = ("backlash", "hysteresis", "transport_delay", "compliance")
 #: A bristle that bends over more than this share of the stroke can hide an effect from its score.
@@ -182,7 +182,9 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     passed = []
     for item in tried:
         tell(f"trying {item.effect.title.lower()}")
-        trial = try_effect(item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.name in _LAGS)
+        trial = try_effect(
+            item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.name in _LAGS
+        )
         if _passes(selection, trial, left_out):
             passed.append(trial)
     if not passed:

@@ -76,10 +76,10 @@ def _interior(recording: Recording) -> tuple[int, ...]:
 
 
 def _blocks(recording: Recording) -> NDArray[np.intp]:
-    """Number of the block of time of each row: blocks with equally many rows to compare, none of two trials."""
+    """Number of the block of time of each row: as many rows to compare in each, none of two trials."""
     motion = recording.motion
     # a block must be long against the filter, and there must be enough of them to hold one out
-    per_block = max(np.count_nonzero(recording.usable) // _BLOCKS, 4 * recording.filter.taps)
+    per_block = max(int(recording.usable.sum()) // _BLOCKS, 4 * recording.filter.taps)
     compared = np.cumsum(recording.usable)
     fold = np.empty(len(motion), dtype=np.intp)
     offset = 0
@@ -90,7 +90,7 @@ def _blocks(recording: Recording) -> NDArray[np.intp]:
         offset += count
     if offset < _LEAST_TRIALS:
         raise InputError(
-            f"{np.count_nonzero(recording.usable)} rows in motion are too few to hold any out for a diagnosis",
+            f"{np.count_nonzero(recording.usable)} rows in motion are too few to hold any out",
             file=recording.sources[0],
             remedy=f"record {_LEAST_TRIALS * per_block} such rows at least",
         )

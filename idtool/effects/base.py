@@ -288,7 +288,7 @@ _OTHER_WAY = 0.02
 
 
 def both_ways(motion: Motion) -> bool:
-    """Whether the axis moved in both directions: in one alone a constant torque and friction are one thing."""
+    """Whether the axis moved both ways: in one alone a constant torque and friction are one thing."""
     moving = motion.velocity[motion.velocity != 0.0]
     return bool(_OTHER_WAY < np.mean(moving > 0.0) < 1.0 - _OTHER_WAY) if len(moving) else False
 

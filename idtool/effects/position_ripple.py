@@ -112,7 +112,8 @@ class PositionRipple(Effect):
             lines += [
                 f"sine_and_cosine({prefix}cycles * row->position, &s, &c);",
                 "/* the double angle by s and c: sin 2x = 2 s c, cos 2x = 1 - 2 s s */",
-                f"sum->torque += s * ({sin_1} + 2.0f * {sin_2} * c - 2.0f * {cos_2} * s) + {cos_1} * c + {cos_2};",
+                f"sum->torque += s * ({sin_1} + 2.0f * {sin_2} * c - 2.0f * {cos_2} * s);",
+                f"sum->torque += {cos_1} * c + {cos_2};",
             ]
             if f"{prefix}turned_sin_1" in values:
                 turned = f"{prefix}turned_sin_1 * s + {prefix}turned_cos_1 * c"

@@ -101,7 +101,7 @@ def first_fit(
 def first_fits(
     recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 120
 ) -> list[JointFit]:
-    """First fits in the order in which to trust them: the bristle bends over a small share of the stroke, and,
+    """First fits in the order in which to trust them: the bristle bends over a small share of the stroke, and
     where that leaves more than noise and a softer one predicts better what it did not see, a softer one."""
     stiff = first_fit(recording, spec, optimizer=optimizer, seed=seed, evaluations=evaluations)
     if spec.friction != "lugre" or not worth_a_restart(stiff):

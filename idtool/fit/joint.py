@@ -184,7 +184,15 @@ def solve(
     last = model.differentiate(best, scale, evaluation.start)
     assert last.jacobian is not None
     return JointFit(
-        model, best, scale, evaluation.start, evaluation.residual, last.jacobian, found.evaluations, held, found.converged
+        model,
+        best,
+        scale,
+        evaluation.start,
+        evaluation.residual,
+        last.jacobian,
+        found.evaluations,
+        held,
+        found.converged,
     )
 
 

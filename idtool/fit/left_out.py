@@ -1,8 +1,8 @@
 """How well a fit will predict what it did not see.
 
 Akaike's final prediction error (Ann. Inst. Statist. Math. 21, 1969): what a model leaves of the rows that it
-was fitted to, raised by what its parameters took of the noise. Rows count as the fewer that their memory makes
-them worth. It needs no fold to be left out, which a single trial often cannot spare.
+was fitted to, raised by what its parameters took of the noise. Rows count as the fewer that their memory
+makes them worth. It needs no fold to be left out, which a single trial often cannot spare.
 """
 
 from __future__ import annotations

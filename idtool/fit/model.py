@@ -313,7 +313,7 @@ class JointModel:
     def _direction(
         self, effect: Effect, values: Mapping[str, float], coordinate: Coordinate, start: Array | None
     ) -> Direction:
-        """Along one coordinate of an effect. One that enters linearly depends on the shape coordinates only."""
+        """Along one coordinate of an effect; that of a linear one depends on the shape coordinates only."""
         name = f"{effect.name}.{coordinate.name}"
         if coordinate.increment != 1.0 or start is not None:
             return Direction(effect=derivative(effect, self.recording.motion, values, coordinate, start))

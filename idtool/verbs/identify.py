@@ -138,7 +138,7 @@ def identify(
 def begin(
     recording: Recording, law: str, gravity: str, *, optimizer: str = "direct", seed: int = 0
 ) -> tuple[list[JointFit], list[str], list[Shortcoming]]:
-    """Fits of the base model that the data can carry (`first_fits`), and why it stepped down (`step_down`)."""
+    """Fits of the base model that the data can carry (`first_fits`), and why it stepped down."""
     kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
     if not recording.motion.velocity.any():
         raise InputError(
