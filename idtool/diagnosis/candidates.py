@@ -114,7 +114,7 @@ def best_start(background: Background, effect: Effect) -> Start:
     if has:
         known = next(e for e in model.spec.effects if e.name == effect.name)
         null |= model.effect_values(fit.x, known)
-    starts = [{}] if has else effect.starts(motion)
+    starts = [{}] if has else [*effect.starts(motion), *effect.sizes(motion)]
     tried = len(starts)
     wave = effect.wave(motion)
     whole = float(background.residual @ background.residual)

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from idtool.diagnosis.candidates import (
     LEAST_GAIN,
     Selection,
@@ -16,6 +18,11 @@ from idtool.effects.base import Effect
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.left_out import prediction_errors, root_mean
 from idtool.fit.model import JointModel
+
+#: An effect whose removal raises the error by this factor at first sight is needed.
+_SURELY = 1.2
+#: Evaluations for a model that lacks an effect.
+_SPENT = 12
 
 
 def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
@@ -29,6 +36,8 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
                 continue
             tell(f"trying without {effect.title.lower()}")
             impossible = implausible(fit, effect)
+            if not impossible and least_without(fit, effect) > _SURELY * old:
+                continue
             smaller = without(fit, effect)
             new = root_mean(prediction_errors(smaller), smaller)
             if impossible or new <= (1.0 + LEAST_GAIN) * old:
@@ -71,9 +80,24 @@ def veto(selection: Selection, held_out: Callable[[JointFit], float], tell: Call
 
 def without(fit: JointFit, effect: Effect) -> JointFit:
     """The refit without an effect."""
-    return refit(
-        fit, JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
-    )
+    return refit(fit, _lacking(fit, effect), most=_SPENT)
+
+
+def least_without(fit: JointFit, effect: Effect) -> float:
+    """Root-mean-square residual without an effect, the rest making up for it in proportion: no refit."""
+    model = _lacking(fit, effect)
+    x = model.coordinates({name: fit.values[name] for name in model.names})
+    alone = model.evaluate(x, fit.bend).residual
+    own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
+    rest = fit.jacobian[: len(alone), fit.free & ~own]
+    size = np.linalg.norm(rest, axis=0)
+    basis = np.linalg.qr(rest[:, size > 0.0] / size[size > 0.0])[0]
+    return float(np.sqrt(np.mean((alone - basis @ (basis.T @ alone)) ** 2)))
+
+
+def _lacking(fit: JointFit, effect: Effect) -> JointModel:
+    spec = fit.model.spec.without(effect.name)
+    return JointModel.build(fit.model.recording, spec, fit.model.constants)
 
 
 def drop(selection: Selection, effect: Effect, smaller: JointFit, why: str) -> None:

@@ -201,6 +201,10 @@ class Effect(ABC):
         """
         return [{}]
 
+    def sizes(self, motion: Motion) -> list[dict[str, float]]:
+        """Values of every coordinate to start from besides, for an effect that is far from linear."""
+        return []
+
     def wave(self, motion: Motion) -> Wave | None:
         """For an effect that is a sine of something; its `starts` are not used then. None for the others."""
         return None

@@ -27,7 +27,7 @@ class TransportDelay(Effect):
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return Contribution(delay=values["delay"])
 
-    def starts(self, motion: Motion) -> list[dict[str, float]]:
+    def sizes(self, motion: Motion) -> list[dict[str, float]]:
         return [{"delay": sign * size} for size in _TRIED_S for sign in (-1.0, 1.0)]
 
     def in_c(self, values: Values) -> CForm:

@@ -15,7 +15,7 @@ from idtool.signals.smoother import reading_variance
 #: The axis stands where its position keeps within this many grains of its reading ...
 _GRAINS = 1.5
 #: ... and within this share of the stroke, over this long, s.
-_SHARE = 1e-4
+_SHARE = 2e-5
 _WINDOW_S = 0.5
 
 

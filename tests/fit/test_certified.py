@@ -7,12 +7,13 @@ exactly: standard deviations in the fit's coordinates (the first three and the s
 from __future__ import annotations
 
 from dataclasses import dataclass
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from idtool.fit.choose import first_fit
+from idtool.fit.choose import first_fit, first_fits
 from idtool.fit.joint import JointFit, refit, solve
 from idtool.fit.model import JointModel
 from idtool.fit.search import OPTIMIZERS
@@ -84,7 +85,8 @@ STARTS = ((1.5, 1.5, 0.7, 1.4), (0.7, 1.0, 1.5, 0.7))
 def fitted(name: str) -> JointFit:
     problem = PROBLEMS[name]
     recording = record(record_session(problem.plant, problem.sensors, problem.seed))
-    return refit(first_fit(recording, SPEC), JointModel.build(recording, SPEC))
+    found = first_fits(recording, SPEC)[-1]
+    return refit(found, JointModel.build(recording, replace(SPEC, soft=found.model.spec.soft)))
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

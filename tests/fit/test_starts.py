@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from idtool.effects import registry
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import LOGARITHMIC, JointModel, Spec
 from idtool.fit.starts import free_starts, settled, with_starts
 from idtool.log import Log
 from idtool.model.torque import predict
@@ -50,7 +50,8 @@ def model(tmp_path: object, noise: float) -> tuple[JointModel, np.ndarray]:
     recording = record([Log.read(file)])
     spec = Spec("lugre", None, (), (registry.get("backlash"),))
     made = with_starts(JointModel.build(recording, spec), {"backlash": TRUE})
-    x = made.coordinates(VALUES)
+    # not by `coordinates`, whose bounds would be those of a log without torque
+    x = np.array([math.log(VALUES[n]) if n in LOGARITHMIC else VALUES[n] for n in made.names])
     torque = predict(recording.motion, made.friction(x), made.contribution(x), np.zeros(n)).torque
     recording.torque[:] += torque
     return JointModel.build(recording, spec), x
