@@ -102,7 +102,7 @@ def test_names_the_one_effect_that_nobody_declared(
     named = {effect["name"]: effect for effect in diagnosis["effects"]}
     assert set(named) - {"inertia"} == {name} - {"inertia"}
     held_out = diagnosis["error"]["held_out"]
-    assert held_out["after"] < held_out["before"]
+    assert held_out["after"] < held_out["before"] or name == "inertia"  # which is in the base model
     assert held_out["after"] < 1.1 * diagnosis["error"]["noise_floor"]
     if compared is None:
         assert diagnosis["verdict"] == "adequate"
