@@ -103,13 +103,13 @@ def logs_of(name: str) -> list[Log]:
 def look_into(name: str) -> dict[str, Any]:
     """Record the session of an effect, draw its picture, and say what the diagnosis made of it."""
     recording = record(logs_of(name))
-    start, spec, *_ = begin(recording, "lugre", "auto")
-    found = diagnose(recording, start, spec, registry.library())
+    starts, *_ = begin(recording, "lugre", "auto")
+    found = diagnose(recording, starts, registry.library())
     effect = registry.get(name)
     with_it = found.final
     if effect not in with_it.model.spec.effects:  # something like it was named: show what there is
         declared = dict.fromkeys((registry.get("inertia"), effect))
-        with_it = diagnose(recording, start, spec, tuple(declared), given=True).final
+        with_it = diagnose(recording, starts, tuple(declared), given=True).final
     without = _without(with_it, effect)
     draw(FOLDER / f"{name}.png", effect.title, CASES[name].view, without, with_it)
     return _outcome(found, CASES[name]) | {"hides_in": _hides_in(without)}

@@ -94,8 +94,8 @@ def _judged(
 
 def _diagnose(logs: list[Log], library: Sequence[Effect]) -> Diagnosis:
     recording = as_recording(logs)
-    first, spec, *_ = begin(recording, "lugre", "auto")
-    return diagnose(recording, first, spec, library)
+    starts, *_ = begin(recording, "lugre", "auto")
+    return diagnose(recording, starts, library)
 
 
 def _on(log: Log, diagnosis: Diagnosis) -> tuple[float, float]:

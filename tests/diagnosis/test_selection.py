@@ -24,8 +24,8 @@ def test_an_offset_that_a_soft_bristle_would_take_in() -> None:
         effects={"torque_offset": {"offset_nm": 0.0602}},
     )
     recording = record(record_session(plant, "dynamixel", 1, (*SESSION, "pauses"), temperature=False))
-    start, spec, *_ = begin(recording, "lugre", "auto")
-    found = diagnose(recording, start, spec, [registry.get(n) for n in ("torque_offset", "inertia")])
+    starts, *_ = begin(recording, "lugre", "auto")
+    found = diagnose(recording, starts, [registry.get(n) for n in ("torque_offset", "inertia")])
     assert found.base.values["bristle_stiffness"] < 0.1
     assert [effect.name for effect in found.effects] == ["torque_offset", "inertia"]
     held_out = found.to_document()["error"]["held_out"]

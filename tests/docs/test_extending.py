@@ -51,9 +51,9 @@ def test_the_effect_is_named_and_recovered(tmp_path: Path) -> None:
             pull = (0.02 * np.sin(q) - 0.01 * np.cos(q)) / 2.67
             logs.append(replace(log, frame=log.frame.assign(current_a=log.frame["current_a"] + pull)))
     data = record(logs)
-    start, spec, *_ = begin(data, "lugre", "auto")
+    starts, *_ = begin(data, "lugre", "auto")
     library = (registry.get("inertia"), registry.get("position_stiffness"), effect)
-    found = diagnose(data, start, spec, library)
+    found = diagnose(data, starts, library)
     assert "imbalance" in [one.name for one in found.effects], found.selection.candidates
     assert found.final.values["imbalance.sine"] == pytest.approx(0.02, rel=0.05)
     assert found.final.values["imbalance.cosine"] == pytest.approx(-0.01, rel=0.15)

@@ -148,7 +148,7 @@ def numbers(logs: list[Log]) -> dict[str, tuple[float, float]]:
     """Value and standard error of what the base model's fit determines."""
     from idtool.fit.results import dynamic_parameters, gravity_parameters, static_parameters
 
-    fit = begin(record(logs), "lugre", "auto")[0]
+    fit = begin(record(logs), "lugre", "auto")[0][0]
     found = static_parameters(fit) | dynamic_parameters(fit) | gravity_parameters(fit)
     return {k: (p.value, p.stderr) for k, p in found.items() if p.identified and p.stderr}
 
