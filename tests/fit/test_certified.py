@@ -6,8 +6,7 @@ exactly: standard deviations in the fit's coordinates (the first three and the s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
