@@ -102,13 +102,16 @@ def first_fits(
     recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 120
 ) -> list[JointFit]:
     """First fits in the order in which to trust them: the bristle bends over a small share of the stroke, and
-    where that leaves more than noise and a softer one predicts better what it did not see, a softer one."""
+    where that leaves more than noise and a softer one predicts better what it did not see, a softer one. A
+    softer one that leaves noise alone needs no other."""
     stiff = first_fit(recording, spec, optimizer=optimizer, seed=seed, evaluations=evaluations)
     if spec.friction != "lugre" or not worth_a_restart(stiff):
         return [stiff]
     soft = first_fit(
         recording, replace(spec, soft=True), optimizer=optimizer, seed=seed, evaluations=evaluations
     )
+    if not worth_a_restart(soft):
+        return [soft]
     earned = predicts_better(soft, stiff) and soft.model.bend(soft.x) > 0.9 * stiff.model.longest_bend
     return [stiff, soft] if earned else [stiff]
 

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from idtool.model.motion import Array
 
 _FIRST_DAMPING = 1e-3
 _MOST_DAMPING = 1e12
+#: Keeps what no row determines where it is.
+_LEAST_DAMPING = 1e-10
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,15 @@ def minimise(
         if not free.any():
             return Minimum(x, evaluations, True)
         while True:
-            step = _step(information, gradient, damping * np.square(scale), free, low - x, high - x)
-            tried = np.clip(x + step, low, high)
+            step = _step(
+                information / np.outer(scale, scale),
+                gradient / scale,
+                damping,
+                free,
+                (low - x) * scale,
+                (high - x) * scale,
+            )
+            tried = np.clip(x + step / scale, low, high)
             step = tried - x
             promised = -float(2.0 * gradient @ step + step @ information @ step)
             r_tried = residual(tried)
@@ -94,15 +102,15 @@ def minimise(
 
 
 def _step(
-    information: Array, gradient: Array, damping: Array, free: NDArray[np.bool_], low: Array, high: Array
+    information: Array, gradient: Array, damping: float, free: NDArray[np.bool_], low: Array, high: Array
 ) -> Array:
     """The damped step; a coordinate that would leave its range goes to the end of it, and the others do the
     best that they can beside."""
     step, free = np.zeros(len(gradient)), free.copy()
     while free.any():
-        matrix = information[np.ix_(free, free)] + np.diag(damping[free])
+        matrix = information[np.ix_(free, free)] + max(damping, _LEAST_DAMPING) * np.eye(int(free.sum()))
         downhill = -gradient[free] - information[np.ix_(free, ~free)] @ step[~free]
-        step[free] = linalg.solve(matrix, downhill, assume_a="sym", check_finite=False)
+        step[free] = np.linalg.solve(matrix, downhill)
         out = free & ((step < low) | (step > high))
         if not out.any():
             break

@@ -37,6 +37,8 @@ _FRICTION_COORDINATES: dict[FrictionKind, tuple[str, ...]] = {
 #: The bristle may bend over this share of the stroke, or over so many strokes where it is `soft`.
 _STIFF_BEND = 0.25
 _SOFT_BEND = 20.0
+#: A friction level is at most so many times the largest torque that was measured; the filter takes off peaks.
+_MOST_FRICTION = 2.0
 #: Coordinates that are logarithms.
 LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
 
@@ -218,7 +220,7 @@ class JointModel:
         if columns.shape[1]:
             target = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]
         size = np.abs(target)
-        return float(np.median(size)) + 1e-12, float(np.max(size)) + 1e-12
+        return float(np.median(size)) + 1e-12, _MOST_FRICTION * float(np.max(size)) + 1e-12
 
     @cached_property
     def stiff(self) -> float:

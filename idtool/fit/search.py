@@ -82,7 +82,7 @@ class Projection:
                     columns.append(at.torque)
                     self._names.append(f"{effect.name}.{c.name}")
         self._fixed = self.model.recording.filtered(np.column_stack(columns))
-        self._typical = self.model.friction_sizes[1] if self.coulomb is None else self.coulomb
+        self._typical = 0.5 * self.model.friction_sizes[1] if self.coulomb is None else self.coulomb
 
     def solve(self, shape: Mapping[str, float]) -> tuple[float, dict[str, float]]:
         """Sum of squares, and all friction and linear parameters, at a shape.

@@ -18,7 +18,7 @@ from scipy import optimize
 
 from idtool.effects import registry
 from idtool.errors import InputError
-from idtool.fit.choose import choose_gravity, first_fit
+from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.joint import JointFit, solve
 from idtool.fit.model import JointModel, Spec
 from idtool.fit.search import cost_over_stiffness, search
@@ -99,7 +99,7 @@ def fit_gravity(
             file=recording.sources[0],
             remedy="give a log of payload steps standing upright (ffc-id run-gravity)",
         )
-    fit = first_fit(recording, Spec("lugre", model, columns), optimizer=optimizer, seed=seed)
+    fit = first_fits(recording, Spec("lugre", model, columns), optimizer=optimizer, seed=seed)[-1]
     points = gravity_points(fit)
     errors = [abs(p.torque - p.model) / abs(p.model) for p in points if p.model]
     # no payload was moved both ways: nothing to average
@@ -166,7 +166,7 @@ def fit_static(
     """
     model, columns = choose_gravity(recording)
     spec = Spec(law, model, columns)  # type: ignore[arg-type]
-    fit = first_fit(recording, spec, optimizer=optimizer, seed=seed)
+    fit = first_fits(recording, spec, optimizer=optimizer, seed=seed)[-1]
     if known.gravity and known.gravity_model == model:
         fit = _holding(fit, {f"gravity.{n}": p.value for n, p in known.gravity.items() if p.identified})
     windows = steady_windows(fit)
@@ -212,7 +212,7 @@ def fit_dynamic(
             remedy="give a log of sines (ffc-id run-sine)",
         )
     model, columns = choose_gravity(recording)
-    spec = Spec("lugre", model, columns)
+    spec = Spec("lugre", model, columns, soft=True)  # sigma0 is what is looked for
     for name in ("inertia", "torque_offset"):
         effect = registry.get(name)
         if effect.missing(motion) is None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from idtool.effects import registry
 from idtool.errors import InputError
-from idtool.fit.choose import choose_gravity, first_fit
+from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.identifiability import (
     Shortcoming,
     constant_speeds,
@@ -124,7 +124,7 @@ def _trial_fit(recording: Recording) -> JointFit | None:
     """The base model on all logs; None where there are too few rows for it."""
     model, columns = choose_gravity(recording)
     try:
-        return first_fit(recording, Spec("lugre", model, columns))
+        return first_fits(recording, Spec("lugre", model, columns))[-1]
     except InputError:
         return None
 
