@@ -139,7 +139,7 @@ def test_an_effect_of_this_process_needs_no_package(tmp_path: Path, monkeypatch:
         run(read_recipe("sweep"), rig, tmp_path / "sweep.csv")
     asked: list[Effect] = []
 
-    def refuse(recording: Any, start: Any, spec: Any, library: Any, *_: Any, **__: Any) -> Any:
+    def refuse(recording: Any, starts: Any, library: Any, *_: Any, **__: Any) -> Any:
         asked.extend(library)
         raise InputError("enough")
 

@@ -123,7 +123,9 @@ def _beside_a_stiff_bristle(fit: JointFit) -> JointFit | None:
 def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
     """Look for a better friction curve when no effect passes; True if there was one, which a wrong curve
     may have hidden effects from."""
-    if selection.fit is selection.searched or not worth_a_restart(selection.fit):
+    # a curve that was found while an effect was missing may be bent to make up for it
+    extended = len(selection.fit.model.spec.effects) > 1
+    if selection.fit is selection.searched or not (extended or worth_a_restart(selection.fit)):
         return False
     tell("looking for a better friction curve")
     before, found = selection.fit, restart(selection.fit)

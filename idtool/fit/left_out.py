@@ -36,5 +36,5 @@ def root_mean(errors: Array, fit: JointFit) -> float:
 def predicts_better(one: JointFit, other: JointFit) -> bool:
     """Whether the expected errors of one model are below those of another by more than chance over folds."""
     better = prediction_errors(other) - prediction_errors(one)
-    chance = float(np.std(better, ddof=1)) * float(np.sqrt(len(better)))
+    chance = float(np.std(better, ddof=1)) * float(np.sqrt(len(better))) if len(better) > 1 else 0.0
     return bool(better.sum() > _CLEAR * chance)
