@@ -73,6 +73,8 @@ def _section(results: Sequence[Result]) -> list[str]:
     lines += ["## One effect", "", "| effect | sessions | first | exact | sizes |", "|---|---|---|---|---|"]
     for name in EFFECTS:
         some = [r for r in one if r.case.what == (name,)]
+        if not some:
+            continue
         sizes = [r.size[0] for r in some if r.size and np.isfinite(r.size[0])]
         span = f"{min(sizes):.1f} to {max(sizes):.1f}" if sizes else "late readings"
         lines.append(
