@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from idtool.effects.base import Coordinate, Effect, derivative
 from idtool.model import gravity
-from idtool.model.contribution import Contribution, Term, combine
+from idtool.model.contribution import Contribution, combine, is_zero
 from idtool.model.motion import Array, Motion
 from idtool.model.torque import Direction, Friction, linearise, predict
 from idtool.parameters import GRAVITY_MODELS
@@ -356,7 +356,7 @@ class JointModel:
         effect = self.contribution(x)
         # what only adds a torque needs no bristle, unless something acts on the finished torque
         finished = [effect, *(direction.effect for direction in directions)]
-        apart = all(_is_zero(one.delay) and _is_zero(one.saturation) for one in finished)
+        apart = all(is_zero(one.delay) and is_zero(one.saturation) for one in finished)
         through = [d for d in directions if not (apart and d.only_adds)]
         prediction, full = linearise(recording.motion, self.friction(x), effect, start, through)
         filtered = recording.filtered_columns(prediction.torque, prediction.start_column, *full.T)
@@ -403,7 +403,3 @@ class JointModel:
         operator = self.recording.operator
         gain = float(np.sqrt(operator.multiply(operator).sum() / operator.shape[0]))
         return self.recording.noise * gain
-
-
-def _is_zero(term: Term) -> bool:
-    return isinstance(term, float) and term == 0.0

@@ -48,6 +48,11 @@ class Contribution:
         )
 
 
+def is_zero(term: Term) -> bool:
+    """Whether nothing acts there: the number 0, not an array that happens to hold zeros."""
+    return isinstance(term, float) and term == 0.0
+
+
 FIELDS = tuple(field.name for field in fields(Contribution))
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from idtool.model import lugre
-from idtool.model.contribution import Contribution, Term
+from idtool.model.contribution import Contribution, Term, is_zero
 from idtool.model.motion import Array, Motion
 from idtool.model.stribeck import EXPONENT
 
@@ -56,7 +56,7 @@ class Direction:
         """Whether it adds a torque and touches nothing else."""
         base = (*self._base, self.viscous, self.bristle_damping)
         others = [getattr(self.effect, f.name) for f in fields(Contribution) if f.name != "torque"]
-        return not any(base) and all(_zero(term) for term in others)
+        return not any(base) and all(is_zero(term) for term in others)
 
     @property
     def _base(self) -> tuple[float, ...]:
@@ -129,14 +129,14 @@ def linearise(
             column += direction.bristle_stiffness * passed * z
         if direction.bristle_damping:
             column += direction.bristle_damping * passed * z_rate
-        if not _zero(direction.effect.bristle_change):
+        if not is_zero(direction.effect.bristle_change):
             bristle = friction.bristle_stiffness * z + friction.bristle_damping * z_rate
             column += direction.effect.bristle_change * bristle
         if direction.viscous:
             column += direction.viscous * (1.0 + effect.viscous_change) * motion.velocity
-        if not _zero(direction.effect.viscous_change):
+        if not is_zero(direction.effect.viscous_change):
             column += friction.viscous * direction.effect.viscous_change * motion.velocity
-        if not _zero(direction.effect.torque):
+        if not is_zero(direction.effect.torque):
             column += direction.effect.torque
     for place, index in enumerate(bending):
         row_dlog = at_row.dlog_rho(directions[index], directions[index].effect, friction)
@@ -169,26 +169,22 @@ class _Level:
             change = direction.coulomb * (1.0 - self.fade)
         if direction.static:
             change = change + direction.static * (self.static / friction.static) * self.fade
-        if not _zero(effect.static_change):
+        if not is_zero(effect.static_change):
             change = change + friction.static * effect.static_change * self.fade
-        if direction.stribeck_velocity or not _zero(effect.exponent_change):
+        if direction.stribeck_velocity or not is_zero(effect.exponent_change):
             bend: Term = 0.0
             if direction.stribeck_velocity:
                 bend = self.exponent * self.power * direction.stribeck_velocity / friction.stribeck_velocity
-            if not _zero(effect.exponent_change):
+            if not is_zero(effect.exponent_change):
                 bend = bend - self.power * np.log(np.maximum(self.ratio, 1e-12)) * effect.exponent_change
             change = change + (self.static - friction.coulomb) * self.fade * bend
-        if not _zero(change):
+        if not is_zero(change):
             change = self.scale * change
-        if not _zero(effect.level_change):
+        if not is_zero(effect.level_change):
             change = change + self.plain * effect.level_change
         change = change + effect.level_torque
         stiff = direction.bristle_stiffness / friction.bristle_stiffness
-        return np.asarray(stiff if _zero(change) else stiff - change / self.value, dtype=float)
-
-
-def _zero(term: Term) -> bool:
-    return isinstance(term, float) and term == 0.0
+        return np.asarray(stiff if is_zero(change) else stiff - change / self.value, dtype=float)
 
 
 def _at_step(effect: Contribution, motion: Motion) -> Contribution:
@@ -227,7 +223,7 @@ def _output(
     """Delay and torque saturation, which act on the finished torque."""
     torque, start_column = prediction.torque, prediction.start_column
     derivative = np.empty((len(torque), 0)) if jacobian is None else jacobian
-    delay_used = not _zero(effect.delay) or any(not _zero(d.effect.delay) for d in directions)
+    delay_used = not is_zero(effect.delay) or any(not is_zero(d.effect.delay) for d in directions)
     if delay_used:
         delay = float(np.mean(effect.delay))
         later = _Shift(motion, delay)
@@ -237,9 +233,9 @@ def _output(
             np.column_stack([later(column) for column in derivative.T]) if derivative.size else derivative
         )
         for index, direction in enumerate(directions):
-            if not _zero(direction.effect.delay):
+            if not is_zero(direction.effect.delay):
                 derivative[:, index] += slope * direction.effect.delay
-    saturating = not _zero(effect.saturation) or any(not _zero(d.effect.saturation) for d in directions)
+    saturating = not is_zero(effect.saturation) or any(not is_zero(d.effect.saturation) for d in directions)
     if saturating:
         # K i (1 - s |K i|) = torque, solved for K i; the smaller root is the physical one
         s = effect.saturation
@@ -248,7 +244,7 @@ def _output(
         gain = 1.0 / np.sqrt(inside)
         derivative = derivative * gain[:, None]
         for index, direction in enumerate(directions):
-            if not _zero(direction.effect.saturation):
+            if not is_zero(direction.effect.saturation):
                 derivative[:, index] += gain * np.abs(measured) * measured * direction.effect.saturation
         torque, start_column = measured, start_column * gain
     return Prediction(torque, start_column, prediction.bristle), derivative

@@ -27,7 +27,7 @@ def thin(recording: Recording) -> Recording:
     every = int(rate / (_ROWS_PER_PERIOD * recording.filter.bandwidth_hz))
     if every < 2:
         return recording
-    length = 2 * every + 1 if every > 1 else 3
+    length = 2 * every + 1
     torque = recording.torque.copy()
     ends = np.append(motion.starts[1:], len(motion))
     kept = []
