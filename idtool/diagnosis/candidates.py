@@ -28,6 +28,8 @@ _OF_ITS_SIZE = (0.2, 5.0)
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
 _SPENT = 15
 _SPENT_FAR = 40
+#: Share of the sum of squares that a comparison of models does not need: a hundredth of what decides.
+NEAR = 1e-4
 
 
 @dataclass
@@ -192,7 +194,7 @@ def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False
     """The joint refit with an effect, or with more members of one; `far` from where it will end."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
     extra = {f"{effect.name}.{name}": value for name, value in start.values.items()}
-    new = refit(fit, model, extra, most=_SPENT_FAR if far else _SPENT)
+    new = refit(fit, model, extra, most=_SPENT_FAR if far else _SPENT, tolerance=NEAR)
     return Trial(effect, new, prediction_errors(new), start.p_value)
 
 

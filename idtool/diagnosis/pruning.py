@@ -9,6 +9,7 @@ import numpy as np
 
 from idtool.diagnosis.candidates import (
     LEAST_GAIN,
+    NEAR,
     Selection,
     implausible,
     swap,
@@ -80,7 +81,7 @@ def veto(selection: Selection, held_out: Callable[[JointFit], float], tell: Call
 
 def without(fit: JointFit, effect: Effect) -> JointFit:
     """The refit without an effect."""
-    return refit(fit, _lacking(fit, effect), most=_SPENT)
+    return refit(fit, _lacking(fit, effect), most=_SPENT, tolerance=NEAR)
 
 
 def least_without(fit: JointFit, effect: Effect) -> float:

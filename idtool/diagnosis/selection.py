@@ -47,6 +47,9 @@ _LEAST_OF_EXCESS = 0.05
 #: Bayesian evidence for a lag, whose many numbers follow much (Kass & Raftery 1995 call 6 "strong").
 _LEAST_EVIDENCE = 6.0
 _REFITTED = 4
+#: ... of those whose score promises to leave not much more than one that was refitted does. Rounds go on, so
+#: that they are refitted when that is in.
+_BEHIND = 1.3
 _MOST_ROUNDS = 24
 #: What a lag between torque and motion can be: their columns are nearly the same, and only refitted models
 #: tell which it is. One among the best brings the others.
@@ -174,15 +177,15 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
             candidate.gain, candidate.p_value = item.start.gain, item.start.p_value
         scored.append(item)
     promising = _promising(selection, scored)
-    tried = promising[:_REFITTED]
-    if any(item.effect.name in _LAGS for item in tried):
-        tried += [item for item in promising[_REFITTED:] if item.effect.name in _LAGS]
-    for item in promising:
-        if item not in tried:
-            _tell_why(selection, item.effect, "its score was behind that of the effects that were refitted")
+    lag = any(item.effect.name in _LAGS for item in promising[:_REFITTED])
     left_out = prediction_errors(fit)
-    passed = []
-    for item in tried:
+    passed: list[Trial] = []
+    for place, item in enumerate(promising):
+        apart = lag and item.effect.name in _LAGS
+        behind = passed and item.left() > _BEHIND * min(trial.fit.sse for trial in passed)
+        if not apart and (place >= _REFITTED or behind):
+            _tell_why(selection, item.effect, "its score was behind that of the effects that were refitted")
+            continue
         tell(f"trying {item.effect.title.lower()}")
         trial = try_effect(
             item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.name in _LAGS

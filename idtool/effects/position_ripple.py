@@ -15,22 +15,31 @@ from idtool.model.motion import Array, Motion
 
 _HARMONICS = (1, 2)
 _MOST_FAMILIES = 6
+#: A fit asks for a family's waves once for every strength, and once above and below its frequency.
+_KEPT = 4
 #: Fewer periods than this over the stroke look like a stiffness, an offset or a friction slope.
 _LEAST_PERIODS = 2.0
 
 
 @numba.njit(cache=True)
-def _harmonics(position: Array, cycles: float, strengths: Array, out: Array) -> None:
-    """Add sines and cosines of multiples of an angle; the multiples follow from the first two."""
+def _sines(position: Array, cycles: float) -> Array:
+    """Sine and cosine of an angle and of its double, shape (4, rows)."""
+    out = np.empty((4, position.shape[0]))
     for k in range(position.shape[0]):
         angle = cycles * position[k]
-        sine, cosine = math.sin(angle), math.cos(angle)
-        s, c = 0.0, 1.0
-        total = 0.0
-        for n in range(strengths.shape[0]):
-            s, c = s * cosine + c * sine, c * cosine - s * sine
-            total += strengths[n, 0] * s + strengths[n, 1] * c
-        out[k] += total
+        s, c = math.sin(angle), math.cos(angle)
+        out[0, k], out[1, k], out[2, k], out[3, k] = s, c, 2.0 * s * c, 1.0 - 2.0 * s * s
+    return out
+
+
+def _waves(motion: Motion, cycles: float) -> Array:
+    """`_sines` of the position; those asked for last are kept, since a fit asks for them once a strength."""
+    known = motion.waves
+    if cycles not in known:
+        while len(known) >= _KEPT:
+            del known[next(iter(known))]
+        known[cycles] = _sines(motion.position, cycles)
+    return known[cycles]
 
 
 def _prefix(family: int) -> str:
@@ -92,15 +101,12 @@ class PositionRipple(Effect):
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         torque = np.zeros(len(motion))
         for prefix in _families(values):
-            strengths = np.array(
-                [[values[f"{prefix}sin_{k}"], values[f"{prefix}cos_{k}"]] for k in _HARMONICS]
-            )
-            _harmonics(motion.position, values[f"{prefix}cycles"], strengths, torque)
+            waves = _waves(motion, values[f"{prefix}cycles"])
+            names = [f"{prefix}{part}_{k}" for k in _HARMONICS for part in ("sin", "cos")]
+            torque += np.array([values[name] for name in names]) @ waves
             if f"{prefix}turned_sin_1" in values:
-                turned = np.zeros(len(motion))
-                strength = np.array([[values[f"{prefix}turned_sin_1"], values[f"{prefix}turned_cos_1"]]])
-                _harmonics(motion.position, values[f"{prefix}cycles"], strength, turned)
-                torque += np.sign(motion.velocity) * turned
+                strength = np.array([values[f"{prefix}turned_sin_1"], values[f"{prefix}turned_cos_1"]])
+                torque += np.sign(motion.velocity) * (strength @ waves[:2])
         return Contribution(torque=torque)
 
     def in_c(self, values: Values) -> CForm:

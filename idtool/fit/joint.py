@@ -132,6 +132,7 @@ def solve(
     *,
     bend: float | None = None,
     most: int = 60,
+    tolerance: float = 1e-7,
     held: frozenset[str] = frozenset(),
 ) -> JointFit:
     """Least squares from coordinates `x`.
@@ -141,6 +142,7 @@ def solve(
         x: start.
         bend: scale of the prior of the start deflections; that at `x` if not given.
         most: how many evaluations to spend at most.
+        tolerance: share of the sum of squares, or of the coordinates, that is not worth another step.
         held: coordinates to leave at their start.
 
     Raises:
@@ -178,7 +180,7 @@ def solve(
         assert result is not None
         return -result
 
-    found = minimise(residual, jacobian, inside[varied], low[varied], high[varied], most=most)
+    found = minimise(residual, jacobian, inside[varied], low[varied], high[varied], most=most, tolerance=tolerance)
     best = whole(found.x)
     evaluation = model.evaluate(best, scale)
     last = model.differentiate(best, scale, evaluation.start)
@@ -197,22 +199,28 @@ def solve(
 
 
 def refit(
-    fit: JointFit, model: JointModel, extra: dict[str, float] | None = None, *, most: int = 60
+    fit: JointFit,
+    model: JointModel,
+    extra: dict[str, float] | None = None,
+    *,
+    most: int = 60,
+    tolerance: float = 1e-7,
 ) -> JointFit:
     """Fit another model from where `fit` ended; `extra` starts the coordinates it did not have."""
     values = {**fit.values, **(extra or {})}
     known = fit.model.starts if model.recording.trials == fit.model.recording.trials else {}
     names = [effect.name for effect in model.spec.effects if effect.free_start]
     model = with_starts(model, {name: known[name] for name in names if name in known})
-    new = solve(model, model.coordinates({name: values[name] for name in model.names}), most=most)
+    x = model.coordinates({name: values[name] for name in model.names})
+    new = solve(model, x, most=most, tolerance=tolerance)
     # starts found before hardly move when another effect comes in: they are not worth their time here
-    return new if all(name in known for name in names) else settle(new, _SETTLING, most=most)
+    return new if all(name in known for name in names) else settle(new, _SETTLING, most=most, tolerance=tolerance)
 
 
-def settle(fit: JointFit, times: int = 1, *, most: int = 60) -> JointFit:
+def settle(fit: JointFit, times: int = 1, *, most: int = 60, tolerance: float = 1e-7) -> JointFit:
     """The fit with the start of every trial of effects with memory found anew."""
     for _ in range(times if free_starts(fit.model) else 0):
-        fit = solve(settled(fit.model, fit.x, fit.bend), fit.x, most=most)
+        fit = solve(settled(fit.model, fit.x, fit.bend), fit.x, most=most, tolerance=tolerance)
     return fit
 
 

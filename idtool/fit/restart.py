@@ -10,6 +10,8 @@ from idtool.model.stribeck import level
 _RATIOS = (0.6, 1.5)
 _SCREEN = 6
 _BETTER = 0.998
+#: Share of the sum of squares that does not decide whether a minimum is better.
+_NEAR = 1e-4
 #: A residual this close to the sensor noise is hardly worth a look for a better minimum.
 _AT_NOISE = 1.05
 
@@ -41,7 +43,7 @@ def restart(fit: JointFit) -> JointFit:
             values |= {"coulomb": moving, "static": ratio * moving, "stribeck_velocity": speed}
             found = solve(model, model.coordinates(values), bend=fit.bend, most=_SCREEN)
             if found.sse < 1.3 * best.sse:
-                found = solve(model, found.x, bend=fit.bend)
+                found = solve(model, found.x, bend=fit.bend, tolerance=_NEAR)
             if found.sse < _BETTER * best.sse:
                 best = found
     return best

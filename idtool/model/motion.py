@@ -69,6 +69,11 @@ class Motion:
         return step
 
     @cached_property
+    def waves(self) -> dict[float, Array]:
+        """Sines and cosines of the position that an effect wants again, by cycles per radian (metre)."""
+        return {}
+
+    @cached_property
     def step_velocity(self) -> Array:
         """Mean velocity over the step that ends at the row (mid-point rule)."""
         return self.at_step(self.velocity)

@@ -11,7 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
+import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from idtool.model import lugre
 from idtool.model.contribution import Contribution, Term, is_zero
@@ -250,6 +252,15 @@ def _output(
     return Prediction(torque, start_column, prediction.bristle), derivative
 
 
+@numba.njit(cache=True)
+def _between(values: Array, left: NDArray[np.intp], right: NDArray[np.intp], weight: Array) -> Array:
+    """Linear interpolation; indexing by arrays in numpy takes twenty times as long."""
+    out = np.empty(len(left))
+    for k in range(len(left)):
+        out[k] = values[left[k]] * (1.0 - weight[k]) + values[right[k]] * weight[k]
+    return out
+
+
 class _Shift:
     """Read a row quantity at `time + delay` inside its own trial (held beyond its ends)."""
 
@@ -269,7 +280,7 @@ class _Shift:
         self.span = np.where(span > 0, span, 1.0)
 
     def __call__(self, values: Array) -> Array:
-        return values[self.left] * (1.0 - self.weight) + values[self.right] * self.weight
+        return _between(np.ascontiguousarray(values), self.left, self.right, self.weight)
 
     def slope(self, values: Array) -> Array:
         return (values[self.right] - values[self.left]) / self.span
