@@ -18,16 +18,16 @@ _FIT_GOAL, _WHOLE_GOAL = 1.5, 10.0
 _GRAVITY, _SWEEP = tuple(range(0, 16, 2)), (1, 3, 5)
 #: stage -> function whose time, with all that it calls, it is; indented ones are parts of the one above.
 _STAGES = (
-    ("reading the motion", "signals.py", "record"),
+    ("reading the motion", "recording.py", "record"),
     ("— smoothing", "smoother.py", "smooth"),
-    ("first fit", "choose.py", "first_fit"),
+    ("first fits", "choose.py", "first_fits"),
     ("— global search", "search.py", "search"),
     ("diagnosis", "diagnose.py", "diagnose"),
-    ("— scoring candidate effects", "candidates.py", "best_score"),
+    ("— scoring candidate effects", "candidates.py", "best_start"),
     ("—— spectral lines of periodic effects", "lines.py", "strongest_line"),
     ("— refitting promising ones", "candidates.py", "try_effect"),
     ("— other shapes of the friction curve", "restart.py", "restart"),
-    ("— errors of left-out trials", "evidence.py", "left_out_errors"),
+    ("— errors of prediction", "left_out.py", "prediction_errors"),
     ("— what the residual depends on", "residual.py", "test_residual"),
 )
 #: the same time cut another way: what all stages above spend it on
@@ -35,8 +35,8 @@ _WORK = (
     ("all least squares", "joint.py", "solve"),
     ("— evaluations", "model.py", "evaluate"),
     ("— differentiations", "model.py", "differentiate"),
-    ("the filter, anywhere", "signals.py", "filtered"),
-    ("", "signals.py", "filtered_columns"),
+    ("the filter, anywhere", "recording.py", "filtered"),
+    ("", "recording.py", "filtered_columns"),
     ("the compiled LuGre step, anywhere", "lugre.py", "propagate"),
     ("", "lugre.py", "propagate_tangents"),
 )
@@ -95,7 +95,7 @@ def _stages(section: Section, profile: cProfile.Profile, logs: Sequence[Log]) ->
     for (file, _, function), (_, _, _, cumulative, _) in table.items():
         if "idtool" in file:
             found[file.replace("\\", "/").rsplit("/", 1)[-1], function] = cumulative
-    whole = found["identification.py", "identify"]
+    whole = found["identify.py", "identify"]
     section.add("identify", seconds(whole), "100 %")
     merged: list[tuple[str, float]] = []
     for name, file, function in (*_STAGES, *_WORK):

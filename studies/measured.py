@@ -34,7 +34,7 @@ from idtool.parameters import Parameters
 from idtool.verbs.identify import Identification, identify
 from idtool.verbs.predict import predict
 from pages.measured import page
-from studies import emps
+from testbench import emps
 from testbench.recordings import RECORDINGS, Recording
 from testbench.regression import OTHER, Rows, held_out, moving, regress, relative, torque_of
 
@@ -167,7 +167,7 @@ def _plain(error: FfcIdError, folder: Path) -> str:
 def code() -> str:
     """A digest of the tool and of this study: results of other code are run again."""
     digest = hashlib.sha256()
-    study = ("studies/measured.py", "studies/emps.py", "testbench/regression.py", "testbench/recordings.py")
+    study = ("studies/measured.py", "testbench/emps.py", "testbench/regression.py", "testbench/recordings.py")
     for path in [*sorted(Path("idtool").rglob("*.py")), *map(Path, study)]:
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]

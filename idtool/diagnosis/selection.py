@@ -47,8 +47,8 @@ _LEAST_OF_EXCESS = 0.05
 #: Bayesian evidence for a lag, whose many numbers follow much (Kass & Raftery 1995 call 6 "strong").
 _LEAST_EVIDENCE = 6.0
 _REFITTED = 4
-#: ... of those whose score promises to leave not much more than one that was refitted does. Rounds go on, so
-#: that they are refitted when that is in.
+#: ... of those whose score promises to leave not much more than that of one that passed. Rounds go on, so that
+#: they are refitted when that is in.
 _BEHIND = 1.3
 _MOST_ROUNDS = 24
 #: What a lag between torque and motion can be: their columns are nearly the same, and only refitted models
@@ -180,9 +180,10 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     lag = any(item.effect.name in _LAGS for item in promising[:_REFITTED])
     left_out = prediction_errors(fit)
     passed: list[Trial] = []
+    promised = np.inf  # what the best score of one that passed leaves
     for place, item in enumerate(promising):
         apart = lag and item.effect.name in _LAGS
-        behind = passed and item.left() > _BEHIND * min(trial.fit.sse for trial in passed)
+        behind = item.left() > _BEHIND * promised
         if not apart and (place >= _REFITTED or behind):
             _tell_why(selection, item.effect, "its score was behind that of the effects that were refitted")
             continue
@@ -192,6 +193,7 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         )
         if _passes(selection, trial, left_out):
             passed.append(trial)
+            promised = min(promised, item.left())
     if not passed:
         return None
     winner = _simplest_of_best(selection, passed)

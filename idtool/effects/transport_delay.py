@@ -6,7 +6,7 @@ from typing import final
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.motion import MOST_DELAY_S, Motion
 
 #: Delays from which a search starts, s: the torque is far from linear in a long one.
 _TRIED_S = (0.002, 0.006, 0.015, 0.035)
@@ -21,8 +21,8 @@ class TransportDelay(Effect):
     reveals = "sines of rising frequency"
     look_alikes = ("inertia", "compliance")
     citation = "Ljung 1999, chapter 4"
-    parameters = (EffectParameter("delay", "time", "how much later the motion is reported", -0.05, 0.05),)
-    coordinates = (Coordinate("delay", lower=-0.05, upper=0.05, increment=1e-4),)
+    parameters = (EffectParameter("delay", "time", "how much later the motion is reported", -MOST_DELAY_S, MOST_DELAY_S),)
+    coordinates = (Coordinate("delay", lower=-MOST_DELAY_S, upper=MOST_DELAY_S, increment=1e-4),)
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return Contribution(delay=values["delay"])

@@ -180,7 +180,9 @@ def solve(
         assert result is not None
         return -result
 
-    found = minimise(residual, jacobian, inside[varied], low[varied], high[varied], most=most, tolerance=tolerance)
+    found = minimise(
+        residual, jacobian, inside[varied], low[varied], high[varied], most=most, tolerance=tolerance
+    )
     best = whole(found.x)
     evaluation = model.evaluate(best, scale)
     last = model.differentiate(best, scale, evaluation.start)
@@ -214,7 +216,11 @@ def refit(
     x = model.coordinates({name: values[name] for name in model.names})
     new = solve(model, x, most=most, tolerance=tolerance)
     # starts found before hardly move when another effect comes in: they are not worth their time here
-    return new if all(name in known for name in names) else settle(new, _SETTLING, most=most, tolerance=tolerance)
+    return (
+        new
+        if all(name in known for name in names)
+        else settle(new, _SETTLING, most=most, tolerance=tolerance)
+    )
 
 
 def settle(fit: JointFit, times: int = 1, *, most: int = 60, tolerance: float = 1e-7) -> JointFit:

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+#: The latest that a servo reports its motion, s: two or three turns of a slow bus.
+MOST_DELAY_S = 0.05
+
 
 @dataclass(frozen=True)
 class Motion:

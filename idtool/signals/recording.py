@@ -21,7 +21,7 @@ from idtool.log import Log, columns_of
 from idtool.log.repair import Reading, Repaired, repair
 from idtool.log.sensor_faults import resolution
 from idtool.model.contribution import Contribution
-from idtool.model.motion import Array, Motion
+from idtool.model.motion import MOST_DELAY_S, Array, Motion
 from idtool.parameters.axis import Axis
 from idtool.signals import lowpass
 from idtool.signals.lowpass import Filter
@@ -34,6 +34,8 @@ _SPIKE = "outlier of the torque"
 #: SI magnitudes of a column as a whole lie between this and its inverse for every axis there is; squares and
 #: products of what does not lie there leave the range of a float. Times in seconds since 1970 are 2e9.
 _LARGEST = 1e12
+#: A trial that lasts so many times the longest delay does not miss its ends.
+_LONG = 20.0
 
 
 @dataclass(frozen=True)
@@ -358,6 +360,15 @@ def _faulty(repaired: Sequence[Repaired]) -> dict[str, NDArray[np.bool_]]:
     }
 
 
+def _beside_the_unseen(motion: Motion) -> NDArray[np.bool_]:
+    """Rows at either end of a long trial that a late reading makes depend on motion nobody logged."""
+    ends = np.append(motion.starts[1:], len(motion)) - 1
+    rows = np.diff(np.append(motion.starts, len(motion)))
+    since = motion.time - np.repeat(motion.time[motion.starts], rows)
+    left = np.repeat(motion.time[ends], rows) - motion.time
+    return (np.minimum(since, left) < MOST_DELAY_S) & (since + left > _LONG * MOST_DELAY_S)
+
+
 def _usable_rows(
     torque: Array, surprise: Array, faulty: dict[str, NDArray[np.bool_]], motion: Motion
 ) -> tuple[NDArray[np.bool_], dict[str, int], Array]:
@@ -376,6 +387,7 @@ def _usable_rows(
     fast = surprise > TOO_FAST
     near = np.convolve(fast, np.ones(5), mode="same") > 0.5
     drop("motion faster than its sampling", near)
+    usable &= ~_beside_the_unseen(motion)
     # a trial starts from a state nobody knows; where its first rows jump, the jump is such a state
     rows_in = np.arange(len(torque)) - np.repeat(
         motion.starts, np.diff(np.append(motion.starts, len(torque)))
