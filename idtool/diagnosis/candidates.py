@@ -23,6 +23,9 @@ from idtool.model.torque import Direction
 LEAST_GAIN = 0.01
 #: Highest frequency that filtered rows show, as a share of their rate.
 _NYQUIST = 0.45
+#: What beats from outside has no regard for the motion: a wave of which the motion explains more than half
+#: may be the motion's own.
+_APART = 0.5
 #: A start without a linear strength is one of about the right size if its residual asks for so much of it.
 _OF_ITS_SIZE = (0.2, 5.0)
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
@@ -128,6 +131,11 @@ def best_start(background: Background, effect: Effect) -> Start:
             highest = min(highest, _NYQUIST * model.recording.filter.rate_hz)
         frequency, tried = strongest_line(background, wave.of[model.recording.row], wave.lowest, highest)
         starts = [{wave.coordinate: frequency}]
+        if (
+            "time" in effect.follows
+            and _own_share(background, wave.of[model.recording.row], frequency) < _APART
+        ):
+            return Start(0.0, 1.0, starts[0])
     best: tuple[Score, dict[str, float]] | None = None
     for start in starts:
         strengths = [c for c in coordinates if c.name not in start]
@@ -157,6 +165,13 @@ def best_start(background: Background, effect: Effect) -> Start:
     chance = background.chance(best[0].left, best[0].columns)
     share = float(background.residual @ background.residual) / whole
     return Start(best[0].gain * share, min(1.0, chance * tried), best[1])
+
+
+def _own_share(background: Background, of: Array, frequency: float) -> float:
+    """How much of a wave is free of what a background can explain, as a share of its size."""
+    waves = np.zeros((len(background.basis), 2))
+    waves[: len(of)] = np.column_stack([np.sin(frequency * of), np.cos(frequency * of)])
+    return float(np.linalg.norm(background.free_of_fit(waves)) / np.linalg.norm(waves))
 
 
 def _change(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> Array:

@@ -23,11 +23,10 @@ from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
-from idtool.fit.joint import JointFit, on_recording, refit
+from idtool.fit.joint import JointFit, on_recording, refit, share_of_torque
 from idtool.fit.left_out import predicts_better
 from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
-from idtool.model.torque import predict
 from idtool.model.units import file_key
 from idtool.parameters.correction import Correction
 from idtool.signals import Recording
@@ -144,19 +143,6 @@ class Diagnosis:
             "noise_percent": 100.0 * self.split.recording.noise / torque,
         }
 
-    def percent_of_torque(self, effect: Effect) -> float:
-        """Root mean square of an effect's torque over that of the measured torque, moving rows, per cent."""
-        fit = self.final
-        recording = fit.model.recording
-        plain = JointModel(
-            recording, fit.model.spec.without(effect.name), fit.model.constants, fit.model.starts
-        )
-        x = plain.coordinates({name: fit.values[name] for name in plain.names})
-        torque = predict(recording.motion, plain.friction(x), plain.contribution(x), fit.start).torque
-        rows = recording.usable
-        own = (fit.predicted - torque)[rows]
-        return float(100.0 * np.linalg.norm(own) / np.linalg.norm(recording.torque[rows]))
-
     @property
     def verdict(self) -> str:
         """adequate, effect_found, ambiguous or unexplained."""
@@ -180,7 +166,7 @@ class Diagnosis:
                 {
                     "name": effect.name,
                     "p_value": self.selection.p_values.get(effect.name),
-                    "percent_of_torque": self.percent_of_torque(effect),
+                    "percent_of_torque": 100.0 * share_of_torque(self.final, effect),
                     "alternatives": self.selection.alternatives.get(effect.name, []),
                     "parameters": {
                         file_key(n, dimensions[n], kind): p.to_table() for n, p in entry.parameters.items()

@@ -21,7 +21,11 @@ class TransportDelay(Effect):
     reveals = "sines of rising frequency"
     look_alikes = ("inertia", "compliance")
     citation = "Ljung 1999, chapter 4"
-    parameters = (EffectParameter("delay", "time", "how much later the motion is reported", -MOST_DELAY_S, MOST_DELAY_S),)
+    parameters = (
+        EffectParameter(
+            "delay", "time", "how much later the motion is reported", -MOST_DELAY_S, MOST_DELAY_S
+        ),
+    )
     coordinates = (Coordinate("delay", lower=-MOST_DELAY_S, upper=MOST_DELAY_S, increment=1e-4),)
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.effects.base import Effect
 from idtool.errors import InputError
 from idtool.fit.covariance import Uncertainty, correlation_rows, uncertainty
 from idtool.fit.levenberg import minimise
@@ -238,6 +239,18 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
     return replace(
         fit, model=model, start=evaluation.start, residual=evaluation.residual, jacobian=empty, evaluations=1
     )
+
+
+def share_of_torque(fit: JointFit, effect: Effect) -> float:
+    """Root mean square of an effect's torque over that of the measured torque, moving rows."""
+    recording = fit.model.recording
+    without = JointModel(
+        recording, fit.model.spec.without(effect.name), fit.model.constants, fit.model.starts
+    )
+    x = without.coordinates({name: fit.values[name] for name in without.names})
+    torque = predict(recording.motion, without.friction(x), without.contribution(x), fit.start).torque
+    own = (fit.predicted - torque)[recording.usable]
+    return float(np.linalg.norm(own) / np.linalg.norm(recording.torque[recording.usable]))
 
 
 def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:
