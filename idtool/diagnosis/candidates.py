@@ -21,6 +21,8 @@ from idtool.model.torque import Direction
 
 #: An effect must lower the left-out error by this share at least: less is not worth a parameter.
 LEAST_GAIN = 0.01
+#: What is less than this share of the torque that is no gravity does not matter, named or not.
+WORTH = 0.01
 #: Highest frequency that filtered rows show, as a share of their rate.
 _NYQUIST = 0.45
 #: What beats from outside has no regard for the motion: a wave of which the motion explains more than half

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.diagnosis.candidates import LEAST_GAIN, Selection
+from idtool.diagnosis.candidates import LEAST_GAIN, WORTH, Selection
 from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.pruning import veto
 from idtool.diagnosis.repeatability import repeatability
@@ -23,7 +23,7 @@ from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
-from idtool.fit.joint import JointFit, on_recording, refit, share_of_torque
+from idtool.fit.joint import JointFit, on_recording, refit, torque_of
 from idtool.fit.left_out import predicts_better
 from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
@@ -36,8 +36,6 @@ SCHEMA = "ffc-id/diagnosis/1"
 #: A residual this much above the sensor noise, and correlated over this many rows, holds something.
 _ABOVE_NOISE = 1.5
 _CORRELATED = 2.0
-#: What depends on something and is less than this share of the torque that is no gravity does not matter.
-_WORTH = 0.01
 
 
 @dataclass(frozen=True)
@@ -77,8 +75,10 @@ class Diagnosis:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """The accepted effects in the order in which they were found; inertia, which every axis has, last."""
-        accepted = self.final.model.spec.effects
+        """The effects of the axis in the order in which they were found; inertia last."""
+        accepted = [
+            effect for effect in self.final.model.spec.effects if not _of_the_readings(self.final, effect)
+        ]
         return tuple(sorted(accepted, key=lambda effect: effect.name == "inertia"))
 
     @cached_property
@@ -111,7 +111,7 @@ class Diagnosis:
     @cached_property
     def unexplained(self) -> dict[str, Any] | None:
         """What is left and still structured."""
-        matters = _WORTH * self.final.model.friction_sizes[0]
+        matters = WORTH * self.final.model.friction_sizes[0]
         tests = [test for test in self.tests_after if np.sqrt(test.share) * self.final.rmse > matters]
         depends = [test for test in tests if test.depends or (test.variable in self.unnamed)]
         noisy = self.final.rmse > max(_ABOVE_NOISE * self.floor, matters)
@@ -166,7 +166,9 @@ class Diagnosis:
                 {
                     "name": effect.name,
                     "p_value": self.selection.p_values.get(effect.name),
-                    "percent_of_torque": 100.0 * share_of_torque(self.final, effect),
+                    "percent_of_torque": 100.0
+                    * torque_of(self.final, effect)
+                    / self.split.recording.torque_size,
                     "alternatives": self.selection.alternatives.get(effect.name, []),
                     "parameters": {
                         file_key(n, dimensions[n], kind): p.to_table() for n, p in entry.parameters.items()
@@ -294,9 +296,14 @@ def diagnose(
             "there are too few trials to hold some out, so contiguous blocks of time stand in for trials: "
             "the error on them tells of other times of the same run, not of another run."
         )
+    notes += filter(None, (_of_the_readings(final, effect) for effect in final.model.spec.effects))
     following = _following(selection, final, tell)
     tests = test_residual(base), test_residual(final)
     return Diagnosis(parts, base, selection, final, *tests, following, unnamed, notes)
+
+
+def _of_the_readings(fit: JointFit, effect: Effect) -> str | None:
+    return effect.of_the_readings(fit.model.effect_values(fit.x, effect), fit.model.recording.motion)
 
 
 def _without_unnamed(selection: Selection) -> tuple[str, ...]:

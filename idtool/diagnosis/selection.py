@@ -16,6 +16,7 @@ import numpy as np
 
 from idtool.diagnosis.candidates import (
     LEAST_GAIN,
+    WORTH,
     Candidate,
     Selection,
     Start,
@@ -32,7 +33,7 @@ from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, simplify
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
-from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, share_of_torque, solve
+from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve, torque_of
 from idtool.fit.left_out import prediction_errors, root_mean
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
@@ -54,8 +55,6 @@ _MOST_ROUNDS = 24
 #: What a lag between torque and motion can be: their columns are nearly the same, and only refitted models
 #: tell which it is. One among the best brings the others.
 _LAGS = ("backlash", "hysteresis", "transport_delay", "compliance")
-#: Share of the measured torque that no effect exceeds.
-_WHOLE = 1.0
 #: A bristle that bends over more than this share of the stroke can hide an effect from its score.
 _BENT = 0.03
 
@@ -301,8 +300,11 @@ def _why_not(selection: Selection, trial: Trial, before: Array, new: float) -> s
         return "its parameter ran to a bound"
     if reason := implausible(trial.fit, trial.effect):
         return reason
-    if share_of_torque(trial.fit, trial.effect) > _WHOLE:
+    size = torque_of(trial.fit, trial.effect)
+    if size > trial.fit.model.recording.torque_size:
         return "it would be larger than the torque that was measured, and something else would cancel it"
+    if size < WORTH * trial.fit.model.friction_sizes[0]:
+        return f"it would be less than {100 * WORTH:.0f} % of the friction"
     if new > (1.0 - LEAST_GAIN) * old:
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
     if old**2 - new**2 < _LEAST_OF_EXCESS * (old**2 - selection.fit.model.filtered_noise**2):

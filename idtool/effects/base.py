@@ -225,6 +225,11 @@ class Effect(ABC):
         """
         return None
 
+    def of_the_readings(self, values: Values, motion: Motion) -> str | None:
+        """Why an effect of this size tells how the log was read, not what the axis does, as a sentence; None
+        if it is the axis. It stays in the model, but is not told as found."""
+        return None
+
     def around(self, values: Values, coordinate: str) -> Values:
         """Those of `values` on which the derivative along a coordinate depends; all, unless an effect of many
         members knows better."""

@@ -97,6 +97,11 @@ class Hysteresis(Effect):
             return "the axis hardly ever turned round: log small strokes inside large ones"
         return None
 
+    def implausible(self, values: Values, model: Values) -> str | None:
+        if values["yield"] > model.get("coulomb", math.inf):
+            return "it would carry more than the friction level: it would be the friction, by another name"
+        return None
+
     def to_parameters(self, values: Values) -> dict[str, float]:
         return {"stiffness": values["yield"] * math.exp(-values["log_reach"]), "yield": values["yield"]}
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import final
 
+import numpy as np
+
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import MOST_DELAY_S, Motion
@@ -33,6 +35,15 @@ class TransportDelay(Effect):
 
     def sizes(self, motion: Motion) -> list[dict[str, float]]:
         return [{"delay": sign * size} for size in _TRIED_S for sign in (-1.0, 1.0)]
+
+    def of_the_readings(self, values: Values, motion: Motion) -> str | None:
+        delay, period = abs(values["delay"]), float(np.median(motion.step[~motion.first]))
+        if delay >= period:
+            return None
+        return (
+            f"torque and motion are {1e3 * delay:.2g} ms apart, less than the {1e3 * period:.3g} ms between "
+            "samples: that is when they were read, not a delay of the axis."
+        )
 
     def in_c(self, values: Values) -> CForm:
         return CForm("sum->delay += delay;", values, looks_back_s=abs(values["delay"]))

@@ -241,8 +241,8 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
     )
 
 
-def share_of_torque(fit: JointFit, effect: Effect) -> float:
-    """Root mean square of an effect's torque over that of the measured torque, moving rows."""
+def torque_of(fit: JointFit, effect: Effect) -> float:
+    """Root mean square of what an effect adds to the predicted torque, rows that a fit uses."""
     recording = fit.model.recording
     without = JointModel(
         recording, fit.model.spec.without(effect.name), fit.model.constants, fit.model.starts
@@ -250,7 +250,7 @@ def share_of_torque(fit: JointFit, effect: Effect) -> float:
     x = without.coordinates({name: fit.values[name] for name in without.names})
     torque = predict(recording.motion, without.friction(x), without.contribution(x), fit.start).torque
     own = (fit.predicted - torque)[recording.usable]
-    return float(np.linalg.norm(own) / np.linalg.norm(recording.torque[recording.usable]))
+    return float(np.sqrt(np.mean(own**2)))
 
 
 def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:

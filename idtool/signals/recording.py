@@ -82,6 +82,11 @@ class Recording:
     fold: NDArray[np.intp] | None = None
 
     @cached_property
+    def torque_size(self) -> float:
+        """Root mean square of the measured torque, rows that a fit uses."""
+        return float(np.sqrt(np.mean(self.torque[self.usable] ** 2)))
+
+    @cached_property
     def operator(self) -> sparse.csr_matrix:
         """The filter and decimation as a matrix, shape (filtered rows, rows)."""
         return lowpass.operator(self.motion, self.usable, self.filter)
