@@ -253,7 +253,7 @@ def carry(
         m[LAST_POSITION] = position
         torque += n[YIELD] * m[STRETCH]
     if n[GAIN] != 0.0:
-        m[AGE] = 0.0 if m[BEGUN] == 0.0 else aged(m[AGE], w, step, n[REST_SPEED], n[WEAR], n[DWELL_TIME])
+        m[AGE] = 0.5 if m[BEGUN] == 0.0 else aged(m[AGE], w, step, n[REST_SPEED], n[WEAR], n[DWELL_TIME])
         static_change += n[GAIN] * m[AGE]
 
     decay = 1.0

@@ -37,6 +37,7 @@ def _rested(
     velocity: Array,
     first: NDArray[np.bool_],
     step: Array,
+    start: Array,
     rest_speed: float,
     wear: float,
     time_constant: float,
@@ -44,10 +45,11 @@ def _rested(
     out: Array,
 ) -> None:
     """How far the contact has aged at every sample."""
-    age = memory[0]
+    age, begun = memory[0], 0
     for k in range(velocity.shape[0]):
         if first[k]:
-            age = 0.0
+            age = 0.5 * (1.0 + start[begun])
+            begun += 1
         else:
             age = aged(age, abs(velocity[k]), step[k], rest_speed, wear, time_constant)
         out[k] = age
@@ -75,6 +77,7 @@ class BreakawayDwell(Effect):
         Coordinate("log_wear", null=-3.0, lower=-10.0, upper=2.0, increment=1e-3),
     )
     memory = 1
+    free_start = True
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         return self.resume(motion, values, Past.none(motion, self.memory))
@@ -85,6 +88,7 @@ class BreakawayDwell(Effect):
             motion.velocity,
             past.first,
             past.step,
+            past.start,
             values["rest_speed"],
             math.exp(values["log_wear"]),
             math.exp(values["log_time_constant"]),
@@ -96,7 +100,7 @@ class BreakawayDwell(Effect):
     def in_c(self, values: Values) -> CForm:
         code = """
             const float speed = fabsf(row->velocity);
-            if (row->first) memory[0] = 0.0f;
+            if (row->first) memory[0] = 0.5f;
             else if (speed < rest_speed)
                 memory[0] += (1.0f - memory[0]) * (1.0f - decay(row->step * (1.0f / time_constant)));
             else memory[0] *= decay(row->step * speed * (1.0f / wear));

@@ -13,6 +13,9 @@ from idtool.model.motion import MOST_DELAY_S, Motion
 #: Delays from which a search starts, s: the torque is far from linear in a long one.
 _TRIED_S = (0.002, 0.006, 0.015, 0.035)
 
+#: Share of the steps between samples that are of the fastest log.
+_FASTEST = 0.05
+
 
 @final
 class TransportDelay(Effect):
@@ -37,7 +40,8 @@ class TransportDelay(Effect):
         return [{"delay": sign * size} for size in _TRIED_S for sign in (-1.0, 1.0)]
 
     def of_the_readings(self, values: Values, motion: Motion) -> str | None:
-        delay, period = abs(values["delay"]), float(np.median(motion.step[~motion.first]))
+        # logs may be of different rates; the fastest tells
+        delay, period = abs(values["delay"]), float(np.quantile(motion.step[~motion.first], _FASTEST))
         if delay >= period:
             return None
         return (

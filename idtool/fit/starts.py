@@ -18,6 +18,7 @@ from idtool.model.motion import Array
 #: Tried first, then these steps about the best.
 _COARSE = np.linspace(-1.0, 1.0, 9)
 _FINE = np.array([-0.1875, -0.125, -0.0625, 0.0625, 0.125, 0.1875])
+_FINEST = np.array([-0.03125, 0.03125])
 #: What depends on the recording and the spec only.
 _KEPT = ("names", "scales", "bounds", "measured", "gravity_columns", "filtered_noise", "friction_sizes")
 
@@ -43,7 +44,7 @@ def settled(model: JointModel, x: Array, bend: float) -> JointModel:
             continue
         best = np.zeros(model.recording.trials)
         least = np.full(model.recording.trials, np.inf)
-        for steps in (_COARSE, _FINE):
+        for steps in (_COARSE, _FINE, _FINEST):
             centre = best.copy()
             for step in steps:
                 tried = np.clip(centre + step, -1.0, 1.0)

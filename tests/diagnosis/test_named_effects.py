@@ -73,8 +73,8 @@ CASES = [
         0.03,
     ),
     ("hysteresis", {"stiffness_nm_per_rad": 0.3, "yield_nm": 0.02}, "yield_nm", 0.03),
-    # a break-away takes less than the filter's window, so the parameters are vague: within 3 standard errors
-    ("breakaway_dwell", {"gain": 0.8, "time_constant_s": 1.0}, "time_constant_s", None),
+    # the time constant hangs on what counts as rest, which plant and fit set differently
+    ("breakaway_dwell", {"gain": 0.8, "time_constant_s": 1.0}, "gain", 0.1),
 ]
 
 
@@ -93,7 +93,7 @@ def session(folder: Path, plant: str, seed: int, *more: str) -> list[Log]:
 
 @pytest.mark.parametrize(("name", "truth", "compared", "tolerance"), CASES, ids=[case[0] for case in CASES])
 def test_names_the_one_effect_that_nobody_declared(
-    tmp_path: Path, name: str, truth: dict[str, float], compared: str | None, tolerance: float | None
+    tmp_path: Path, name: str, truth: dict[str, float], compared: str | None, tolerance: float
 ) -> None:
     lines = "\n".join(f"{key} = {value}" for key, value in truth.items())
     plant = PLANT.format(sensors="lab") + f'[[effects]]\nname = "{name}"\n{lines}\n'
@@ -111,8 +111,7 @@ def test_names_the_one_effect_that_nobody_declared(
     assert diagnosis["verdict"] in ("effect_found", "ambiguous")
     found = named[name]
     parameter = found["parameters"][compared]
-    margin = 3.0 * parameter["stderr"] if tolerance is None else tolerance * truth[compared]
-    assert parameter["value"] == pytest.approx(truth[compared], abs=margin)
+    assert parameter["value"] == pytest.approx(truth[compared], rel=tolerance)
     # lying on its side without payload, an offset and a tilt error are the same thing: say so
     expected = ["tilt_misalignment"] if name == "torque_offset" else []
     assert found["alternatives"] == expected
