@@ -34,6 +34,8 @@ def _sines(position: Array, cycles: float) -> Array:
 
 def _waves(motion: Motion, cycles: float) -> Array:
     """`_sines` of the position; those asked for last are kept, since a fit asks for them once a strength."""
+    if len(motion) == 1:  # the row of a controller, which writes each sample over the last
+        return _sines(motion.position, cycles)
     known = motion.waves
     if cycles not in known:
         while len(known) >= _KEPT:
