@@ -1,0 +1,61 @@
+"""Bounded least squares against SciPy's, and what it promises at bounds and limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import optimize
+
+from idtool.fit.levenberg import minimise
+from idtool.model.motion import Array
+
+OPEN = np.full(2, np.inf)
+
+
+def rosenbrock(x: Array) -> Array:
+    return np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0]])
+
+
+def its_jacobian(x: Array) -> Array:
+    return np.array([[-20.0 * x[0], 10.0], [-1.0, 0.0]])
+
+
+def test_a_curved_valley() -> None:
+    found = minimise(rosenbrock, its_jacobian, np.array([-1.2, 1.0]), -OPEN, OPEN, most=100)
+    np.testing.assert_allclose(found.x, [1.0, 1.0], atol=1e-6)
+    assert found.converged
+
+
+def test_out_of_evaluations() -> None:
+    found = minimise(rosenbrock, its_jacobian, np.array([-1.2, 1.0]), -OPEN, OPEN, most=4)
+    assert not found.converged
+    assert found.evaluations == 4
+    assert np.sum(rosenbrock(found.x) ** 2) <= np.sum(rosenbrock(np.array([-1.2, 1.0])) ** 2)
+
+
+@given(seed=st.integers(0, 10_000), size=st.integers(1, 6), scale=st.floats(-6.0, 6.0))
+def test_linear_problems_in_a_box_as_scipy_solves_them(seed: int, size: int, scale: float) -> None:
+    """Whatever the units of a coordinate, and however many of them end at a bound."""
+    draw = np.random.default_rng(seed)
+    matrix = draw.standard_normal((4 * size, size)) * 10.0 ** (scale * draw.uniform(-1.0, 1.0, size))
+    target = draw.standard_normal(4 * size)
+    width = np.abs(np.linalg.lstsq(matrix, target)[0]) * draw.uniform(0.3, 3.0, size) + 1e-9
+    best = optimize.lsq_linear(matrix, target, (-width, width), tol=1e-12, method="bvls")
+    found = minimise(lambda x: matrix @ x - target, lambda x: matrix, np.zeros(size), -width, width, most=60)
+    assert np.all(np.abs(found.x) <= width)
+    assert np.sum((matrix @ found.x - target) ** 2) <= 2.0 * best.cost * (1.0 + 1e-6) + 1e-12
+
+
+def test_a_start_outside_is_moved_in() -> None:
+    low, high = np.array([0.0, 0.0]), np.array([0.5, 2.0])
+    found = minimise(rosenbrock, its_jacobian, np.array([9.0, -9.0]), low, high, most=100)
+    np.testing.assert_allclose(found.x, [0.5, 0.25], atol=1e-6)
+
+
+def test_a_coordinate_that_no_row_shows_stays() -> None:
+    found = minimise(
+        lambda x: x[:1] - 3.0, lambda x: np.array([[1.0, 0.0]]), np.array([0.0, 7.0]), -OPEN, OPEN, most=20
+    )
+    assert found.x == pytest.approx([3.0, 7.0])

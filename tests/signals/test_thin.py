@@ -1,0 +1,41 @@
+"""Fewer rows for a search: what passes the filter stays, and the noise is told as it then is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from idtool.signals import record
+from idtool.signals.recording import Recording
+from idtool.signals.thin import thin
+from testbench.plants import Plant, record_session
+
+PAPER = Plant(0.070, 0.030, 0.090, 0.155, 0.051, 0.297, 0.006, 0.2295, 0.4457)
+
+
+def recording() -> Recording:
+    return record(record_session(PAPER, "lab", 3, ("sine",)))
+
+
+def test_what_passes_the_filter_stays() -> None:
+    whole = recording()
+    few = thin(whole)
+    every = len(whole.motion) / len(few.motion)
+    assert every > 1.9
+    assert few.filter.bandwidth_hz == pytest.approx(whole.filter.bandwidth_hz, rel=0.2)  # whole taps
+    assert 0.5 * whole.noise / np.sqrt(every) < few.noise < whole.noise
+    # the filtered torque at the same instants, within what the noise between them allows
+    first = whole.motion.trial[whole.row] == 0
+    again = few.motion.trial[few.row] == 0
+    torque = few.filtered(few.torque)[again]
+    expected = np.interp(
+        few.motion.time[few.row][again],
+        whole.motion.time[whole.row][first],
+        whole.filtered(whole.torque)[first],
+    )
+    assert np.sqrt(np.mean((torque - expected) ** 2)) < 0.02 * np.std(expected) + whole.noise
+
+
+def test_nothing_to_thin() -> None:
+    few = thin(recording())
+    assert thin(few) is few
