@@ -94,9 +94,9 @@ def fit_gravity(
     recording, known = _read(logs, params, given, output)
     result = fit(recording, optimizer=optimizer, seed=seed)
     spec = result.fit.model.spec
-    parameters = replace(known, gravity_model=spec.gravity, gravity=gravity_parameters(result.fit))
+    fitted, notes = _doubted(result.fit)
+    parameters = replace(known, gravity_model=spec.gravity, gravity=gravity_parameters(fitted))
     points = [(p.payload, p) for p in result.points if p.payload is not None]
-    notes = []
     if spec.gravity == "slide" and "per_payload" in spec.gravity_columns:
         notes.append("payload steps determine m1 + 2 m2 and the payload slope, not m1 and m2 apart.")
     picture = None
@@ -110,7 +110,7 @@ def fit_gravity(
             stderr=[p.stderr for _, p in points],
         )
     quality = {"average_error_percent": result.average_error}
-    _finish(parameters, params, "gravity", quality, result.fit, notes, picture, figure, output)
+    _finish(parameters, params, "gravity", quality, fitted, notes, picture, figure, output)
 
 
 @click.command("fit-static")
@@ -143,8 +143,9 @@ def fit_static(
 
     recording, known = _read(logs, params, given, output)
     result = fit(recording, known, law=friction, optimizer=optimizer, seed=seed)
-    parameters = replace(known, static=static_parameters(result.fit))
-    curve = stribeck_curve(result.fit)
+    fitted, notes = _doubted(result.fit)
+    parameters = replace(known, static=static_parameters(fitted))
+    curve = stribeck_curve(fitted)
     picture = stribeck_figure(
         [w.velocity for w in result.windows],
         [w.friction for w in result.windows],
@@ -157,7 +158,7 @@ def fit_static(
         high=curve["high"],
     )
     quality = {"adjusted_r2": result.adjusted_r2, "windows": len(result.windows), "curve_fit": result.curve}
-    _finish(parameters, params, "static", quality, result.fit, [], picture, figure, output)
+    _finish(parameters, params, "static", quality, fitted, notes, picture, figure, output)
 
 
 @click.command("fit-dynamic")
@@ -188,9 +189,10 @@ def fit_dynamic(
 
     recording, known = _read(logs, params, given, output)
     result = fit(recording, known, optimizer=optimizer, seed=seed)
-    parameters = replace(known, dynamic=dynamic_parameters(result.fit))
+    fitted, notes = _doubted(result.fit)
+    parameters = replace(known, dynamic=dynamic_parameters(fitted))
     if any(effect.name == "inertia" for effect in result.fit.model.spec.effects):
-        parameters = parameters.with_effect(effect_entry(result.fit, registry.get("inertia")))
+        parameters = parameters.with_effect(effect_entry(fitted, registry.get("inertia")))
     rows = recording.row
     model = result.fit.model
     picture = dynamic_figure(
@@ -206,7 +208,22 @@ def fit_dynamic(
         "relative_percent": 100.0 * result.fit.relative,
         "model_evaluations": result.fit.evaluations,
     }
-    _finish(parameters, params, "dynamic", quality, result.fit, [], picture, figure, output)
+    _finish(parameters, params, "dynamic", quality, fitted, notes, picture, figure, output)
+
+
+def _doubted(fit: JointFit) -> tuple[JointFit, list[str]]:
+    """The fit with intervals that allow for what its model lacks, and a sentence on that."""
+    from idtool.diagnosis.remainder import doubted, remainder
+
+    left = remainder(fit)
+    if left is None:
+        return fit, []
+    follows = f"follows the {', the '.join(left.depends_on)}" if left.depends_on else "is no noise"
+    what = (
+        f"the model lacks something: what it leaves {follows} ({100.0 * left.share:.0f} % of its square). "
+        "The intervals allow for what that can have done; next: ffc-id identify with all logs of the axis."
+    )
+    return doubted(fit, left), [what]
 
 
 def _read(logs: Sequence[Path], params: Path, given: Given, output: Output) -> tuple[Recording, Parameters]:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.diagnosis.candidates import LEAST_GAIN, WORTH, Selection
+from idtool.diagnosis.candidates import LEAST_GAIN, Selection
 from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.pruning import veto
-from idtool.diagnosis.repeatability import repeatability
+from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import select
 from idtool.diagnosis.shapes import Unnamed
@@ -33,9 +33,6 @@ from idtool.signals import Recording
 from idtool.signals.thin import thin
 
 SCHEMA = "ffc-id/diagnosis/1"
-#: A residual this much above the sensor noise, and correlated over this many rows, holds something.
-_ABOVE_NOISE = 1.5
-_CORRELATED = 2.0
 
 
 @dataclass(frozen=True)
@@ -46,9 +43,9 @@ class Diagnosis:
         split: the trials, and which were held out.
         base: the base model, fitted on the training trials.
         selection: the search for effects on the training rows.
-        unnamed: what shapes without a name followed, as the residual's tests name it.
         final: the extended model fitted on all trials; its parameters are the result.
         tests_before, tests_after: dependence of the residual on what was measured.
+        remainder: what the final model leaves and is still structured.
         following: the run that would tell what these logs leave open.
         notes: sentences for the reader.
     """
@@ -60,7 +57,7 @@ class Diagnosis:
     tests_before: list[ResidualTest]
     tests_after: list[ResidualTest]
     following: Following | None = None
-    unnamed: tuple[str, ...] = ()
+    remainder: Remainder | None = None
     notes: list[str] = field(default_factory=list)
 
     @cached_property
@@ -103,32 +100,17 @@ class Diagnosis:
         return without, with_it
 
     @cached_property
-    def floor(self) -> float:
-        """What no model of the motion can explain, filtered rows: the sensor noise, or what does not come
-        again where the same place, speed and direction are passed again."""
-        return max(self.final.model.filtered_noise, repeatability(self.final) or 0.0)
-
-    @cached_property
     def unexplained(self) -> dict[str, Any] | None:
         """What is left and still structured."""
-        matters = WORTH * self.final.model.friction_sizes[0]
-        tests = [test for test in self.tests_after if np.sqrt(test.share) * self.final.rmse > matters]
-        depends = [test for test in tests if test.depends or (test.variable in self.unnamed)]
-        noisy = self.final.rmse > max(_ABOVE_NOISE * self.floor, matters)
-        correlated = autocorrelation(self.final) > _CORRELATED
-        if not depends and not (noisy and correlated):
+        if self.remainder is None:
             return None
-        # that there is something is certain then; what it follows may be told with less confidence
-        depends = depends or [test for test in tests if test.may_depend]
-        above = 1.0 - min(1.0, self.floor / self.final.rmse) ** 2
-        share = max((test.share for test in depends), default=above)
-        names = [test.variable for test in depends]
+        names = list(self.remainder.depends_on)
         note = (
             f"the residual still depends on {', '.join(names)}; no effect of the library accounts for it."
             if names
             else "the residual is above the sensor noise and correlated in time, but follows nothing logged."
         )
-        return {"share": share, "depends_on": names, "note": note}
+        return {"share": self.remainder.share, "depends_on": names, "note": note}
 
     @cached_property
     def left(self) -> dict[str, float]:
@@ -299,7 +281,8 @@ def diagnose(
     notes += filter(None, (_of_the_readings(final, effect) for effect in final.model.spec.effects))
     following = _following(selection, final, tell)
     tests = test_residual(base), test_residual(final)
-    return Diagnosis(parts, base, selection, final, *tests, following, unnamed, notes)
+    left = remainder(final, tests[1], unnamed)
+    return Diagnosis(parts, base, selection, doubted(final, left), *tests, following, left, notes)
 
 
 def _of_the_readings(fit: JointFit, effect: Effect) -> str | None:

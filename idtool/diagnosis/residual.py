@@ -108,6 +108,16 @@ def generic_columns(fit: JointFit) -> dict[str, Array]:
     return columns
 
 
+def columns_followed(fit: JointFit, name: str) -> Array:
+    """Columns (filtered rows, n) that follow a variable as `test_residual` looks for it."""
+    columns = generic_columns(fit)[name]
+    if name != "position":
+        return columns
+    values = fit.model.recording.motion.position[fit.model.recording.row]
+    angle = _line(Background.of(fit), values)[0] * values
+    return np.hstack([columns, np.sin(angle)[:, None], np.cos(angle)[:, None]])
+
+
 def motion_columns(fit: JointFit) -> Array:
     """Smooth functions of position, velocity and acceleration side by side, (filtered rows, n)."""
     generic = generic_columns(fit)
@@ -117,14 +127,19 @@ def motion_columns(fit: JointFit) -> Array:
 def _line_test(background: Background, name: str, values: Array) -> ResidualTest:
     """The strongest sine of a variable, from one period over its range to what the rows resolve."""
     values = values[background.fit.model.recording.row]
-    span = float(np.ptp(values))
-    if span <= 0.0:
+    if np.ptp(values) <= 0.0:
         return ResidualTest(name, 0.0, 1.0)
-    highest = 2.0 * np.pi * min(400, max(len(values) // 20, 8)) / span
-    frequency, looked_at = strongest_line(background, values, 2.0 * np.pi / span, highest)
+    frequency, looked_at = _line(background, values)
     angle = frequency * values
     test = _test(background, name, np.column_stack([np.sin(angle), np.cos(angle)]))
     return ResidualTest(name, test.share, min(1.0, test.p_value * looked_at))
+
+
+def _line(background: Background, values: Array) -> tuple[float, int]:
+    """Frequency of the strongest sine of a variable, and how many were looked at."""
+    span = float(np.ptp(values))
+    highest = 2.0 * np.pi * min(400, max(len(values) // 20, 8)) / span
+    return strongest_line(background, values, 2.0 * np.pi / span, highest)
 
 
 def _rhythm_test(background: Background) -> ResidualTest:

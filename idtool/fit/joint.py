@@ -37,6 +37,8 @@ class JointFit:
         evaluations: how often the model was evaluated.
         held: coordinates that were not varied.
         converged: whether nothing more was to be gained; it ran out of evaluations otherwise.
+        pull: by how much an effect that the model lacks can have moved each coordinate; None if nothing is
+            known to be lacking.
     """
 
     model: JointModel
@@ -48,6 +50,7 @@ class JointFit:
     evaluations: int
     held: frozenset[str] = frozenset()
     converged: bool = True
+    pull: Array | None = None
 
     @property
     def sse(self) -> float:
@@ -104,11 +107,11 @@ class JointFit:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the coordinates, robust against autocorrelated residuals; those that were held
-        or sit at a bound get zero rows."""
+        """Covariance of the coordinates, robust against autocorrelated residuals, with `pull` added; those
+        that were held or sit at a bound get zero rows."""
         covariance = np.zeros((len(self.x), len(self.x)))
         covariance[np.ix_(self.free, self.free)] = self.uncertainty.covariance
-        return covariance
+        return covariance if self.pull is None else covariance + np.outer(self.pull, self.pull)
 
     @cached_property
     def quantile(self) -> Array:

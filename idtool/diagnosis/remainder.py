@@ -1,0 +1,82 @@
+"""What a fit leaves: whether it has structure, what that follows, what it can have done to the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from idtool.diagnosis.candidates import WORTH
+from idtool.diagnosis.repeatability import repeatability
+from idtool.diagnosis.residual import ResidualTest, autocorrelation, columns_followed, test_residual
+from idtool.fit.joint import JointFit
+
+#: A residual this much above the sensor noise, and correlated over this many rows, holds something.
+_ABOVE_NOISE = 1.5
+_CORRELATED = 2.0
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """Structure in a residual.
+
+    Attributes:
+        share: of the residual's variance that what it depends on explains; of what is above the floor where
+            it follows nothing that was logged.
+        depends_on: names of variables, strongest first.
+    """
+
+    share: float
+    depends_on: tuple[str, ...]
+
+
+def floor(fit: JointFit) -> float:
+    """What no model of the motion can explain, filtered rows: the sensor noise, or what does not come again
+    where the same place, speed and direction are passed again."""
+    return max(fit.model.filtered_noise, repeatability(fit) or 0.0)
+
+
+def remainder(
+    fit: JointFit, tests: Sequence[ResidualTest] | None = None, unnamed: Sequence[str] = ()
+) -> Remainder | None:
+    """What is left and still structured; None if that is noise, or too little to matter.
+
+    Args:
+        fit: any fit.
+        tests: of its residual, if they are known.
+        unnamed: variables that a shape without a name was found to follow.
+    """
+    matters = WORTH * fit.model.friction_sizes[0]
+    found = test_residual(fit) if tests is None else tests
+    large = [test for test in found if np.sqrt(test.share) * fit.rmse > matters]
+    depends = [test for test in large if test.depends or test.variable in unnamed]
+    noise = floor(fit)
+    noisy = fit.rmse > max(_ABOVE_NOISE * noise, matters)
+    if not depends and not (noisy and autocorrelation(fit) > _CORRELATED):
+        return None
+    # that there is something is certain then; what it follows may be told with less confidence
+    depends = depends or [test for test in large if test.may_depend]
+    above = 1.0 - min(1.0, noise / fit.rmse) ** 2
+    share = max((test.share for test in depends), default=above)
+    return Remainder(share, tuple(test.variable for test in depends))
+
+
+def doubted(fit: JointFit, left: Remainder | None) -> JointFit:
+    """The fit with intervals that cover what the structure in its residual can have done to each number.
+
+    A smooth function of what the residual follows (and the strongest wave over the position) is fitted beside
+    the parameters; by as much as that moves one, the missing effect can have moved it.
+    """
+    columns = [columns_followed(fit, name) for name in left.depends_on] if left else []
+    if not columns:
+        return fit
+    rows = len(fit.residual)
+    own = fit.jacobian[:rows, fit.free]
+    both = np.hstack([own, *columns])
+    size = np.linalg.norm(both, axis=0)
+    size[size == 0.0] = 1.0
+    moved = np.linalg.lstsq(both / size, fit.residual, rcond=1e-6)[0] / size
+    pull = np.zeros(len(fit.x))
+    pull[fit.free] = moved[: own.shape[1]]
+    return replace(fit, pull=pull)
