@@ -62,7 +62,7 @@ def ffc_id() -> None:
 
     \b
     ffc-id demo                          see the whole loop on a simulated axis
-    ffc-id run-sweep -o sweep.csv        run an experiment
-    ffc-id identify *.csv -o result      fits, diagnosis and report of your logs
-    ffc-id teach -p result/params.toml   hand guiding
+    ffc-id run-sweep --rig sim:paper -o sweep.csv        run an experiment
+    ffc-id identify *.csv -o result                      fits, diagnosis and report of your logs
+    ffc-id teach -p result/params.toml --rig sim:paper   hand guiding
     """

@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import math
 import os
+import shlex
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -45,6 +47,11 @@ class Output:
     def warn(self, text: str) -> None:
         """A warning, on standard error, even when quiet."""
         click.echo(f"note: {text}", err=True)
+
+    def next(self, *words: str | os.PathLike[str]) -> None:
+        """The one command to go on with, `ffc-id` left away, on standard error; not where a program reads."""
+        if not self.json:
+            self.say(f"next: {shlex.join(['ffc-id', *map(str, words)])}")
 
     def result(self, document: Any, show: Callable[[Console], None]) -> None:
         """The result: `document` as JSON, or what `show` prints on a rich console."""
@@ -104,11 +111,56 @@ seed_option = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all randomness."
 )
 force_option = click.option("--force", is_flag=True, help="Overwrite what is there.")
+#: Rig that is simulated where nobody says which, and says so.
+ASSUMED_RIG = "sim:paper"
 rig_option = click.option(
     "--rig",
-    default="sim:paper",
-    show_default=True,
     metavar="SPEC",
     shell_complete=complete_rig,
-    help="sim:NAME, sim:FILE.toml, dynamixel:DEVICE or replay:LOG.",
+    help="sim:NAME, sim:FILE.toml, dynamixel:DEVICE or replay:LOG; asked for where it is left out.",
+)
+
+
+def told_rig(spec: str | None, output: Output, *, assumed: bool = False) -> str:
+    """The rig: as given, or asked for on a terminal.
+
+    Args:
+        spec: `--rig`.
+        output: where words go.
+        assumed: where nobody can be asked, simulate the paper's axis, and say so.
+
+    Raises:
+        UsageError: no option, nobody to ask, and nothing may be assumed.
+    """
+    from idtool.errors import UsageError
+
+    if spec is not None:
+        return spec
+    if sys.stdin.isatty() and not output.json:
+        return click.prompt("which rig (sim:paper, dynamixel:DEVICE, ...; ffc-id rigs lists them)", err=True)
+    if not assumed:
+        raise UsageError(f"--rig is missing; name the axis, as --rig {ASSUMED_RIG} or dynamixel:DEVICE.")
+    output.warn(f"no --rig was given: this is the simulated axis {ASSUMED_RIG}, no machine.")
+    return ASSUMED_RIG
+
+
+def radians(
+    degrees: tuple[float, float] | None, tilt: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    """Tilt of `--tilt` (rad) or `--tilt-deg`.
+
+    Raises:
+        UsageError: both were given.
+    """
+    from idtool.errors import UsageError
+
+    if degrees is None:
+        return tilt
+    if tilt is not None:
+        raise UsageError("--tilt and --tilt-deg say the same in two units; pass one of them.")
+    return math.radians(degrees[0]), math.radians(degrees[1])
+
+
+tilt_deg_option = click.option(
+    "--tilt-deg", nargs=2, type=float, metavar="ALPHA BETA", help="Tilt of the axis, degrees."
 )

@@ -48,7 +48,7 @@ def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output
 
 def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:
     from idtool.model.units import unit_text
-    from idtool.report.text import number
+    from idtool.presentation.text import number
 
     from .tables import print_table
 
@@ -84,13 +84,13 @@ def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:
 
 def _value(parameter: Parameter | None) -> str:
     """A value, cut where its standard error has its second digit."""
-    from idtool.report.text import uncertain
+    from idtool.presentation.text import uncertain
 
     return "" if parameter is None else uncertain(parameter.value, parameter.stderr, None)[0]
 
 
 def _error_row(line: ErrorLine) -> tuple[str, ...]:
-    from idtool.report.text import number, p_text
+    from idtool.presentation.text import number, p_text
 
     better = "" if line.better is None else f"{line.better.upper()} is better"
     return (

@@ -13,7 +13,7 @@ from .axis import Given, axis_options
 from .common import Output, force_option, output_options, seed_option
 from .fit import friction_option, optimizer_option
 from .progress import Progress
-from .words import Choice
+from .words import Choice, complete_effect
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,6 +27,26 @@ gravity_option = click.option(
     show_default=True,
     help="Gravity model.",
 )
+without_option = click.option(
+    "--without",
+    multiple=True,
+    metavar="EFFECT",
+    shell_complete=complete_effect,
+    help="Do not consider this effect; may be repeated.",
+)
+validate_option = click.option(
+    "--validate",
+    multiple=True,
+    metavar="LOG",
+    type=click.Path(path_type=Path),
+    help="Predict this log, which no fit sees, with the result; may be repeated.",
+)
+tolerance_option = click.option(
+    "--tolerance",
+    metavar="PERCENT",
+    type=click.FloatRange(0.0, 100.0, max_open=True),
+    help="An error of so many per cent of the torque is good enough: no further effect is looked for then.",
+)
 
 
 @click.command()
@@ -37,6 +57,9 @@ gravity_option = click.option(
 @friction_option
 @gravity_option
 @optimizer_option
+@without_option
+@tolerance_option
+@validate_option
 @axis_options
 @seed_option
 @force_option
@@ -47,6 +70,9 @@ def identify(
     friction: str,
     gravity: str,
     optimizer: str,
+    without: tuple[str, ...],
+    tolerance: float | None,
+    validate: tuple[Path, ...],
     given: Given,
     seed: int,
     force: bool,
@@ -59,11 +85,12 @@ def identify(
 
     \b
     ffc-id identify gravity.csv sweep.csv sine.csv -o result
+    ffc-id identify *.csv --validate other-day.csv --without backlash -o result
     """
     from idtool.report.result_folder import result_folder
     from idtool.verbs.identify import identify as run
 
-    read = given.read(logs, output)
+    read, unseen = given.read(logs, output), given.read(validate, output)
     with result_folder(folder, force):
         with Progress(output) as progress:
             result = run(
@@ -72,6 +99,9 @@ def identify(
                 friction=friction,
                 gravity=gravity,
                 optimizer=optimizer,
+                without=without,
+                tolerance=tolerance,
+                validate=unseen,
                 tell=progress.say,
             )
         finish(result, folder, seed, output)
@@ -136,11 +166,13 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
 
         print_parameters(console, result.parameters, ("gravity", "static", "dynamic", "effects"))
         print_verdict(console, result.diagnosis)
-        if result.diagnosis["next_experiment"]:
-            click.echo(f"  ffc-id run --recipe {folder / NEXT_RECIPE} -o next.csv makes it")
         click.echo(f"report: {page}")
 
     output.result(result.diagnosis, show)
+    if result.diagnosis["next_experiment"]:
+        output.next("run", "--recipe", folder / NEXT_RECIPE, "--rig", "SPEC", "-o", "next.csv")
+    else:
+        output.next("tune", "-p", folder / "params.toml", "--hand-force", "2")
 
 
 def command_line() -> str:
@@ -150,29 +182,11 @@ def command_line() -> str:
     return shlex.join(["ffc-id", *sys.argv[1:]])
 
 
-_VERDICTS = {
-    "adequate": "the base model is adequate: no effect is missing",
-    "effect_found": "effect found, and nothing structured is left",
-    "ambiguous": "ambiguous: two explanations fit these data equally well",
-    "unexplained": "something is left that no effect of the library accounts for",
-}
-
-
 def print_verdict(console: Console, diagnosis: dict[str, Any]) -> None:
     """Verdict, effects, error before and after, notes."""
-    unit = "N" if diagnosis["error"]["metric"].endswith("_n") else "N m"
-    console.print(f"\n[bold]verdict: {diagnosis['verdict']}[/bold] ({_VERDICTS[diagnosis['verdict']]})")
-    for effect in diagnosis["effects"]:
-        also = f" (or {', '.join(effect['alternatives'])})" if effect["alternatives"] else ""
-        click.echo(f"  effect: {effect['name']}{also}")
-    held_out = diagnosis["error"]["held_out"]
-    click.echo(
-        f"  error on held-out trials: {held_out['before']:.4g} {unit} before, "
-        f"{held_out['after']:.4g} {unit} after; sensor noise {diagnosis['error']['noise_floor']:.2g} {unit}"
-    )
-    if diagnosis["unexplained"]:
-        click.echo(f"  unexplained: {diagnosis['unexplained']['note']}")
-    if diagnosis["next_experiment"]:
-        click.echo(f"  next experiment: {diagnosis['next_experiment']['why']}")
-    for note in diagnosis["notes"]:
-        click.echo(f"  note: {note}")
+    from idtool.verbs.summary import summary_lines
+
+    first, *rest = summary_lines(diagnosis)
+    console.print(f"\n{first}", style="bold", markup=False)
+    for line in rest:
+        click.echo(f"  {line}")

@@ -287,3 +287,8 @@ def _finish(
         "findings": [one.to_document() for one in shortcomings(fit, parts)],
     }
     output.result(document, show)
+    following = {"gravity": "fit-static", "static": "fit-dynamic"}.get(part)
+    if following:
+        output.next(following, "LOG", "-p", params)
+    else:
+        output.next("diagnose", "LOG...", "-p", params, "-o", "result")

@@ -83,7 +83,7 @@ def fleet(
 
 def _show(console: Console, result: Fleet, out: Path) -> None:
     from idtool.fleet.page import label
-    from idtool.report.text import number, percent
+    from idtool.presentation.text import number, percent
 
     from .tables import print_table
 

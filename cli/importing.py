@@ -151,6 +151,7 @@ def import_recording(
     _tell(output, imported, target)
     if output.json:
         output.result(_document(imported, target), lambda console: None)
+    output.next("check", target)
 
 
 def _tell(output: Output, imported: Imported, target: Path) -> None:

@@ -85,7 +85,7 @@ def init(
         told = _ask(told)
     constant = told["constant"]
     if constant is not None:
-        constant = check_constant(constant, place="--torque-constant")
+        constant = check_constant(constant, argument="torque_constant")
     chosen: Kind = "linear" if told["kind"] == "linear" else "rotary"
     axis = Axis(chosen, constant, {"unit": told["name"]} if told["name"] else {})
     limits = {key: told[key] for key in ("lowest", "highest", "speed", "current") if told[key] is not None}
@@ -94,11 +94,11 @@ def init(
 
     def show(_: object) -> None:
         click.echo(f"written: {target}")
-        click.echo(f"use it: ffc-id identify --axis {target} LOG...")
         if chosen == "rotary":
-            click.echo(f"    or: ffc-id run-sweep --rig dynamixel:DEVICE,axis={target} -o sweep.csv")
+            click.echo(f"a servo takes it too: --rig dynamixel:DEVICE,axis={target}")
 
     output.result(file.to_document() | {"file": str(target)}, show)
+    output.next("identify", "--axis", target, "LOG...", "-o", "result")
 
 
 def _ask(told: dict[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,10 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
+
+if TYPE_CHECKING:
+    import click
 
 #: Exit codes that are not an error's own (sysexits.h calls 70 an internal software error).
 INTERRUPTED = 130
@@ -96,10 +99,10 @@ def _told(error: Exception) -> int:
     if isinstance(error, click.exceptions.Abort):
         return _interrupted()
     if isinstance(error, click.ClickException):
-        error.show()
+        _say(f"ffc-id: {_usage_sentence(error)}")
         return USAGE
     if isinstance(error, FfcIdError):
-        _say(f"ffc-id: {error}")
+        _say(f"ffc-id: {error.on_the_command_line}")
         return error.exit_code
     if isinstance(error, BrokenPipeError):
         _drop_output()  # the reader of our output went away; there is nobody to tell
@@ -114,6 +117,15 @@ def _told(error: Exception) -> int:
 
     _say(f"ffc-id: {sentence_of(error)}")
     return PROGRAM_FAULT
+
+
+def _usage_sentence(error: click.ClickException) -> str:
+    """What is wrong with the words of a command, and where its options stand, as one sentence."""
+    message = error.format_message()
+    context = getattr(error, "ctx", None)
+    if context is None or message.endswith("?"):  # a guess is the remedy already
+        return message
+    return f"{message.removesuffix('.')}; {context.command_path} --help shows what it takes."
 
 
 def _interrupted() -> int:

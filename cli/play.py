@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output, force_option, output_options, rig_option, seed_option
+from .common import (
+    Output,
+    force_option,
+    output_options,
+    radians,
+    rig_option,
+    seed_option,
+    tilt_deg_option,
+    told_rig,
+)
 from .guiding import check_axis, inside, payload_option, told_payload
 from .progress import Progress
 
@@ -35,9 +44,8 @@ _SPEED_UP_S = 0.25
     "-p", "--params", type=click.Path(path_type=Path), help="Parameter file: feel a contact by its model."
 )
 @payload_option
-@click.option(
-    "--tilt", nargs=2, type=float, default=(0.0, 0.0), metavar="ALPHA BETA", help="Tilt of the axis, rad."
-)
+@click.option("--tilt", nargs=2, type=float, metavar="ALPHA BETA", help="Tilt of the axis, rad [none].")
+@tilt_deg_option
 @click.option(
     "--speed",
     default=1.0,
@@ -63,10 +71,11 @@ _SPEED_UP_S = 0.25
 def play(
     output: Output,
     taught: Path,
-    rig: str,
+    rig: str | None,
     params: Path | None,
     payload: float | None,
-    tilt: tuple[float, float],
+    tilt: tuple[float, float] | None,
+    tilt_deg: tuple[float, float] | None,
     speed: float,
     loop: int,
     contact: float | None,
@@ -104,7 +113,8 @@ def play(
     parameters = Parameters.read(params) if params is not None else None
     if log is not None:
         refuse_existing(log, force)
-    with open_rig(rig, seed=seed) as device:
+    alpha, beta = radians(tilt_deg, tilt) or (0.0, 0.0)
+    with open_rig(told_rig(rig, output), seed=seed) as device:
         if axis.kind != device.axis.kind:
             raise InputError(
                 f"was taught on a {axis.kind} axis and the rig is {device.axis.kind}",
@@ -125,7 +135,7 @@ def play(
         )
         if scale < speed:
             output.warn(f"played at {scale:.2g} of the taught speed: faster is beyond the limits of the rig.")
-        setup = TrialSetup(load, tilt[0], tilt[1], start_position=inside(device, output, move=move_inside))
+        setup = TrialSetup(load, alpha, beta, start_position=inside(device, output, move=move_inside))
         if device.simulated:
             setup = replace(setup, start_position=0.5 * (low + high))
         with Progress(output, "playing") as bar:

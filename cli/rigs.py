@@ -92,7 +92,7 @@ def recipes(ctx: click.Context, as_json: bool) -> None:
 
     \b
     ffc-id recipes show sweep > my-sweep.toml
-    ffc-id run --recipe my-sweep.toml -o sweep.csv
+    ffc-id run --recipe my-sweep.toml --rig sim:paper -o sweep.csv
 
     \b
     A [[trials]] table has a kind and its keys (m for rad where axis = "linear"):

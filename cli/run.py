@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -10,7 +11,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from .common import Output, force_option, output_options, rig_option, seed_option
+from .common import (
+    Output,
+    force_option,
+    output_options,
+    radians,
+    rig_option,
+    seed_option,
+    tilt_deg_option,
+    told_rig,
+)
 from .progress import Progress
 from .words import complete_recipe
 
@@ -31,21 +41,23 @@ class Wishes:
     """The options of every run.
 
     Attributes:
-        rig: its word.
+        rig: its word; None where none was given.
         log: the log.
         seed: of a simulation.
         force: overwrite the log.
         resume: go on with the log.
         yes: nobody is asked to set the axis up.
+        tilt_deg: how the axis stands, in place of the recipe's, degrees.
         output: where words go.
     """
 
-    rig: str
+    rig: str | None
     log: Path
     seed: int
     force: bool
     resume: bool
     yes: bool
+    tilt_deg: tuple[float, float] | None
     output: Output
 
 
@@ -69,6 +81,7 @@ def _shared(command: F) -> F:
         click.option(
             "-o", "--output", "log", required=True, type=click.Path(path_type=Path), help="The log."
         ),
+        tilt_deg_option,
         rig_option,
     ):
         decorated = decorate(decorated)
@@ -87,18 +100,6 @@ def _recipe_option(default: str | None) -> Callable[[F], F]:
     )
 
 
-@click.command("run-gravity")
-@_recipe_option("gravity")
-@_shared
-def run_gravity(recipe: str, wishes: Wishes) -> int:
-    """Payload steps: move slowly up and down at each payload, and log the current.
-
-    \b
-    ffc-id run-gravity -o gravity.csv
-    """
-    return _run(recipe, wishes, "gravity")
-
-
 def _numbers(_context: click.Context, _option: click.Parameter, value: str | None) -> list[float] | None:
     """Numbers with commas between them."""
     if value is None:
@@ -107,6 +108,25 @@ def _numbers(_context: click.Context, _option: click.Parameter, value: str | Non
         return [float(part) for part in value.split(",")]
     except ValueError as error:
         raise click.BadParameter(f"{value!r} is no list of numbers; write it as 0.02,0.05,0.1") from error
+
+
+@click.command("run-gravity")
+@_recipe_option("gravity")
+@click.option(
+    "--payloads",
+    metavar="KG,KG,...",
+    callback=_numbers,
+    help="Payloads in place of the recipe's, kg, one trial each.",
+)
+@_shared
+def run_gravity(recipe: str, payloads: list[float] | None, wishes: Wishes) -> int:
+    """Payload steps: move slowly up and down at each payload, and log the current.
+
+    \b
+    ffc-id run-gravity --rig sim:paper -o gravity.csv
+    ffc-id run-gravity --rig sim:paper --payloads 0,0.5,1 -o gravity.csv
+    """
+    return _run(recipe, wishes, "gravity", payloads=payloads)
 
 
 @click.command("run-sweep")
@@ -126,9 +146,9 @@ def run_sweep(recipe: str, speeds: list[float] | None, travel: float | None, wis
 
     \b
     ffc-id run-sweep --rig sim:bench -o sweep.csv
-    ffc-id run-sweep --speeds 0.01,0.02,0.05 --travel 0.5 -o slow.csv
+    ffc-id run-sweep --rig sim:bench --speeds 0.01,0.02,0.05 --travel 0.5 -o slow.csv
     """
-    return _run(recipe, wishes, "sweep", speeds, travel)
+    return _run(recipe, wishes, "sweep", speeds=speeds, travel=travel)
 
 
 @click.command("run-sine")
@@ -138,7 +158,7 @@ def run_sine(recipe: str, wishes: Wishes) -> int:
     """Velocity sines of several frequencies.
 
     \b
-    ffc-id run-sine -o sine.csv
+    ffc-id run-sine --rig sim:paper -o sine.csv
     """
     return _run(recipe, wishes, "sine")
 
@@ -150,20 +170,14 @@ def run_any(recipe: str, wishes: Wishes) -> int:
     """Run any recipe.
 
     \b
-    ffc-id run --recipe validation -o validation.csv
+    ffc-id run --recipe validation --rig sim:paper -o validation.csv
     """
     return _run(recipe, wishes, None)
 
 
-def _run(
-    name: str,
-    wishes: Wishes,
-    experiment: str | None,
-    speeds: list[float] | None = None,
-    travel: float | None = None,
-) -> int:
+def _run(name: str, wishes: Wishes, experiment: str | None, **changes: Any) -> int:
     from idtool.errors import UsageError
-    from idtool.experiment.recipe import read_recipe
+    from idtool.experiment.recipe import Changes, read_recipe
     from idtool.experiment.runner import run
     from idtool.io.atomic import refuse_existing
     from idtool.rig import open_rig
@@ -171,7 +185,7 @@ def _run(
     output, log = wishes.output, wishes.log
     if wishes.resume and wishes.force:
         raise UsageError("--resume goes on with the log and --force begins it anew; pass one of them.")
-    recipe = read_recipe(name, speeds=speeds, travel=travel)
+    recipe = read_recipe(name, Changes(tilt=radians(wishes.tilt_deg, None), **changes))
     if experiment is not None and recipe.experiment != experiment:
         output.warn(
             f'recipe {recipe.name} is marked as experiment "{recipe.experiment}", and so will be the log; '
@@ -179,8 +193,9 @@ def _run(
         )
     refuse_existing(log, wishes.force or wishes.resume)
     _refuse_itself(name, log)
+    spec = told_rig(wishes.rig, output, assumed=True)
     with (
-        open_rig(wishes.rig, seed=wishes.seed) as rig,
+        open_rig(spec, seed=wishes.seed) as rig,
         _Bar(output, recipe.name, timed=False) as bar,
     ):
         summary = run(
@@ -192,18 +207,19 @@ def _run(
             confirm=bar.ask if rig.by_hand and not wishes.yes else None,
             progress=bar.show if bar.visible else None,
         )
-    _tell(summary, recipe, wishes)
+    _tell(summary, recipe, wishes, spec, rig.simulated)
     return 130 if summary.interrupted else 0
 
 
-def _tell(summary: RunSummary, recipe: Recipe, wishes: Wishes) -> None:
+def _tell(summary: RunSummary, recipe: Recipe, wishes: Wishes, rig: str, simulated: bool) -> None:
     output = wishes.output
     loop = summary.loop
     document = {
         "file": summary.file if summary.rows else None,
         "experiment": recipe.experiment,
         "recipe": recipe.name,
-        "rig": wishes.rig,
+        "rig": rig,
+        "simulated": simulated,
         "rows": summary.rows,
         "trials": summary.trials,
         "duration_s": summary.duration_s,
@@ -218,7 +234,7 @@ def _tell(summary: RunSummary, recipe: Recipe, wishes: Wishes) -> None:
     elif not output.quiet and not summary.interrupted:
         click.echo(
             f"{summary.file}: {summary.rows} rows, {summary.trials} trials, "
-            f"{summary.duration_s:.0f} s of rig time"
+            f"{summary.duration_s:.0f} s of rig time on {rig}{' (simulated)' if simulated else ''}"
         )
     if summary.resumed == len(recipe.trials):
         output.say(f"note: every trial was in {summary.file} already; nothing was run.")
@@ -234,7 +250,9 @@ def _tell(summary: RunSummary, recipe: Recipe, wishes: Wishes) -> None:
             f"({summary.trials} of {len(recipe.trials)} trials finished)."
         )
         if 0 < summary.trials < len(recipe.trials):
-            output.say("the same command with --resume goes on from there.")
+            output.say("next: the same command with --resume goes on from there")
+    elif summary.rows:
+        output.next("check", summary.file)
 
 
 def _refuse_itself(recipe: str, log: Path) -> None:
@@ -283,6 +301,6 @@ class _Bar(Progress):
 
 def _words(setup: TrialSetup) -> str:
     """A set-up for a person."""
-    tilt = f"{setup.tilt_alpha_rad:.4g} and {setup.tilt_beta_rad:.4g} rad"
+    tilt = f"{math.degrees(setup.tilt_alpha_rad):.3g}° and {math.degrees(setup.tilt_beta_rad):.3g}°"
     warm = "" if setup.temperature_degc is None else f", surroundings {setup.temperature_degc:g} °C"
     return f"payload {setup.payload_kg:g} kg, tilt {tilt}{warm}"

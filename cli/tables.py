@@ -8,40 +8,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from idtool.parameters import Parameter, Parameters
+    from idtool.parameters import Parameters
 
 #: Between two columns; and what a column of remarks is folded to, if need be.
 _GAP = 2
 _REMARK_WIDTH = 16
-
-
-def rows_of(parameters: Parameters, parts: tuple[str, ...]) -> list[tuple[str, str, Parameter]]:
-    """(name, unit, parameter) of the named parts: "gravity", "static", "dynamic", "effects"."""
-    from idtool.effects import registry
-    from idtool.model.units import unit_text
-    from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
-
-    kind = parameters.axis.kind
-    rows = []
-    tables: dict[str, tuple[dict[str, Parameter], dict[str, str]]] = {
-        "gravity": (parameters.gravity, GRAVITY_MODELS.get(parameters.gravity_model or "", {})),
-        "static": (parameters.static, STATIC),
-        "dynamic": (parameters.dynamic, DYNAMIC),
-    }
-    for part in parts:
-        if part in tables:
-            values, dimensions = tables[part]
-            rows += [
-                (name.replace("_", " "), unit_text(dimensions[name], kind), p) for name, p in values.items()
-            ]
-    if "effects" in parts:
-        for entry in parameters.effects:
-            dimensions = {p.name: p.dimension for p in registry.get(entry.name).parameters}
-            rows += [
-                (f"{entry.name}: {name.replace('_', ' ')}", unit_text(dimensions[name], kind), p)
-                for name, p in entry.parameters.items()
-            ]
-    return rows
 
 
 def print_table(
@@ -102,21 +73,17 @@ def _print_stacked(
 
 def print_parameters(console: Console, parameters: Parameters, parts: tuple[str, ...]) -> None:
     """Value, unit, standard error, 95 % interval, and what to think of it."""
+    from idtool.parameters.rows import rows_of
+
     rows = []
-    for name, unit, parameter in rows_of(parameters, parts):
-        interval = f"{parameter.ci95[0]:.5g} to {parameter.ci95[1]:.5g}" if parameter.ci95 else ""
-        error = f"{parameter.stderr:.2g}" if parameter.stderr is not None else ""
-        rows.append((name, f"{parameter.value:.5g}", error, interval, unit, flag(parameter)))
+    for row in rows_of(parameters, parts):
+        one = row.parameter
+        interval = f"{one.ci95[0]:.5g} to {one.ci95[1]:.5g}" if one.ci95 else ""
+        error = f"{one.stderr:.2g}" if one.stderr is not None else ""
+        name = row.name.replace("_", " ")
+        name = name if row.part in ("gravity", "static", "dynamic") else f"{row.part}: {name}"
+        rows.append((name, f"{one.value:.5g}", error, interval, row.unit, row.remark))
     print_table(console, ("parameter", ">value", ">std error", ">95 % interval", "unit", ""), rows)
-
-
-def flag(parameter: Parameter) -> str:
-    """What a reader must know before using the number; empty if nothing."""
-    if parameter.at_bound:
-        return "at its bound: not found"
-    if not parameter.identified:
-        return "not determined by these data"
-    return ""
 
 
 def document_of(parameters: Parameters, part: str) -> Any:

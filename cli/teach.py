@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output, force_option, output_options, rig_option, seed_option
+from .common import (
+    Output,
+    force_option,
+    output_options,
+    radians,
+    rig_option,
+    seed_option,
+    tilt_deg_option,
+    told_rig,
+)
 from .guiding import check_axis, inside, payload_option
 from .guiding import told_payload as ask_payload
 from .progress import Progress
@@ -76,11 +85,10 @@ ENERGY_J = 0.05
     "--tilt",
     nargs=2,
     type=float,
-    default=(0.0, 0.0),
-    show_default=True,
     metavar="ALPHA BETA",
-    help="Tilt of the axis, rad.",
+    help="Tilt of the axis, rad [none].",
 )
+@tilt_deg_option
 @click.option(
     "--hand-speed",
     default=19.2,
@@ -110,7 +118,7 @@ ENERGY_J = 0.05
 def teach(
     output: Output,
     params: Path,
-    rig: str,
+    rig: str | None,
     correction: Path | None,
     log: Path | None,
     figure: Path | None,
@@ -121,7 +129,8 @@ def teach(
     idle: float,
     move_inside: bool,
     no_hand: bool,
-    tilt: tuple[float, float],
+    tilt: tuple[float, float] | None,
+    tilt_deg: tuple[float, float] | None,
     hand_speed: float,
     hand_force: float | None,
     duration: float | None,
@@ -157,6 +166,8 @@ def teach(
     for path in (log, figure):
         if path is not None:
             refuse_existing(path, force)
+    tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
+    rig = told_rig(rig, output)
     with open_rig(rig, seed=seed) as axis:
         check_axis(parameters, params, axis, output)
         usual = "key" if not axis.simulated else "none" if told_payload is None else "sim"
@@ -183,7 +194,7 @@ def teach(
                 controller,
                 axis,
                 hand,
-                setup_of(payload, tilt, axis, start),
+                setup_of(payload, tilted, axis, start),
                 told_payload,
                 button,
                 duration,
@@ -196,12 +207,16 @@ def teach(
         _draw(parameters, result, figure)
     bare = None
     if result.figures is not None and hand is not None and duration is None:
-        bare = _without_effects(parameters, params, rig, hand, payload, tilt, tare, seed, smooth is not None)
+        bare = _without_effects(
+            parameters, params, rig, hand, payload, tilted, tare, seed, smooth is not None
+        )
     output.result(
         _document(controller, result, log, figure)
         | {"without_effects": bare.to_document() if bare else None},
         lambda screen: _show(screen, parameters, controller, result, log, figure, bare, smooth is not None),
     )
+    if log is not None and not result.interrupted:
+        output.next("play", log, "--rig", rig, "-p", params, "--speed", "0.5")
     return 130 if result.interrupted and simulated else 0
 
 

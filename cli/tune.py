@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, output_options
+from .common import Output, console, output_options
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from idtool.control.tuning import Tuning
+    from idtool.parameters import Parameters
 
 
 @click.command()
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file of the axis."
 )
 @click.option(
-    "--force",
+    "--hand-force",
     required=True,
     metavar="N",
     type=click.FloatRange(0.0, min_open=True),
@@ -54,24 +56,27 @@ if TYPE_CHECKING:
     type=click.FloatRange(0.0, min_open=True),
     help="Of the drive's velocity loop, for the margins.",
 )
+@click.option("--write", is_flag=True, help="Write the gains into the parameter file without asking.")
 @output_options
 def tune(
     output: Output,
     params: Path,
-    force: float,
+    hand_force: float,
     speed: float,
     lever: float | None,
     period: float | None,
     servo_bandwidth: float,
+    write: bool,
 ) -> int:
-    """Find the gains for a wanted feel and write them into the parameter file.
+    """Find the gains for a wanted feel, show them, and write them into the parameter file if that is wanted.
 
     The hand shall move the part at so many mm/s with so many N in the light mode, after a tare. Gain
     margins are stated for soft and stiff hands and readings up to 20 ms late; what cannot be stable, or
     what the file is not certain enough for, is refused with the least force that can be had.
 
     \b
-    ffc-id tune -p params.toml --force 2 --speed 19.2
+    ffc-id tune -p params.toml --hand-force 2 --speed 19.2
+    ffc-id tune -p params.toml --hand-force 2 --write
     """
     from idtool.control.force_free import DEFAULT_PERIOD_S, gains
     from idtool.control.tuning import tune as find
@@ -90,7 +95,7 @@ def tune(
     try:
         tuning = find(
             parameters,
-            force=force,
+            force=hand_force,
             speed=1e-3 * speed,
             ratio=ratio,
             period=step,
@@ -98,20 +103,29 @@ def tune(
         )
     except InputError as error:
         raise InputError(str(error).removesuffix("."), file=params) from error
-    tuned(parameters, tuning).write(params, force=True)
+    if not output.json:
+        _show(console(), tuning, parameters)
+        write = write or (
+            sys.stdin.isatty() and click.confirm(f"write them into {params}?", default=True, err=True)
+        )
+    if write:
+        tuned(parameters, tuning).write(params, force=True)
     output.result(
-        tuning.to_document() | {"file": str(params)}, lambda screen: _show(screen, tuning, params, parameters)
+        tuning.to_document() | {"file": str(params), "written": write},
+        lambda _: click.echo(f"{'written' if write else 'not written'}: {params}"),
     )
+    if write:
+        output.next("teach", "-p", params, "--rig", "SPEC", "--tare")
+    else:
+        output.say("next: the same command with --write puts them into the file")
     return 0
 
 
-def _show(screen: Console, tuning: Tuning, file: Path, parameters: object) -> None:
+def _show(screen: Console, tuning: Tuning, parameters: Parameters) -> None:
     from idtool.model.units import unit_text
-    from idtool.parameters import Parameters
 
     from .tables import print_table
 
-    assert isinstance(parameters, Parameters)
     kind = parameters.axis.kind
     unit = f"{unit_text('velocity', kind)} per {unit_text('torque', kind)}"
     ratio, controller = tuning.ratio, tuning.controller
@@ -135,4 +149,3 @@ def _show(screen: Console, tuning: Tuning, file: Path, parameters: object) -> No
         rows.append((f"{1e3 * delay:.0f} ms", *cells))
     title = "gain margin, least over damping off by 15 %"
     print_table(screen, ("readings late by", ">soft hand", ">stiff hand"), rows, title=title)
-    screen.print(f"written: {file}", soft_wrap=True)

@@ -1,6 +1,19 @@
-"""ffc-id: system identification for one current-controlled servo axis.
+"""ffc-id: identify gravity, friction and whatever else one current-controlled servo axis feels.
 
-from idtool import Log, Parameters, identify, ForceFreeController
+    from idtool import Log, Parameters, identify, ForceFreeController
+
+    result = identify(["gravity.csv", "sweep.csv", "sine.csv"])   # logs or paths, one or several
+    result.summary()                      # parameters, verdict, what was found, what is left
+    result.parameters.to_frame()          # a table; .write("params.toml") for the other programs
+    result.plot("stribeck")               # any figure of the report
+    result.predict("other-day.csv")       # .frame, .errors
+    result.report("result")               # the folder that `ffc-id identify -o result` writes
+
+    Log.read("sweep.csv").plot()          # a first look, before any fit
+    ForceFreeController(Parameters.read("params.toml"), period_s=0.01)
+
+`help(idtool.identify)` and the others say what they take. Bad input raises `InputError`, a rig that
+failed `RigFault`; the text of both is one sentence.
 """
 
 from __future__ import annotations
@@ -11,12 +24,13 @@ from typing import TYPE_CHECKING, Any
 from idtool.version import __version__
 
 if TYPE_CHECKING:
+    from idtool.api.identify import identify
+    from idtool.api.result import Result
     from idtool.control.force_free import ForceFreeController
     from idtool.errors import InputError, RigFault
     from idtool.log import Log
     from idtool.parameters import Parameters
     from idtool.parameters.axis import Axis
-    from idtool.verbs.identify import identify
 
 _EXPORTS = {
     "Axis": "idtool.parameters.axis",
@@ -24,8 +38,9 @@ _EXPORTS = {
     "InputError": "idtool.errors",
     "Log": "idtool.log",
     "Parameters": "idtool.parameters",
+    "Result": "idtool.api.result",
     "RigFault": "idtool.errors",
-    "identify": "idtool.verbs.identify",
+    "identify": "idtool.api.identify",
 }
 __all__ = [
     "Axis",
@@ -33,6 +48,7 @@ __all__ = [
     "InputError",
     "Log",
     "Parameters",
+    "Result",
     "RigFault",
     "__version__",
     "identify",
@@ -50,4 +66,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """The public names, for those who look around before they import."""
-    return sorted({*globals(), *_EXPORTS})
+    return list(__all__)

@@ -17,6 +17,11 @@ class FfcIdError(Exception):
 
     exit_code = 1
 
+    @property
+    def on_the_command_line(self) -> str:
+        """The sentence as the command line prints it."""
+        return str(self)
+
 
 class InputError(FfcIdError):
     """A file, row, key or option that cannot be used.
@@ -26,6 +31,7 @@ class InputError(FfcIdError):
         file: the file it is in, if any.
         place: the row, column or key inside it, if any.
         remedy: what to do about it, without a full stop.
+        argument: the argument of a Python function that holds it; the command line names its option.
     """
 
     exit_code = 3
@@ -37,9 +43,19 @@ class InputError(FfcIdError):
         file: str | PathLike[str] | None = None,
         place: str | None = None,
         remedy: str | None = None,
+        argument: str | None = None,
     ) -> None:
-        where = ", ".join(str(part) for part in (file, place) if part)
-        super().__init__(sentence(f"{where}: {problem}" if where else problem, remedy))
+        def told(name: str | None) -> str:
+            where = ", ".join(str(part) for part in (file, place, name) if part)
+            return sentence(f"{where}: {problem}" if where else problem, remedy)
+
+        super().__init__(told(argument))
+        self._with_option = told(argument and f"--{argument.replace('_', '-')}")
+
+    @property
+    def on_the_command_line(self) -> str:
+        """The sentence with the option in place of the argument."""
+        return self._with_option
 
 
 class UsageError(FfcIdError):

@@ -21,6 +21,7 @@ ROOMS = {
     "io": "files read whole or refused, written whole or not at all; TOML; deferred signals; entry points",
     "model": "pure functions on arrays: gravity, Stribeck, LuGre (compiled), their sum; units",
     "effects": "one file an effect, and the registry",
+    "presentation": "how numbers, names and figures look",
     "parameters": "the one parameter file, the axis, the correction",
     "control": "the force-free controller alone: no pandas, no rig, no log",
     "log": "the one log: table, writer, format, repair, sensor faults",
@@ -36,6 +37,7 @@ ROOMS = {
     "compare": "parameters beside parameters, errors beside errors",
     "report": "the result folder and its page",
     "export": "C, MuJoCo, URDF, ROS 2, JSON",
+    "api": "what a person at a notebook calls: `identify` and its result",
     "fleet": "many sessions in parallel, and what differs between units",
 }
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
-from idtool.report import style
+from idtool.presentation import style
 from pages.effect_cases import View
 
 if TYPE_CHECKING:

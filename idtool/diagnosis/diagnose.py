@@ -16,7 +16,7 @@ from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.pruning import veto
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
-from idtool.diagnosis.selection import select
+from idtool.diagnosis.selection import good_enough, select
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.smoothing import fit_correction
 from idtool.diagnosis.split import Split, split
@@ -243,6 +243,7 @@ def diagnose(
     tell: Callable[[str], None] = lambda _: None,
     *,
     given: bool = False,
+    tolerance: float = 0.0,
 ) -> Diagnosis:
     """Find the effects that the base model lacks.
 
@@ -253,13 +254,14 @@ def diagnose(
         library: the effects to consider.
         tell: called with a sentence on what is being tried.
         given: the library is a model that somebody chose; its effects need not explain everything.
+        tolerance: error that is good enough, share of the torque (rms).
     """
     parts = split(with_load(recording, starts[0]))
     best: tuple[JointFit, Selection, tuple[str, ...]] | None = None
     for start in starts:
         tell("fitting the base model")
         base = refit(start, JointModel.build(thin(parts.training), start.model.spec))
-        selection = select(base, library, tell, given=given)
+        selection = select(base, library, tell, given=given, tolerance=tolerance)
         unnamed = _without_unnamed(selection)
         veto(selection, lambda fit: held_out_error(fit, parts), tell)
         if best is None or predicts_better(selection.fit, best[1].fit):
@@ -281,7 +283,7 @@ def diagnose(
     notes += filter(None, (_of_the_readings(final, effect) for effect in final.model.spec.effects))
     following = _following(selection, final, tell)
     tests = test_residual(base), test_residual(final)
-    left = remainder(final, tests[1], unnamed)
+    left = None if good_enough(final, tolerance) else remainder(final, tests[1], unnamed)
     return Diagnosis(parts, base, selection, doubted(final, left), *tests, following, left, notes)
 
 

@@ -78,6 +78,7 @@ def select(
     tell: Callable[[str], None] = lambda _: None,
     *,
     given: bool = False,
+    tolerance: float = 0.0,
 ) -> Selection:
     """Extend `base` by the effects that the data ask for.
 
@@ -86,6 +87,7 @@ def select(
         library: the effects to consider, simplest first.
         tell: called with a sentence on what is being tried.
         given: the library is a model that somebody chose; its effects need not explain everything.
+        tolerance: error that is good enough, share of the torque (rms).
     """
     selection = Selection(base, {effect.name: Candidate(effect.name) for effect in library})
     for effect in base.model.spec.effects:
@@ -93,6 +95,8 @@ def select(
         candidate.accepted, candidate.why = True, "every axis has it"
     everything = (*library, *(() if given else UNNAMED))
     for _ in range(_MOST_ROUNDS):
+        if good_enough(selection.fit, tolerance):
+            break
         winner = _round(selection, everything, tell)
         if winner is None and not _searched_anew(selection, tell):
             winner = _on_another_curve(selection, everything, tell)
@@ -104,6 +108,11 @@ def select(
     simplify(selection, library, tell)
     find_alternatives(selection, library, tell)
     return selection
+
+
+def good_enough(fit: JointFit, tolerance: float) -> bool:
+    """Whether a fit leaves no more than this share of the torque (rms, filtered rows)."""
+    return fit.rmse <= tolerance * float(np.sqrt(np.mean(fit.model.measured**2)))
 
 
 def _beside_a_stiff_bristle(fit: JointFit) -> JointFit | None:

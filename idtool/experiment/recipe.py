@@ -66,6 +66,23 @@ _KINDS: dict[str, tuple[tuple[str, str, bool], ...]] = {
 
 
 @dataclass(frozen=True)
+class Changes:
+    """What is asked for in place of what a recipe says; None leaves it.
+
+    Attributes:
+        payloads: kg, one trial each.
+        speeds: of the ways back and forth, rad/s (m/s), one trial each.
+        travel: of the ways back and forth, rad (m).
+        tilt: of every trial, alpha and beta, rad.
+    """
+
+    payloads: Sequence[float] | None = None
+    speeds: Sequence[float] | None = None
+    travel: float | None = None
+    tilt: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
 class RecipeTrial:
     """One trial.
 
@@ -131,21 +148,18 @@ def _bundled() -> list[str]:
     return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
 
 
-def read_recipe(
-    name_or_path: str, *, speeds: Sequence[float] | None = None, travel: float | None = None
-) -> Recipe:
+def read_recipe(name_or_path: str, changes: Changes | None = None) -> Recipe:
     """A bundled recipe by name, or a file; a file named as a bundled recipe is read as `./NAME`.
 
     Args:
         name_or_path: see above.
-        speeds: of its ways back and forth, in place of the recipe's, rad/s (m/s).
-        travel: likewise, rad (m).
+        changes: what is asked for in place of what it says.
 
     Raises:
         InputError: naming the file, the key and the remedy.
     """
     if name_or_path in _bundled():
-        return parse_recipe(recipe_text(name_or_path), f"recipe {name_or_path}", speeds=speeds, travel=travel)
+        return parse_recipe(recipe_text(name_or_path), f"recipe {name_or_path}", changes)
     path = Path(name_or_path)
     try:
         if path.is_dir():
@@ -167,13 +181,11 @@ def read_recipe(
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError("is not UTF-8 text, no recipe", file=path, remedy="name a recipe file") from error
-    return parse_recipe(text, str(path), speeds=speeds, travel=travel)
+    return parse_recipe(text, str(path), changes)
 
 
-def parse_recipe(
-    text: str, source: str, *, speeds: Sequence[float] | None = None, travel: float | None = None
-) -> Recipe:
-    """Check and expand the TOML of a recipe; `speeds` and `travel` as in `read_recipe`.
+def parse_recipe(text: str, source: str, changes: Changes | None = None) -> Recipe:
+    """Check and expand the TOML of a recipe; `changes` as in `read_recipe`.
 
     Raises:
         InputError: naming `source`, the key and the remedy.
@@ -204,27 +216,36 @@ def parse_recipe(
         raise InputError("expected a table", file=source, place="setup", remedy="write it as [setup]")
     _known(setup, _SETUP, "setup.", source)
     reader = _Reader(source, cast(Kind, kind), period)
-    entries = _with_motion(document.get("trials"), cast(Kind, kind), speeds, travel)
+    entries = _changed(document.get("trials"), cast(Kind, kind), changes or Changes())
     trials = reader.trials(setup, entries)
     return Recipe(name, experiment, description, cast(Kind, kind), period, trials, source)
 
 
-def _with_motion(entries: Any, kind: Kind, speeds: Sequence[float] | None, travel: float | None) -> Any:
-    """The trials with other speeds and another travel of the ways back and forth."""
-    if (speeds is None and travel is None) or not isinstance(entries, list):
+def _changed(entries: Any, kind: Kind, changes: Changes) -> Any:
+    """The trials with what is asked for in place of what they say."""
+    if changes == Changes() or not isinstance(entries, list):
         return entries
-    result = []
-    for entry in entries:
-        if isinstance(entry, dict) and entry.get("kind") == "back_and_forth":
-            entry = dict(entry)
-            if speeds is not None:
-                # a list of another key belongs to the speeds that it was written for
-                entry = {k: v[0] if isinstance(v, list) and v else v for k, v in entry.items()}
-                entry[file_key("speed", "velocity", kind)] = list(speeds)
-            if travel is not None:
-                entry[file_key("travel", "position", kind)] = travel
-        result.append(entry)
-    return result
+    return [_changed_entry(entry, kind, changes) if isinstance(entry, dict) else entry for entry in entries]
+
+
+def _changed_entry(entry: dict[str, Any], kind: Kind, changes: Changes) -> dict[str, Any]:
+    one_each: dict[str, Sequence[float]] = {}
+    values: dict[str, float] = {}
+    if changes.payloads is not None:
+        one_each["payload_kg"] = changes.payloads
+    if changes.tilt is not None:
+        values |= dict(zip(("tilt_alpha_rad", "tilt_beta_rad"), changes.tilt, strict=True))
+    if entry.get("kind") == "back_and_forth":
+        if changes.speeds is not None:
+            one_each[file_key("speed", "velocity", kind)] = changes.speeds
+        if changes.travel is not None:
+            values[file_key("travel", "position", kind)] = changes.travel
+    changed = entry | values
+    for key, wanted in one_each.items():
+        # a list of another key belongs to the values that it was written for
+        changed = {k: v[0] if isinstance(v, list) and v else v for k, v in changed.items()}
+        changed[key] = list(wanted)
+    return changed
 
 
 def document_of_command(command: str, kind: Kind) -> dict[str, Any]:
@@ -234,7 +255,7 @@ def document_of_command(command: str, kind: Kind) -> dict[str, Any]:
     options = dict(pairwise(rest))
     speeds = [float(speed) for speed in options["--speeds"].split(",")] if "--speeds" in options else None
     travel = float(options["--travel"]) if "--travel" in options else None
-    document["trials"] = _with_motion(document["trials"], kind, speeds, travel)
+    document["trials"] = _changed(document["trials"], kind, Changes(speeds=speeds, travel=travel))
     return document
 
 

@@ -172,15 +172,20 @@ class _Session:
         rig = self._rig
         setup = replace(trial.setup, start_position=start)
         rig.prepare(setup)
-        seen = 0
+        seen, before, first = 0, self._played, 0.0
         for block in rig.play(Trajectory(rig.period_s, "velocity", trial.motion.command(rig.period_s))):
             # Every n-th sample of the trial, not of the block. Nothing is averaged: a row is a reading.
             self._log(_rows(block, self._finished, setup)[-seen % self._every :: self._every])
+            if len(block.time_s):
+                # by the clock: a rig that is late leaves samples out
+                first = first if seen else float(block.time_s[0]) - rig.period_s
+                passed = float(block.time_s[-1]) - first
+                self._played = before + min(passed, trial.motion.duration_s)
             seen += len(block.time_s)
-            self._played += rig.period_s * len(block.time_s)
             self._tell()
         if seen == 0:
             raise RigFault("the rig measured nothing")
+        self._played = before + trial.motion.duration_s
         self._finished += 1
 
     def _log(self, rows: Array) -> None:

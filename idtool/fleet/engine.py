@@ -23,7 +23,7 @@ from idtool.errors import InputError
 from idtool.fleet.session import Task
 from idtool.fleet.work import Outcome, identify_session, version
 from idtool.io.defer_signals import deferred_signals
-from idtool.report.text import counted
+from idtool.presentation.text import counted
 
 _START_TIMEOUT_S = 10
 _POLL_S = 0.1

@@ -15,7 +15,7 @@ import pandas as pd
 from idtool.fleet.statistics import DAYS_PER_YEAR
 from idtool.fleet.summary import Fleet, ParameterLine
 from idtool.model.units import SUFFIXES, unit_text
-from idtool.report import style, text
+from idtool.presentation import style, text
 from idtool.version import __version__
 
 if TYPE_CHECKING:

@@ -25,8 +25,8 @@ from idtool.fleet.session import find_sessions, load
 from idtool.fleet.summary import Fleet, SessionRow, document, summarise, table
 from idtool.fleet.work import Outcome
 from idtool.io.atomic import atomic_write
+from idtool.presentation.text import counted
 from idtool.report.result_folder import FILES, OPTIONAL_FILES, make_folder, write_json
-from idtool.report.text import counted
 from idtool.version import __version__
 
 __all__ = ["Fleet", "Options", "run_fleet"]

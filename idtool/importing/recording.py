@@ -352,7 +352,7 @@ def _remark(
 
 def _axis(kind: Kind, constant: float | None, old: Axis | None, taken: tuple[Taken, ...], file: Path) -> Axis:
     if constant is not None:
-        constant = check_constant(constant, place="--torque-constant")
+        constant = check_constant(constant, argument="torque_constant")
     elif old and old.kind == kind:
         constant = old.torque_constant
     roles = {item.role for item in taken}

@@ -17,7 +17,7 @@ import gzip
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -27,6 +27,10 @@ from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, he
 from idtool.log.table import check_rows, parse_rows, read_text
 from idtool.log.writer import LogWriter
 from idtool.parameters.axis import Axis, check_constant
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["LOG_VERSION", "Log", "LogWriter", "columns_of", "header_text"]
 
@@ -89,11 +93,28 @@ class Log:
         if axis is not None:
             found = found.completed(axis, file=file)
         if torque_constant is not None and found.torque_constant is None:
-            constant = check_constant(torque_constant, place="--torque-constant")
+            constant = check_constant(torque_constant, argument="torque_constant")
             found = Axis(found.kind, constant, found.extra)
         frame = check_rows(parse_rows(text, file), found, text, file)
         rest = {key: value for key, value in header.items() if key not in TOP_KEYS}
         return cls(frame, found, experiment, rest, str(file), text.incomplete, text.line_of_rows)
+
+    def plot(self, ax: Axes | None = None) -> Figure:
+        """Draw a first look, before any fit: position, speed and effort over time, effort over speed.
+
+        Args:
+            ax: axes of matplotlib's `subplots` whose place the picture takes; a new figure if None.
+
+        Returns:
+            The figure.
+
+        Raises:
+            InputError: `ax` has no cell of a grid, or too little room.
+        """
+        from idtool.log.figure import log_figure
+        from idtool.presentation.style import placed
+
+        return placed(lambda: log_figure(self), ax)
 
     def write(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the log whole or not at all; gzipped if the name ends in `.gz`.

@@ -101,7 +101,9 @@ def constant_key(kind: str) -> str:
     return "force_constant_n_per_a" if kind == "linear" else "torque_constant_nm_per_a"
 
 
-def check_constant(value: Any, *, file: Any = None, place: str | None = None) -> float:
+def check_constant(
+    value: Any, *, file: Any = None, place: str | None = None, argument: str | None = None
+) -> float:
     """A torque constant, checked.
 
     Raises:
@@ -112,6 +114,7 @@ def check_constant(value: Any, *, file: Any = None, place: str | None = None) ->
             f"the torque constant must be a finite number above zero, not {short(value)}",
             file=file,
             place=place,
+            argument=argument,
             remedy="take it from the servo's data sheet (stall torque / stall current)",
         )
     return float(value)

@@ -14,7 +14,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from idtool.errors import InputError, nearest
 from idtool.io.atomic import atomic_write, refuse_existing
@@ -23,6 +23,9 @@ from idtool.model.units import Kind, file_key
 from idtool.parameters.axis import Axis
 from idtool.parameters.older_files import effects_of_today
 from idtool.parameters.physics import ROUNDING, positive, some_friction, within_bounds
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SCHEMA = "ffc-id/params/1"
 MAX_BYTES = 1 << 20
@@ -135,6 +138,29 @@ class Parameters:
         """A copy in which `entry` stands in place of any entry of its name."""
         others = tuple(e for e in self.effects if e.name != entry.name)
         return replace(self, effects=(*others, entry))
+
+    def to_frame(self) -> pd.DataFrame:
+        """A table: one row a parameter, with value, stderr, low and high of the 95 % interval, unit, remark.
+
+        Its index is (part, name): part is "gravity", "static", "dynamic" or the name of an effect.
+        """
+        import pandas as pd
+
+        from idtool.parameters.rows import rows_of
+
+        rows = rows_of(self)
+        interval = [row.parameter.ci95 or (math.nan, math.nan) for row in rows]
+        return pd.DataFrame(
+            {
+                "value": [row.parameter.value for row in rows],
+                "stderr": [row.parameter.stderr for row in rows],
+                "low": [low for low, _ in interval],
+                "high": [high for _, high in interval],
+                "unit": [row.unit for row in rows],
+                "remark": [row.remark for row in rows],
+            },
+            index=pd.MultiIndex.from_tuples([(row.part, row.name) for row in rows], names=["part", "name"]),
+        )
 
     def to_document(self) -> dict[str, Any]:
         """The TOML document."""

@@ -16,6 +16,7 @@ from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -25,6 +26,8 @@ from idtool.model.motion import Array
 from idtool.model.units import Kind
 from idtool.parameters import Parameters
 from idtool.report.facts import REMEDY, Diagnosis, Facts, read_facts
+from idtool.report.result_folder import evidence_document, evidence_rows, plain
+from idtool.verbs.identify import Identification
 
 _NEEDED = ("trial", "time_s", "velocity", "torque", "before", "after")
 _MAY_LACK = ("position", "acceleration", "load", "payload_kg", "temperature_degc")
@@ -160,6 +163,13 @@ def read_evidence(folder: Path) -> Evidence:
     return Evidence(folder, parameters, diagnosis, facts, read_rows(folder / "evidence.csv.gz"))
 
 
+def evidence_of(result: Identification) -> Evidence:
+    """The evidence of a result that was not written, as `read_evidence` would read it."""
+    diagnosis = msgspec.convert(plain(result.diagnosis), Diagnosis)
+    facts = msgspec.convert(plain(evidence_document(result, "", 0)), Facts)
+    return Evidence(Path(), result.parameters, diagnosis, facts, rows_of(evidence_rows(result), Path()))
+
+
 def read_rows(file: Path) -> Rows:
     """Read and check `evidence.csv.gz`.
 
@@ -172,6 +182,15 @@ def read_rows(file: Path) -> Rows:
         raise InputError("no such file", file=file, remedy=f"{REMEDY} with -o {file.parent}") from error
     except (OSError, EOFError, ValueError, zlib.error) as error:
         raise InputError(f"is not a whole gzipped CSV ({error})", file=file, remedy=REMEDY) from error
+    return rows_of(frame, file)
+
+
+def rows_of(frame: pd.DataFrame, file: Path) -> Rows:
+    """The columns of the table, checked.
+
+    Raises:
+        InputError: a column is missing, or a number is none.
+    """
     for name in _NEEDED:
         if name not in frame.columns:
             raise InputError("the column is missing", file=file, place=name, remedy=REMEDY)

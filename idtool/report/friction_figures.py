@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from idtool.model.units import Kind
-from idtool.report import style
+from idtool.presentation import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from idtool.model.units import torque_name, unit_text
-from idtool.report import text
+from idtool.presentation import text
 from idtool.report.evidence import Evidence, Segment
 from idtool.report.facts import array
 from idtool.report.friction_figures import stribeck_figure

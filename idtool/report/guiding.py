@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from idtool.errors import InputError
-from idtool.report import text
+from idtool.presentation import text
 
 FILE = "teach.json"
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from idtool.model.motion import Array
 from idtool.model.units import Kind, torque_name
-from idtool.report import style
+from idtool.presentation import style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -24,12 +24,14 @@ from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.io.atomic import atomic_write
 from idtool.model.units import torque_name, unit_text
-from idtool.report import style, tables, text
+from idtool.presentation import style, text
+from idtool.report import tables
 from idtool.report.evidence import Evidence, read_evidence
 from idtool.report.facts import Found, Pair
-from idtool.report.gallery import Plate, certainty_plates, model_plates
+from idtool.report.gallery import Plate
 from idtool.report.guiding import read_guiding
-from idtool.report.residual_gallery import SIGNIFICANT, residual_plates
+from idtool.report.plates import all_plates
+from idtool.report.residual_gallery import SIGNIFICANT
 from idtool.report.verdict import summarise
 from idtool.version import __version__
 
@@ -115,7 +117,7 @@ def write_report(folder: Path) -> Path:
         InputError: the folder's files are missing or broken, or it cannot be written.
     """
     evidence = read_evidence(folder)
-    plates = [*model_plates(evidence), *residual_plates(evidence), *certainty_plates(evidence)]
+    plates = all_plates(evidence)
     pictures = _draw(plates, folder / FIGURES)
     page = _render(evidence, pictures)
     with atomic_write(folder / PAGE) as stream:

@@ -9,7 +9,7 @@ import numpy as np
 
 from idtool.model.motion import Array
 from idtool.model.units import Kind, torque_name
-from idtool.report import style
+from idtool.presentation import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,9 @@ from functools import partial
 import numpy as np
 
 from idtool.model.units import radians_per_unit, torque_name, unit_text
-from idtool.report import spectra, text
+from idtool.presentation import text
+from idtool.presentation.style import axis_label
+from idtool.report import spectra
 from idtool.report.evidence import Evidence, Rows
 from idtool.report.facts import ResidualTest
 from idtool.report.gallery import Plate
@@ -24,7 +26,6 @@ from idtool.report.spectrum_figures import (
     cumulative_figure,
     periodogram_figure,
 )
-from idtool.report.style import axis_label
 
 #: Below this, a test counts as having found a dependence.
 SIGNIFICANT = 0.01

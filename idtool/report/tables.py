@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from idtool.effects import registry
 from idtool.model.units import Kind, file_key, unit_text
 from idtool.parameters import CONTROLLER_KEYS, DYNAMIC, GRAVITY_MODELS, STATIC, Parameter
-from idtool.report import text
+from idtool.presentation import text
 from idtool.report.evidence import Evidence
 
 #: base name -> (symbol, meaning)

@@ -8,7 +8,7 @@ from typing import Literal
 
 from idtool.effects import registry
 from idtool.model.units import torque_name, unit_text
-from idtool.report import text
+from idtool.presentation import text
 from idtool.report.evidence import Evidence
 from idtool.report.residual_gallery import SIGNIFICANT
 

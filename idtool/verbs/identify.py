@@ -7,6 +7,7 @@ result.diagnosis["verdict"]
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -33,6 +34,7 @@ from idtool.log import Log
 from idtool.parameters import Parameters
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
+from idtool.verbs.predict import Prediction, predict
 from idtool.version import __version__
 
 #: `--friction coulomb` asks for the textbook model, to be compared with published ones: these effects
@@ -50,6 +52,7 @@ class Identification:
         notes: sentences that qualify the result.
         options: what was asked for, for the provenance.
         stepped_down: what the data lack for the friction law that was asked for.
+        validation: the prediction of logs that no fit saw, where some were given.
     """
 
     recording: Recording
@@ -57,6 +60,7 @@ class Identification:
     notes: list[str]
     options: dict[str, Any] = field(default_factory=dict)
     stepped_down: list[Shortcoming] = field(default_factory=list)
+    validation: Prediction | None = None
 
     @property
     def fit(self) -> JointFit:
@@ -77,6 +81,8 @@ class Identification:
         document["findings"] = [one.to_document() for one in lacking]
         if document["next_experiment"] is None:
             document["next_experiment"] = self._run_for(lacking)
+        if self.validation is not None:
+            document["validation"] = {"logs": list(self.validation.logs), "errors": self.validation.errors}
         return document
 
     def _run_for(self, lacking: list[Shortcoming]) -> dict[str, Any] | None:
@@ -97,6 +103,9 @@ def identify(
     gravity: str = "auto",
     optimizer: str = "direct",
     effects: Sequence[Effect] = (),
+    without: Sequence[str] = (),
+    tolerance: float | None = None,
+    validate: Sequence[Log] = (),
     tell: Callable[[str], None] = lambda _: None,
 ) -> Identification:
     """Identify gravity, friction and the effects that the base model lacks.
@@ -110,33 +119,77 @@ def identify(
         gravity: "auto", "slide", "arm" or "none".
         optimizer: "direct", "crs2", "isres" or "esch".
         effects: of your own, to compete with those of the library; this process knows them from then on.
+        without: names of effects that are not to be considered.
+        tolerance: error that is good enough, per cent of the torque (rms): once it is reached no further
+            effects are looked for, and nothing that is left below it counts as unexplained.
+        validate: logs of the same axis, to be predicted with the result; no fit sees them.
         tell: called with a sentence on what is going on.
 
     Raises:
         InputError: an unknown option, an effect that lacks something, or logs that cannot be used.
     """
     own = tuple(map(registry.add, effects))
+    for name in without:
+        registry.get(name)
+    if tolerance is not None and not 0.0 <= tolerance < 100.0:
+        raise InputError(
+            f"is {tolerance:g} %",
+            argument="tolerance",
+            remedy="give per cent of the torque, from 0 up to 100",
+        )
+    _refuse_seen(logs, validate)
     law = check_choice("friction", friction, FRICTION_KINDS)
     check_choice("gravity", gravity, GRAVITY_CHOICES)
     tell("reading the motion")
     recording = record(logs)
     wrong = [sentence for log in recording.wiring for sentence in log]
     tell("searching the friction parameters")
-    starts, notes, reasons = begin(thin(recording), law, gravity, optimizer=optimizer, seed=seed)
-    library = (*registry.library(), *own)
+    starts, notes, reasons = begin(
+        thin(recording), law, gravity, optimizer=optimizer, seed=seed, without=without
+    )
+    library = tuple(effect for effect in (*registry.library(), *own) if effect.name not in without)
+    if without:
+        notes.append(f"left out as asked: {', '.join(without)}.")
     if law == "coulomb":
         library = tuple(effect for effect in library if effect.name in TEXTBOOK_EFFECTS)
         notes.append(
-            "--friction coulomb is the textbook model: no effects but inertia and offset were looked for."
+            "friction coulomb is the textbook model: no effects but inertia and offset were looked for."
         )
-    evidence = diagnose(recording, starts, library, tell, given=law == "coulomb")
+    evidence = diagnose(
+        recording, starts, library, tell, given=law == "coulomb", tolerance=0.01 * (tolerance or 0.0)
+    )
     notes = [*wrong, *notes, *findings(evidence.final)]
     options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
-    return Identification(recording, evidence, notes, options, reasons)
+    options |= {"without": list(without)} if without else {}
+    options |= {} if tolerance is None else {"tolerance_percent": tolerance}
+    result = Identification(recording, evidence, notes, options, reasons)
+    if not validate:
+        return result
+    tell("predicting the logs to validate with")
+    return replace(result, validation=predict(validate, result.parameters))
+
+
+def _refuse_seen(logs: Sequence[Log], validate: Sequence[Log]) -> None:
+    """A log that is fitted says nothing about how well others are predicted."""
+    fitted = {os.path.realpath(log.source) for log in logs if log.source}
+    for log in validate:
+        if log.source and os.path.realpath(log.source) in fitted:
+            raise InputError(
+                "is among the logs that are fitted",
+                file=log.source,
+                argument="validate",
+                remedy="leave it out of one of the two",
+            )
 
 
 def begin(
-    recording: Recording, law: str, gravity: str, *, optimizer: str = "direct", seed: int = 0
+    recording: Recording,
+    law: str,
+    gravity: str,
+    *,
+    optimizer: str = "direct",
+    seed: int = 0,
+    without: Sequence[str] = (),
 ) -> tuple[list[JointFit], list[str], list[Shortcoming]]:
     """Fits of the base model that the data can carry (`first_fits`), and why it stepped down."""
     kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
@@ -151,7 +204,8 @@ def begin(
             "gravity never acts without payload: its base is not determined; add a run that stands upright."
         )
     inertia = registry.get("inertia")
-    spec = Spec(kind, model, columns, () if inertia.missing(recording.motion) else (inertia,))
+    has_inertia = inertia.name not in without and not inertia.missing(recording.motion)
+    spec = Spec(kind, model, columns, (inertia,) if has_inertia else ())
     stepped = [step_down(fit) for fit in first_fits(recording, spec, optimizer=optimizer, seed=seed)]
     starts = [_bare(fit, spec) for fit, _, _ in stepped]
     _, more, reasons = stepped[0]
@@ -213,14 +267,14 @@ def parameters_of(fit: JointFit, options: dict[str, Any] | None = None) -> Param
     )
 
 
-def check_choice(option: str, value: str, known: Sequence[str]) -> str:
+def check_choice(argument: str, value: str, known: Sequence[str]) -> str:
     """The value, if it is one of the known ones.
 
     Raises:
         InputError: it is not; the sentence suggests the nearest.
     """
     if value not in known:
-        raise InputError(f"unknown {option} {value!r}", place=f"--{option}", remedy=nearest(value, known))
+        raise InputError(f"unknown {argument} {value!r}", argument=argument, remedy=nearest(value, known))
     return value
 
 

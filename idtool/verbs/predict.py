@@ -41,6 +41,7 @@ class Prediction:
         notes: sentences on what the parameter file lacks.
         trial: index of every row's trial, running on over the logs, shape (rows,).
         experiment: name of the experiment of each trial.
+        logs: the files.
     """
 
     frame: pd.DataFrame
@@ -48,6 +49,7 @@ class Prediction:
     notes: list[str]
     trial: NDArray[np.intp]
     experiment: tuple[str, ...]
+    logs: tuple[str, ...] = ()
 
 
 def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction | None = None) -> Prediction:
@@ -83,6 +85,7 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
         notes,
         recording.motion.trial,
         recording.experiment,
+        recording.sources,
     )
 
 

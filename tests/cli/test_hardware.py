@@ -105,13 +105,13 @@ def test_a_person_is_asked_for_every_payload(servo: Servo, short: Path, tmp_path
         assert run.stdin
         assert run.stderr
         assert run.stderr.readline() == (
-            "trial 1 of 2: set the axis to payload 0 kg, tilt 0 and 0 rad, then press Enter; Ctrl-C ends\n"
+            "trial 1 of 2: set the axis to payload 0 kg, tilt 0° and 0°, then press Enter; Ctrl-C ends\n"
         )
         run.stdin.write("\n")
         run.stdin.flush()
         assert run.stderr.readline() == (
-            "trial 2 of 2: set the axis to payload 0.5 kg, tilt 0 and 0 rad (now payload 0 kg, tilt 0 and "
-            "0 rad), then press Enter; Ctrl-C ends\n"
+            "trial 2 of 2: set the axis to payload 0.5 kg, tilt 0° and 0° (now payload 0 kg, "
+            "tilt 0° and 0°), then press Enter; Ctrl-C ends\n"
         )
         assert servo.do("payload 0.5") == "payload 0.5 kg, tilt 0 0 rad"
         out, _ = run.communicate("\n", timeout=240)

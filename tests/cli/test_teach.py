@@ -46,7 +46,9 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 def test_guides_the_paper_s_axis(tmp_path: Path, parameters: Parameters) -> None:
     parameters.write(tmp_path / "params.toml")
-    done = run(tmp_path, "teach", "-p", "params.toml", "-o", "run.csv", "--figure", "run.png")
+    done = run(
+        tmp_path, "teach", "-p", "params.toml", "--rig", "sim:paper", "-o", "run.csv", "--figure", "run.png"
+    )
     assert done.returncode == 0, done.stderr
     assert "ms of letting go" in done.stdout
     assert "N moves it at" in done.stdout
@@ -55,15 +57,31 @@ def test_guides_the_paper_s_axis(tmp_path: Path, parameters: Parameters) -> None
     assert {"hand_nm", "hand_estimated_nm", "position_command_rad"} <= set(log.frame.columns)
     assert (tmp_path / "run.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
-    again = run(tmp_path, "teach", "-p", "params.toml", "-o", "run.csv")
+    again = run(tmp_path, "teach", "-p", "params.toml", "--rig", "sim:paper", "-o", "run.csv")
     assert again.returncode == 3
     assert "already exists" in again.stderr
-    assert run(tmp_path, "teach", "-p", "params.toml", "-o", "run.csv", "--force", "-q").returncode == 0
+    assert (
+        run(
+            tmp_path, "teach", "-p", "params.toml", "--rig", "sim:paper", "-o", "run.csv", "--force", "-q"
+        ).returncode
+        == 0
+    )
 
 
 def test_json_is_one_document_and_repeats(tmp_path: Path, parameters: Parameters) -> None:
     parameters.write(tmp_path / "params.toml")
-    arguments = ("teach", "-p", "params.toml", "--hand-force", "5.56", "--json", "--seed", "3")
+    arguments = (
+        "teach",
+        "-p",
+        "params.toml",
+        "--rig",
+        "sim:paper",
+        "--hand-force",
+        "5.56",
+        "--json",
+        "--seed",
+        "3",
+    )
     first, second = run(tmp_path, *arguments), run(tmp_path, *arguments)
     assert first.returncode == 0, first.stderr
     assert first.stdout == second.stdout
@@ -81,7 +99,7 @@ def test_a_file_that_lacks_a_part_is_refused(tmp_path: Path, parameters: Paramet
         "axis": {"axis": Axis()},
     }[part]
     replace(parameters, **without).write(tmp_path / "params.toml")
-    done = run(tmp_path, "teach", "-p", "params.toml")
+    done = run(tmp_path, "teach", "-p", "params.toml", "--rig", "sim:paper")
     assert done.returncode == 3
     assert "params.toml" in done.stderr
     assert {"gravity": "fit-gravity", "static": "fit-static", "axis": "torque constant"}[part] in done.stderr
@@ -92,7 +110,8 @@ def test_a_file_that_lacks_a_part_is_refused(tmp_path: Path, parameters: Paramet
 def test_bad_input_is_one_sentence(tmp_path: Path, parameters: Parameters) -> None:
     parameters.write(tmp_path / "params.toml")
     for arguments, code, words in (
-        (("-p", "nothing.toml"), 3, "no such file"),
+        (("-p", "nothing.toml", "--rig", "sim:paper"), 3, "no such file"),
+        (("-p", "params.toml"), 2, "--rig is missing; name the axis, as --rig sim:paper"),
         (("-p", "params.toml", "--rig", "sim:papr"), 3, "paper"),
         (("-p", "params.toml", "--payload", "-1"), 2, "payload"),
         ((), 2, "--params"),

@@ -122,7 +122,12 @@ def screen(*arguments: str, columns: int, cwd: Path, **environment: str) -> str:
 @pytest.mark.parametrize("columns", [40, 60, 80, 120])
 @pytest.mark.parametrize(
     "arguments",
-    [["compare", "a.toml", "b.toml"], ["rigs"], ["recipes"], ["tune", "-p", "t.toml", "--force", "4"]],
+    [
+        ["compare", "a.toml", "b.toml"],
+        ["rigs"],
+        ["recipes"],
+        ["tune", "-p", "t.toml", "--hand-force", "4", "--write"],
+    ],
     ids=lambda words: words[0],
 )
 def test_no_width_cuts_anything_off(arguments: list[str], columns: int, files: Path) -> None:
@@ -130,7 +135,8 @@ def test_no_width_cuts_anything_off(arguments: list[str], columns: int, files: P
     narrow = _ESCAPE.sub("", screen(*arguments, columns=columns, cwd=files))
     (files / "t.toml").write_text((files / "a.toml").read_text())
     wide = _ESCAPE.sub("", screen(*arguments, columns=300, cwd=files))
-    lines = narrow.splitlines()
+    # a command to copy stays on one line
+    lines = [line for line in narrow.splitlines() if not line.startswith("next: ")]
     assert max(map(len, lines)) <= columns
     assert "…" not in narrow
     # every number and word of the wide screen is there, whatever its place
@@ -185,12 +191,13 @@ _RUN = ("run-sine", "--rig", "sim:bench", "--force", "-o")
 def test_progress_says_how_long_it_will_take(tmp_path: Path) -> None:
     seen = screen(*_RUN, "log.csv", columns=100, cwd=tmp_path)
     assert re.search(r"trial \d of 4, \d+ s of rig time left \(about \d+ s to wait\)", seen)
-    assert _ESCAPE.sub("", seen).rstrip().endswith("log.csv: 11400 rows, 4 trials, 63 s of rig time")
+    told = "log.csv: 11400 rows, 4 trials, 63 s of rig time on sim:bench (simulated)"
+    assert _ESCAPE.sub("", seen).split("\n")[-3].strip().endswith(told)
     narrow = screen(*_RUN, "log.csv", columns=40, cwd=tmp_path)
     assert re.search(r"trial \d of 4, \d+ s left", narrow)
     assert screen(*_RUN, "log.csv", "-q", columns=100, cwd=tmp_path) == ""
     piped = ffc_id(*_RUN, "log.csv", cwd=tmp_path)
-    assert (piped.returncode, piped.stderr) == (0, "")
+    assert (piped.returncode, piped.stderr) == (0, "next: ffc-id check log.csv\n")
 
 
 def test_identify_shows_what_it_does_only_in_a_terminal(tmp_path: Path) -> None:
@@ -204,7 +211,9 @@ def test_identify_shows_what_it_does_only_in_a_terminal(tmp_path: Path) -> None:
     assert "searching the friction parameters" in uncoloured
     assert not _COLOUR.search(uncoloured)
     done = ffc_id(*words, cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0
+    assert done.stderr.startswith("next: ffc-id ")
+    assert done.stderr.count("\n") == 1
     assert "\x1b" not in done.stdout
 
 

@@ -10,7 +10,8 @@ import pytest
 from idtool.parameters import Parameters
 from studies.guided_plants import file_of, plant_of
 
-from .support import ffc_id
+from .support import PROGRAM, ffc_id
+from .terminal import Terminal
 
 
 @pytest.fixture
@@ -20,10 +21,11 @@ def params(tmp_path: Path) -> Path:
 
 
 def test_writes_the_gains_and_teach_takes_them(params: Path) -> None:
-    done = ffc_id("tune", "-p", params, "--force", "2", "--speed", "19.2", "--json")
+    done = ffc_id("tune", "-p", params, "--hand-force", "2", "--speed", "19.2", "--write", "--json")
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
     assert document["schema"] == "ffc-id/tuning/1"
+    assert document["written"]
     assert min(m["gain"] for m in document["margins"]) >= 1.1
     controller = Parameters.read(params).controller
     assert controller is not None
@@ -45,14 +47,31 @@ def test_writes_the_gains_and_teach_takes_them(params: Path) -> None:
 
 def test_refuses_and_leaves_the_file_alone(params: Path) -> None:
     before = params.read_bytes()
-    done = ffc_id("tune", "-p", params, "--force", "1")
+    done = ffc_id("tune", "-p", params, "--hand-force", "1", "--write")
     assert done.returncode == 3
     assert "ask for" in done.stderr
     assert "Traceback" not in done.stderr
     assert params.read_bytes() == before
 
 
+def test_shows_before_it_writes(params: Path) -> None:
+    """Nobody to ask and no --write: shown, and the file as it was."""
+    before = params.read_bytes()
+    done = ffc_id("tune", "-p", params, "--hand-force", "2")
+    assert done.returncode == 0, done.stderr
+    assert "K_c" in done.stdout
+    assert done.stdout.endswith(f"not written: {params}\n")
+    assert "--write" in done.stderr
+    assert params.read_bytes() == before
+    for answer, same in (("n", True), ("y", False)):
+        with Terminal([PROGRAM, "tune", "-p", params, "--hand-force", "2"]) as terminal:
+            terminal.until("write them into")
+            terminal.send(f"{answer}\r")
+            assert terminal.finish(60) == 0
+        assert (params.read_bytes() == before) == same
+
+
 def test_a_tare_needs_the_light_mode(params: Path) -> None:
-    done = ffc_id("teach", "-p", params, "--tare")
+    done = ffc_id("teach", "-p", params, "--rig", "sim:paper", "--tare")
     assert done.returncode == 2
     assert "ffc-id tune" in done.stderr

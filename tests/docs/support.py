@@ -14,6 +14,8 @@ from pages.markdown import FENCE, commands_in, fences, shell_words
 PROJECT = Path(__file__).resolve().parents[2]
 PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]
 
+#: How the program begins a sentence about a mistake.
+_TOLD = "ffc-id: "
 _INLINE = re.compile(r"`(ffc-id [^`]+)`")
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
@@ -38,9 +40,9 @@ def refusals(page: Path) -> list[tuple[list[str], str]]:
     """Commands that a page shows to be refused, and what it says they are answered with."""
     lines = [line.strip() for block in _blocks(page) for line in block.splitlines()]
     return [
-        (command, answer.removeprefix("Error: "))
+        (command, answer.removeprefix(_TOLD))
         for line, answer in itertools.pairwise(lines)
-        if answer.startswith("Error: ")
+        if answer.startswith(_TOLD)
         for command in commands_in(line)
     ]
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from idtool.report import style, write_report
+from idtool.presentation import style
+from idtool.report import write_report
 
 from .folder import make
 

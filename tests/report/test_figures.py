@@ -174,7 +174,7 @@ def test_binned_mean_of_few_and_of_many_values() -> None:
 
 
 def test_a_figure_is_the_same_bytes_each_time() -> None:
-    from idtool.report.style import render
+    from idtool.presentation.style import render
 
     first, second = (render(stribeck_figure([0.1, -0.1], [0.1, -0.1]), form) for form in ("png", "png"))
     assert first == second

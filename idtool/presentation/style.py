@@ -12,17 +12,22 @@ import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import wraps
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 
+from idtool.errors import InputError
 from idtool.io.atomic import atomic_write
 from idtool.model.units import Kind, torque_name, unit_text
-from idtool.report import text
+from idtool.presentation import text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
+
+#: Where `panels` draws in place of a figure of its own.
+_PLACE: ContextVar[SubFigure | None] = ContextVar("_PLACE", default=None)
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -36,6 +41,7 @@ UNDER = "#bfc5cc"
 SHADE = "#e9ecf0"
 
 WIDTH = 5.8
+_LEAST_PANEL = 0.3  # inches, below which a panel shows nothing
 _EDGE = 0.12  # inches from the left edge to headline and legend
 WIDE = 12.0
 DPI = 140
@@ -105,6 +111,41 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
     return inside
 
 
+@contextmanager
+def into(axes: Axes) -> Iterator[None]:
+    """Figures that are drawn in the block take the place of these axes in their figure.
+
+    Raises:
+        InputError: the axes were not made by `subplots`, so that they have no cell to give.
+    """
+    cell = axes.get_subplotspec()
+    if cell is None:
+        raise InputError(
+            "these axes have no cell in a grid", argument="ax", remedy="make them with matplotlib's subplots"
+        )
+    place = axes.figure.add_subfigure(cell)
+    axes.remove()
+    token = _PLACE.set(place)
+    try:
+        yield
+    finally:
+        _PLACE.reset(token)
+
+
+def placed(draw: Callable[[], Figure], axes: Axes | None) -> Figure:
+    """A figure as `draw` makes it, or drawn into the place of these axes; the whole figure."""
+    if axes is None:
+        return draw()
+    with into(axes):
+        return draw().get_figure(root=True)  # type: ignore[return-value]
+
+
+def size(figure: Figure | SubFigure) -> tuple[float, float]:
+    """Width and height in inches, of a part of a figure too."""
+    box, dpi = figure.bbox, figure.get_figure(root=True).dpi
+    return box.width / dpi, box.height / dpi
+
+
 def panels(
     rows: int = 1,
     columns: int = 1,
@@ -130,9 +171,19 @@ def panels(
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height))
+    figure: Any = _PLACE.get()
+    if figure is None:
+        figure = Figure(figsize=(width, height))
+    else:
+        width, height = size(figure)
     panel_width = (width - left - right - gap[0] * (columns - 1)) / columns
     panel_height = (height - top - bottom - gap[1] * (rows - 1)) / rows
+    if min(panel_width, panel_height) < _LEAST_PANEL:
+        raise InputError(
+            f"has no room for it ({width:.1f} by {height:.1f} inches)",
+            argument="ax",
+            remedy=f"make that part of the figure {WIDTH:g} by 4 inches or more",
+        )
     axes = figure.subplots(
         rows,
         columns,
@@ -154,14 +205,14 @@ def panels(
 
 def title(figure: Figure, headline: str) -> None:
     """The headline of a figure: what to see, at its top left."""
-    height = figure.get_figheight()
-    left, top = _EDGE / figure.get_figwidth(), 1.0 - 0.14 / height
+    width, height = size(figure)
+    left, top = _EDGE / width, 1.0 - 0.14 / height
     figure.text(left, top, headline, fontsize=11.5, fontweight="bold", va="top")
 
 
 def legend(figure: Figure, axes: Axes) -> None:
     """A legend in one line under the headline, where it hides no data."""
-    width, height = figure.get_figwidth(), figure.get_figheight()
+    width, height = size(figure)
     figure.legend(
         *axes.get_legend_handles_labels(),
         loc="upper left",

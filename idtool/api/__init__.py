@@ -1,0 +1,1 @@
+"""What `from idtool import ...` gives beyond single rooms: `identify` and its result."""

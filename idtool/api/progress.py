@@ -1,0 +1,47 @@
+"""What is going on, on one line of a notebook or a terminal."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+_WIDTH = 78
+
+
+@contextmanager
+def told(progress: Callable[[str], None] | bool | None) -> Iterator[Callable[[str], None]]:
+    """Where sentences on what is going on are to go.
+
+    Args:
+        progress: a function of yours; True for one line on standard error; None for that line in a
+            notebook only; False for nowhere.
+    """
+    if callable(progress):
+        yield progress
+        return
+    if not (in_notebook() if progress is None else progress):
+        yield lambda _: None
+        return
+    began = time.monotonic()
+
+    def show(sentence: str) -> None:
+        _line(f"{time.monotonic() - began:4.0f} s  {sentence}")
+
+    try:
+        yield show
+    finally:
+        _line("")
+
+
+def in_notebook() -> bool:
+    """Whether a Jupyter kernel runs this."""
+    shell = sys.modules.get("IPython")
+    return shell is not None and getattr(shell.get_ipython(), "kernel", None) is not None
+
+
+def _line(text: str) -> None:
+    """The text in place of the one before."""
+    sys.stderr.write(f"\r{text[:_WIDTH]:<{_WIDTH}}" + ("" if text else "\r"))
+    sys.stderr.flush()

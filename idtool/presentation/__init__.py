@@ -1,0 +1,1 @@
+"""How numbers, names and figures look, wherever they are shown."""
