@@ -250,8 +250,8 @@ The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned light
 (`mode = "light"` in `[controller]`, written by `ffc-id tune`) is an admittance that is driven by what is
 *certain* of the hand: the compensation of friction and load is kept at its lower confidence bound, so the
 axis takes energy from the hand and never gives any, and it becomes lighter as it learns. Gains for a wanted
-feel, with their stability margins: `ffc-id tune -p params.toml --hand-force 2 --speed 19.2 --write` (N, mm/s). Then
-`ffc-id teach -p params.toml --rig SPEC --tare`, or from Python
+feel, with their stability margins: `ffc-id tune -p params.toml --hand-force 2 --speed 19.2 --write`
+(N, mm/s). Then `ffc-id teach -p params.toml --rig SPEC --tare`, or from Python
 
     controller = ForceFreeController(Parameters.read("params.toml"), period_s=0.01)
     controller.tare()           # once `controller.ready`; hands off for three seconds of steps

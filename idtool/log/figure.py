@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
 #: What stands for the effort (the first of them that was logged), and its unit where it is no torque.
 _EFFORTS = {"torque": "", "current": "A", "bus_current": "A", "duty": ""}
-_HEIGHT = 1.55  # inches a panel
+_HEIGHT = 1.7  # inches a panel
 
 
 @style.styled
@@ -40,9 +42,9 @@ def log_figure(log: Log) -> Figure:
     time = log.frame["time_s"].to_numpy(dtype=float)
     rows = len(shown)
     figure, panels = style.panels(
-        rows, 2, width=style.WIDE, height=1.3 + _HEIGHT * rows, gap=(0.85, 0.18), share=""
+        rows, 2, width=style.WIDE, height=1.1 + _HEIGHT * rows, top=0.5, gap=(0.85, 0.55)
     )
-    style.title(figure, f"{log.source}: {len(log.frame)} rows, {len(log.trials)} trials")
+    style.title(figure, f"{Path(log.source).name}: {len(log.frame)} rows, {len(log.trials)} trials")
     over_time, beside = panels[::2], panels[1::2]
     for panel, (name, values) in zip(over_time, shown, strict=True):
         _over_time(panel, log, time, values)
@@ -74,7 +76,7 @@ def _over_time(panel: Axes, log: Log, time: Array, values: Array) -> None:
     trial = log.frame["trial"].to_numpy()
     edges = [0, *(np.flatnonzero(np.diff(trial)) + 1).tolist(), len(trial)]
     step = style.thin(len(trial), 20 * style.MOST_MARKERS).step
-    for k, (start, stop) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for k, (start, stop) in enumerate(pairwise(edges)):
         rows = slice(start, stop, step)
         panel.plot(time[rows], values[rows], color=(style.AFTER, style.BEFORE)[k % 2], lw=0.8)
 
@@ -91,6 +93,6 @@ def _effort_over(panels: list[Axes], log: Log, shown: dict[str, Array], effort: 
                     shown[role][rows], shown[effort][rows], ".", ms=2.5, color=style.MEASURED, alpha=0.5
                 )
                 panel.set_ylabel(_label(log, effort))
-                panel.set_title(f"over the {'speed' if role == 'velocity' else role}", fontsize=9)
+                panel.set_xlabel(_label(log, role))
     for panel in left:
         panel.set_visible(False)

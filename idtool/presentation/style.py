@@ -137,7 +137,7 @@ def placed(draw: Callable[[], Figure], axes: Axes | None) -> Figure:
     if axes is None:
         return draw()
     with into(axes):
-        return draw().get_figure(root=True)  # type: ignore[return-value]
+        return draw().get_figure(root=True)
 
 
 def size(figure: Figure | SubFigure) -> tuple[float, float]:

@@ -38,9 +38,10 @@ def every_command(page: Path) -> list[list[str]]:
 
 def refusals(page: Path) -> list[tuple[list[str], str]]:
     """Commands that a page shows to be refused, and what it says they are answered with."""
-    lines = [line.strip() for block in _blocks(page) for line in block.splitlines()]
+    blocks = [[line.strip() for line in block.splitlines()] for block in _blocks(page)]
     return [
         (command, answer.removeprefix(_TOLD))
+        for lines in blocks
         for line, answer in itertools.pairwise(lines)
         if answer.startswith(_TOLD)
         for command in commands_in(line)
