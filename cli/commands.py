@@ -20,6 +20,8 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "run": ("run", "run_any", "Run any recipe."),
     "init": ("init", "init", "Write an axis file: kind, torque constant, limits."),
     "import": ("importing", "import_recording", "Turn a recording from elsewhere into a log."),
+    "data": ("data", "data", "Recordings to try it on: one that comes along, and public ones."),
+    "plot": ("plot", "plot", "Draw a log before any fit."),
     "check": ("check", "check", "Quality of logs before any fit."),
     "fit-gravity": ("fit", "fit_gravity", "Recover the gravity coefficients."),
     "fit-static": ("fit", "fit_static", "Recover the static (Stribeck) friction parameters."),

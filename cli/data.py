@@ -1,0 +1,105 @@
+"""`ffc-id data`: recordings to try the tool on."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import Output, force_option, output_options
+from .lazy import LazyGroup
+from .progress import Progress
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+#: sub-command -> (module beside this one, function, help line)
+COMMANDS: dict[str, tuple[str, str, str]] = {
+    "list": ("data", "list_recordings", "List the recordings, with source and licence."),
+    "get": ("data", "get_recording", "Bring one of them into a folder."),
+}
+
+_catalogue = click.option(
+    "--catalogue",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A catalogue of yours, in place of the one that comes along.",
+)
+
+
+@click.command(cls=LazyGroup, commands_of=COMMANDS)
+def data() -> None:
+    """Recordings to try it on: one that comes along (no network), and public ones of real machines.
+
+    \b
+    ffc-id data get sample
+    ffc-id identify sample/gravity.csv.gz sample/sweep.csv.gz sample/sine.csv.gz -o result
+    """
+
+
+@click.command("list")
+@_catalogue
+@output_options
+def list_recordings(catalogue: Path | None, output: Output) -> None:
+    """List the recordings, with source and licence.
+
+    \b
+    ffc-id data list
+    """
+    from dataclasses import asdict
+
+    from idtool.importing.catalogue import read_catalogue
+
+    known = read_catalogue(catalogue).recordings
+
+    def show(_: Console) -> None:
+        for name, entry in known.items():
+            click.echo(f"{name}: {entry.title}")
+            click.echo(f"  {entry.by}; {entry.licence}" + (f"; {entry.page}" if entry.page else ""))
+
+    output.result({"recordings": {name: asdict(entry) for name, entry in known.items()}}, show)
+    output.next("data", "get", next(iter(known), "sample"))
+
+
+@click.command("get")
+@click.argument("name")
+@click.option(
+    "-o", "--output", "folder", type=click.Path(path_type=Path), help="Where to [a folder of its name]."
+)
+@_catalogue
+@force_option
+@output_options
+def get_recording(
+    name: str, folder: Path | None, catalogue: Path | None, force: bool, output: Output
+) -> None:
+    """Bring a recording into a folder: its source, licence and checksum are shown.
+
+    A download that was cut short goes on where it stopped. Public recordings are no logs yet: the command
+    that makes logs of them is told at the end.
+
+    \b
+    ffc-id data get sample
+    ffc-id data get emps
+    """
+    from idtool.importing.catalogue import fetch, read_catalogue
+
+    entry = read_catalogue(catalogue).get(name)
+    place = folder or Path(name)
+    output.say(f"{entry.title}\n  {entry.by}\n  licence: {entry.licence}")
+    for source in entry.files:
+        output.say(f"  from {source.url}")
+    with Progress(output, f"fetching {name}") as bar:
+        found = fetch(entry, place, force=force, progress=lambda done, of: bar.at(done, of or done))
+
+    def show(_: Console) -> None:
+        for path, checksum in found.items():
+            click.echo(f"{path}: {path.stat().st_size} bytes" + (f", SHA-256 {checksum}" if checksum else ""))
+
+    files = {str(path): checksum or None for path, checksum in found.items()}
+    output.result({"name": name, "licence": entry.licence, "page": entry.page, "files": files}, show)
+    words = shlex.split(entry.next)
+    output.next(
+        *(f"{place}{word.removeprefix(name)}" if word.startswith(f"{name}/") else word for word in words)
+    )

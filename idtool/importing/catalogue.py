@@ -1,0 +1,134 @@
+"""Recordings to try the tool on: a session that comes with it, and public ones by address."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+
+import msgspec
+
+from idtool.errors import InputError, nearest
+from idtool.io.atomic import atomic_write, refuse_existing
+from idtool.io.download import download
+
+SCHEMA = "ffc-id/catalogue/1"
+#: The session that comes with the package: needs no network.
+SAMPLE = "sample"
+_SAMPLE_FOLDER = "session"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """A file of a recording.
+
+    Attributes:
+        url: where it is; with the commit in it, so that it stays what it is.
+        name: what it is called here.
+        sha256: of its bytes, where somebody has told; "" if not.
+    """
+
+    url: str
+    name: str
+    sha256: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """A recording.
+
+    Attributes:
+        title: the machine.
+        by: whose it is, as it wants to be cited.
+        licence: under which it may be used.
+        page: where it is described.
+        files: of which it consists; empty for the session that comes with the package.
+        next: words after `ffc-id` of the command that makes logs of them.
+    """
+
+    title: str
+    by: str
+    licence: str
+    page: str = ""
+    files: tuple[Source, ...] = ()
+    next: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Catalogue:
+    """All of them, by name."""
+
+    schema: str
+    recordings: dict[str, Entry] = field(default_factory=dict)
+
+    def get(self, name: str) -> Entry:
+        """The recording of that name.
+
+        Raises:
+            InputError: there is none; the sentence suggests the nearest.
+        """
+        if name not in self.recordings:
+            raise InputError(f'there is no recording "{name}"', remedy=nearest(name, self.recordings))
+        return self.recordings[name]
+
+
+def read_catalogue(file: Path | None = None) -> Catalogue:
+    """The catalogue that comes with the package, or one of your own.
+
+    Raises:
+        InputError: the file cannot be read, or a key is missing or of the wrong type.
+    """
+    try:
+        text = (
+            file.read_text(encoding="utf-8")
+            if file is not None
+            else (resources.files("idtool.data") / "recordings.toml").read_text(encoding="utf-8")
+        )
+        catalogue = msgspec.toml.decode(text, type=Catalogue)
+    except FileNotFoundError as error:
+        raise InputError("no such file", file=file, remedy="name a catalogue") from error
+    except (OSError, UnicodeDecodeError, msgspec.MsgspecError) as error:
+        raise InputError(
+            f"is no catalogue ({error})", file=file, remedy="see data/recordings.toml"
+        ) from error
+    if catalogue.schema != SCHEMA:
+        raise InputError(
+            f"schema is {catalogue.schema!r}", file=file, place="schema", remedy=f'expected "{SCHEMA}"'
+        )
+    return catalogue
+
+
+def fetch(
+    entry: Entry, folder: Path, *, force: bool = False, progress: Callable[[int, int], None] | None = None
+) -> dict[Path, str]:
+    """Bring the files of a recording into a folder, which is made if it is missing.
+
+    Returns:
+        Each file and its SHA-256, hexadecimal; "" for those that come with the package.
+
+    Raises:
+        InputError: a file is there already and `force` is not given, or it cannot be fetched or written.
+    """
+    brought = [(source, folder / source.name) for source in entry.files]
+    sample = [] if entry.files else _sample_files()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be made ({error.strerror})", file=folder, remedy="name another") from error
+    for path in (*(path for _, path in brought), *(folder / name for name, _ in sample)):
+        refuse_existing(path, force)
+    for name, content in sample:
+        with atomic_write(folder / name, "wb") as stream:
+            stream.write(content)
+    found = {folder / name: "" for name, _ in sample}
+    for source, path in brought:
+        found[path] = download(source.url, path, sha256=source.sha256 or None, progress=progress)
+    return found
+
+
+def _sample_files() -> list[tuple[str, bytes]]:
+    inside = resources.files("idtool.data") / _SAMPLE_FOLDER
+    return sorted(
+        (entry.name, entry.read_bytes()) for entry in inside.iterdir() if entry.name.endswith(".gz")
+    )

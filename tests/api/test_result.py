@@ -1,0 +1,145 @@
+"""What a person at a notebook sees and asks."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+
+import idtool
+from idtool import InputError, Log, Result, identify
+from idtool.importing.catalogue import fetch, read_catalogue
+
+matplotlib.use("Agg")
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sample")
+    fetch(read_catalogue().get("sample"), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def told() -> list[str]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def result(sample: Path, told: list[str]) -> Result:
+    """Of the gravity run alone, without the search for effects: quick, and enough for what is shown."""
+    return identify(
+        str(sample / "gravity.csv.gz"),
+        friction="coulomb",
+        validate=sample / "validation.csv.gz",
+        progress=told.append,
+    )
+
+
+def test_the_public_names_are_all_that_is_seen() -> None:
+    assert set(dir(idtool)) == set(idtool.__all__)
+    for name in idtool.__all__:
+        assert getattr(idtool, name) is not None
+    shown = subprocess.run(
+        [sys.executable, "-c", "import idtool; help(idtool)"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    ).stdout
+    for name in ("identify", "Log", "Parameters", "Result", "ForceFreeController"):
+        assert name in shown
+
+
+def test_a_result_prints_its_summary(result: Result, told: list[str]) -> None:
+    text = repr(result)
+    assert text == result.summary()
+    assert len(text) < 4000
+    assert "coulomb" in text
+    assert f"verdict: {result.diagnosis['verdict']}" in text
+    assert "of the torque; sensor noise" in text
+    assert "validation, validation:" in text
+    page = result._repr_html_()
+    assert page.count("<table") == 1
+    assert "verdict:" in page
+    assert "searching the friction parameters" in told
+
+
+def test_parameters_are_a_table(result: Result) -> None:
+    frame = result.parameters.to_frame()
+    assert isinstance(frame, pd.DataFrame)
+    row = frame.loc[("gravity", "per_payload")]
+    assert row["value"] == result.parameters.gravity["per_payload"].value
+    assert row["low"] < row["value"] < row["high"]
+    assert row["unit"] == "N m/kg"
+    assert ("inertia", "inertia") in frame.index
+    assert "inertia" not in result.effects
+
+
+def test_every_figure_is_drawn_alone_and_into_axes(result: Result) -> None:
+    from matplotlib import pyplot
+
+    assert {"stribeck", "prediction", "residual_time"} <= set(result.figures)
+    for name in ("prediction", "gravity"):
+        alone = result.plot(name)
+        assert alone.get_axes()
+    figure, axes = pyplot.subplots(1, 2, figsize=(14, 7))
+    assert result.plot("prediction", ax=axes[0]) is figure
+    left = [axis.get_position() for part in figure.subfigs for axis in part.get_axes()]
+    assert left
+    figure.canvas.draw()
+    small, cell = pyplot.subplots(figsize=(1, 1))
+    with pytest.raises(InputError, match=r"^ax: has no room"):
+        result.plot("prediction", ax=cell)
+    with pytest.raises(InputError, match=r'^name: .* did you mean "stribeck"\?'):
+        result.plot("stribek")
+    loose = figure.add_axes((0.1, 0.1, 0.2, 0.2))
+    with pytest.raises(InputError, match=r"^ax: these axes have no cell"):
+        result.plot("prediction", ax=loose)
+    pyplot.close(figure)
+    pyplot.close(small)
+
+
+def test_a_log_draws_itself(sample: Path) -> None:
+    log = Log.read(sample / "gravity.csv.gz")
+    figure = log.plot()
+    labels = {axis.get_ylabel() for axis in figure.get_axes()}
+    assert {"Position, rad", "Speed, rad/s", "Current, A"} <= labels
+
+
+def test_predicts_logs_and_paths(result: Result, sample: Path) -> None:
+    path = sample / "validation.csv.gz"
+    of_path, of_log = result.predict(path), result.predict([Log.read(path)])
+    np.testing.assert_array_equal(of_path.frame["torque_predicted_nm"], of_log.frame["torque_predicted_nm"])
+    validated = result.diagnosis["validation"]["errors"]
+    assert of_path.errors == validated
+
+
+def test_writes_the_result_folder(result: Result, tmp_path: Path) -> None:
+    page = result.report(tmp_path / "result")
+    assert page.name == "report.html"
+    for name in ("params.toml", "diagnosis.json", "figures/prediction.png"):
+        assert (tmp_path / "result" / name).exists()
+    with pytest.raises(InputError, match="already holds"):
+        result.report(tmp_path / "result")
+
+
+def test_errors_name_the_argument(sample: Path) -> None:
+    log = Log.read(sample / "gravity.csv.gz")
+    for call, expected in (
+        (lambda: identify([]), "^logs: is empty; give a log"),
+        (lambda: identify(3), "^logs: a int is neither a log nor a path"),  # type: ignore[arg-type]
+        (lambda: identify([log, None]), "^logs: a NoneType is neither"),  # type: ignore[list-item]
+        (lambda: identify(log, friction="lugr"), r'^friction: .* did you mean "lugre"\?'),
+        (lambda: identify(log, gravity="slyde"), r'^gravity: .* did you mean "slide"\?'),
+        (lambda: identify(log, tolerance=150.0), "^tolerance: is 150 %"),
+        (lambda: identify(log, without=["backlsh"]), 'did you mean "backlash"'),
+        (lambda: identify(log, validate=log), "validate: is among the logs that are fitted"),
+    ):
+        with pytest.raises(InputError, match=expected):
+            call()
