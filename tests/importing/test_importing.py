@@ -319,7 +319,7 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         {},
         "torque_constant_nm_per_a: current is given but no torque constant; pass --torque",
     ),
-    "bad K": ("t,q,i\n1,2,3\n", {"torque_constant": 0.0}, "--torque-constant: the torque constant must be"),
+    "bad K": ("t,q,i\n1,2,3\n", {"torque_constant": 0.0}, "torque_constant: the torque constant must be"),
     "two kinds": (
         "t,pos_mm,tau_nm\n1,2,3\n",
         {},

@@ -200,7 +200,7 @@ def test_size_is_limited_before_the_memory_is(tmp_path: Path) -> None:
 
 def test_given_torque_constant_is_checked(tmp_path: Path) -> None:
     plain = put(tmp_path, "time_s,velocity_rad_s,current_a\n0,1,1\n")
-    assert "--torque-constant: the torque constant must be" in refused(plain, torque_constant=float("nan"))
+    assert "torque_constant: the torque constant must be" in refused(plain, torque_constant=float("nan"))
 
 
 @pytest.mark.parametrize("cut", range(1, len("1,0.02,0.2,1.5\n")))

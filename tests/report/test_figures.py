@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from idtool.errors import InputError
+from idtool.presentation import text
 from idtool.report import (
     arm_figure,
     dynamic_figure,
@@ -18,7 +19,6 @@ from idtool.report import (
     save_figure,
     spectra,
     stribeck_figure,
-    text,
 )
 from idtool.report.gravity_figures import average_error
 from idtool.report.loop_figures import main_frequency
