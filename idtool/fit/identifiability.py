@@ -40,6 +40,10 @@ _LOW_WINDOWS = 5.0
 _OTHER_WAY = 0.02
 #: Gravity acts alike where the cosine of the tilt changes by less than this.
 _TILTED = 0.1
+#: Speeds that differ by less than this share are one speed, and motion at others than that is hardly any
+#: where this share of the rows has it.
+_ALIKE = 0.15
+_HARDLY_OTHER = 0.8
 #: Effects that look like friction in one direction.
 _ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
 #: Speeds above this share of the highest are motion.
@@ -109,8 +113,8 @@ def undetermined(fit: JointFit) -> frozenset[str]:
 
 
 def _about_parameters(fit: JointFit) -> list[Shortcoming]:
-    judged = [one_payload(fit), one_direction(fit), low_speeds(fit), presliding(fit), at_bound(fit)]
-    found = [one for one in judged if one is not None]
+    judged = [one_payload, one_direction, one_speed, low_speeds, presliding, at_bound]
+    found = [one for judge in judged if (one := judge(fit)) is not None]
     told = {name for one in found for name in one.parameters}
     return [*found, *vague(fit, told)]
 
@@ -155,6 +159,25 @@ def one_direction(fit: JointFit) -> Shortcoming | None:
         tuple(lacking),
         f"one direction only: Coulomb friction and {other} cannot be told apart",
         "move both ways through the same stretch (`ffc-id run-sweep -o sweep.csv`)",
+        "ffc-id run-sweep",
+    )
+
+
+def one_speed(fit: JointFit) -> Shortcoming | None:
+    """Hardly any motion but at one speed: a level of friction and viscous friction look the same."""
+    recording = fit.model.recording
+    speed = np.abs(recording.motion.velocity[recording.usable])
+    fast = speed[speed > _MOVING * float(np.quantile(speed, 0.999))]
+    usual = float(np.median(fast)) if len(fast) else 0.0
+    if np.mean(np.abs(fast - usual) < _ALIKE * usual) < _HARDLY_OTHER:
+        return None
+    return Shortcoming(
+        "one_speed",
+        ("static",),
+        tuple(f"static.{name}" for name in ("coulomb", "static", "viscous") if name in fit.model.names),
+        f"hardly another speed than {usual:.2g} {unit_text('velocity', recording.axis.kind)}: Coulomb and "
+        "viscous friction cannot be told apart",
+        "move at several speeds (`ffc-id run-sweep -o sweep.csv`)",
         "ffc-id run-sweep",
     )
 
