@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from idtool.diagnosis.candidates import LEAST_GAIN, Selection
 from idtool.diagnosis.following import Following, between_models, for_parameter
-from idtool.diagnosis.pruning import veto
+from idtool.diagnosis.pruning import drop, veto, without
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import good_enough, select
@@ -271,9 +271,15 @@ def diagnose(
     assert best is not None
     base, selection, unnamed = best
     tell("fitting the final model on all trials")
-    chosen = selection.fit
-    loaded = with_load(parts.recording, chosen)
-    final = refit(chosen, JointModel.build(loaded, chosen.model.spec, chosen.model.constants))
+    final = _finished(selection, parts.recording)
+    while too_large := [effect for effect in final.model.spec.effects if _too_large(final, effect)]:
+        drop(
+            selection,
+            too_large[0],
+            without(selection.fit, too_large[0]),
+            "larger than the torque on all trials",
+        )
+        final = _finished(selection, parts.recording)
     notes = []
     if parts.blocks:
         notes.append(
@@ -285,6 +291,18 @@ def diagnose(
     tests = test_residual(base), test_residual(final)
     left = None if good_enough(final, tolerance) else remainder(final, tests[1], unnamed)
     return Diagnosis(parts, base, selection, doubted(final, left), *tests, following, left, notes)
+
+
+def _finished(selection: Selection, recording: Recording) -> JointFit:
+    """The chosen model on all trials."""
+    chosen = selection.fit
+    loaded = with_load(recording, chosen)
+    return refit(chosen, JointModel.build(loaded, chosen.model.spec, chosen.model.constants))
+
+
+def _too_large(fit: JointFit, effect: Effect) -> bool:
+    # what accelerates a drive that friction hardly brakes may be any multiple of what is left for it
+    return effect.name != "inertia" and torque_of(fit, effect) > fit.model.recording.torque_size
 
 
 def _of_the_readings(fit: JointFit, effect: Effect) -> str | None:

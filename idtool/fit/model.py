@@ -39,6 +39,10 @@ _STIFF_BEND = 0.25
 _SOFT_BEND = 20.0
 #: A friction level is at most so many times the largest torque that was measured; the filter takes off peaks.
 _MOST_FRICTION = 2.0
+#: No bristle bends further than to its level, which an effect may raise by so much.
+_FURTHEST_START = 1.5
+#: The bristle is damped in turns only, where the axis is slow: at top speed it may be so many times this.
+_MOST_DAMPING = 10.0
 #: Coordinates that are logarithms.
 LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
 
@@ -194,12 +198,12 @@ class JointModel:
             "coulomb": (math.log(1e-4 * s.torque), math.log(most)),
             "static": (math.log(1e-4 * s.torque), math.log(most)),
             "stribeck_velocity": (math.log(0.2 * s.slowest), math.log(3.0 * s.speed)),
-            "viscous": (0.0, 100.0 * s.torque / s.speed),
+            "viscous": (0.0, most / s.speed),
             "bristle_stiffness": (
                 math.log(typical / self.longest_bend),
                 math.log(5.0 * s.torque / s.shortest_bend),
             ),
-            "bristle_damping": (0.0, 1000.0 * s.torque / s.speed),
+            "bristle_damping": (0.0, _MOST_DAMPING * most / s.speed),
         }
         for effect in self.spec.effects:
             for c in effect.active(self.recording.motion):
@@ -340,8 +344,13 @@ class JointModel:
         zero = np.zeros(motion.trials)
         prediction = predict(motion, friction, effect, zero)
         both = recording.filtered_columns(prediction.torque, prediction.start_column)
-        residual, start, penalty = self._eliminate(self.measured - both[:, 0], both[:, 1], bend)
-        return Evaluation(residual, start, penalty)
+        residual, column = self.measured - both[:, 0], both[:, 1]
+        _, share = self.eliminate_columns(residual[:, None], column, bend)
+        # rows that no start explains must not bend the bristle further than it can
+        most = _FURTHEST_START * self.bend(x)
+        start = np.clip(share[:, 0], -most, most)
+        residual -= column * start[recording.filtered_trial]
+        return Evaluation(residual, start, self._weight(bend) * start)
 
     def differentiate(
         self, x: Array, bend: float, start: Array, varied: NDArray[np.bool_] | None = None
@@ -387,11 +396,6 @@ class JointModel:
         norm = members @ start_column**2 + self._weight(bend) ** 2
         share = (members @ (start_column[:, None] * columns)) / norm[:, None]
         return columns - start_column[:, None] * share[trial], share
-
-    def _eliminate(self, residual: Array, start_column: Array, bend: float) -> tuple[Array, Array, Array]:
-        projected, share = self.eliminate_columns(residual[:, None], start_column, bend)
-        start = share[:, 0]
-        return projected[:, 0], start, self._weight(bend) * start
 
     def _weight(self, bend: float) -> float:
         """Noise of a filtered row over the prior's standard deviation."""
