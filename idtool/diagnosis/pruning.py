@@ -22,6 +22,8 @@ from idtool.fit.model import JointModel
 
 #: An effect whose removal raises the error by this factor at first sight is needed.
 _SURELY = 1.2
+#: Errors of prediction closer than this share are the same.
+_THE_SAME = 1e-3
 #: Evaluations for a model that lacks an effect.
 _SPENT = 12
 
@@ -69,7 +71,7 @@ def veto(selection: Selection, held_out: Callable[[JointFit], float], tell: Call
         if not found:
             return
         error, effect, smaller = min(found, key=lambda item: item[0])
-        if error > now:
+        if error > (1.0 - _THE_SAME) * now:
             return
         drop(
             selection,
