@@ -38,7 +38,16 @@ class Found:
 
     name: str
     p_value: Number = None
+    percent_of_torque: Number = None
     alternatives: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Left:
+    """What the extended model leaves on the held-out rows, and the sensor noise, per cent of the torque."""
+
+    percent_of_torque: Number = None
+    noise_percent: Number = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +88,7 @@ class NextExperiment:
 
     recipe: dict[str, Any] = field(default_factory=dict)
     separates: tuple[str, ...] = ()
+    why: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +100,7 @@ class Diagnosis:
     effects: tuple[Found, ...] = ()
     error: Errors = Errors()
     unexplained: Unexplained | None = None
+    left: Left = Left()
     candidates: tuple[Candidate, ...] = ()
     next_experiment: NextExperiment | None = None
 

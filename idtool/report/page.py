@@ -32,7 +32,8 @@ from idtool.report.gallery import Plate
 from idtool.report.guiding import read_guiding
 from idtool.report.plates import all_plates
 from idtool.report.residual_gallery import SIGNIFICANT
-from idtool.report.verdict import summarise
+from idtool.report.verdict import left_sentence, next_step, summarise
+from idtool.verbs.summary import share
 from idtool.version import __version__
 
 PAGE = "report.html"
@@ -102,6 +103,7 @@ class EffectCard:
     title: str
     formula: str
     page: str
+    share: str
     p_value: str
     alternatives: str
     reveals: str
@@ -171,7 +173,9 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         bars=_bars(evidence),
         error_change=text.change(*_headline_pair(evidence)),
         held_out=error.held_out.after is not None,
-        effects=[_card(effect) for effect in diagnosis.effects],
+        effects=[_card(effect) for effect in diagnosis.effects if effect.name != "inertia"],
+        left=left_sentence(evidence),
+        step=next_step(evidence),
         next_experiment=_next(evidence),
         groups=tables.parameter_groups(evidence),
         errors=_errors(evidence),
@@ -239,6 +243,7 @@ def _card(effect: Found) -> EffectCard:
     return EffectCard(
         title=text.effect_title(effect.name),
         formula=known.formula if known else "",
+        share="" if effect.percent_of_torque is None else share(effect.percent_of_torque),
         p_value=text.p_text(effect.p_value),
         alternatives=text.listed([text.effect_title(name) for name in effect.alternatives], "or"),
         reveals=known.reveals if known else "",

@@ -11,6 +11,8 @@ from idtool.model.units import torque_name, unit_text
 from idtool.presentation import text
 from idtool.report.evidence import Evidence
 from idtool.report.residual_gallery import SIGNIFICANT
+from idtool.report.result_folder import NEXT_RECIPE
+from idtool.verbs.summary import share
 
 Mark = Literal["good", "care", "bad"]
 
@@ -75,6 +77,41 @@ def named_effects(evidence: Evidence) -> list[str]:
     return [text.effect_title(e.name) for e in evidence.diagnosis.effects if e.name != "inertia"]
 
 
+def _shared(evidence: Evidence) -> list[str]:
+    """The found effects, each with its share of the torque where that is known."""
+    found = [effect for effect in evidence.diagnosis.effects if effect.name != "inertia"]
+    return [
+        text.effect_title(effect.name)
+        + ("" if effect.percent_of_torque is None else f" ({share(effect.percent_of_torque)} of the torque)")
+        for effect in found
+    ]
+
+
+def left_sentence(evidence: Evidence) -> str:
+    """What is left on the held-out rows, in per cent of the torque; empty where nobody computed it."""
+    left, noise = evidence.diagnosis.left.percent_of_torque, evidence.diagnosis.left.noise_percent
+    if left is None:
+        return ""
+    unexplained = evidence.diagnosis.unexplained
+    depends = [text.words(name) for name in unexplained.depends_on] if unexplained else []
+    on = f"; it depends on {text.listed(depends)}" if depends else ""
+    floor = "" if noise is None else f" (sensor noise {share(noise)})"
+    return f"{share(left)} of the {torque_name(evidence.kind)} is left{floor}{on}."
+
+
+def next_step(evidence: Evidence) -> tuple[str, str]:
+    """What to do next: the reason, and the command."""
+    following, folder = evidence.diagnosis.next_experiment, evidence.folder.resolve().name
+    if following is not None:
+        reason = following.why or "One more run would tell what these logs leave open."
+        return _sentence(reason), f"ffc-id run --recipe {folder}/{NEXT_RECIPE} --rig SPEC -o next.csv"
+    if evidence.diagnosis.verdict == "unexplained":
+        reason = "Something is left that no effect explains: see whether it is there on another day too."
+        return reason, f"ffc-id predict OTHER-DAY.csv -p {folder}/params.toml -o predicted.csv"
+    reason = "The model explains these logs: choose how the axis is to feel in the hand."
+    return reason, f"ffc-id tune -p {folder}/params.toml --hand-force 2"
+
+
 def _findings(evidence: Evidence) -> Iterator[Finding]:
     """The leading parameters of the found effects, so many that the tile stays a tile."""
     found = [entry for entry in evidence.parameters.effects if entry.name != "inertia"]
@@ -92,7 +129,7 @@ def _findings(evidence: Evidence) -> Iterator[Finding]:
 
 
 def _headline(evidence: Evidence) -> str:
-    found = text.listed(named_effects(evidence))
+    found = text.listed(_shared(evidence))
     verdict = evidence.diagnosis.verdict
     if verdict == "adequate":
         return "The model is adequate"

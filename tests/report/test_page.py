@@ -196,6 +196,25 @@ def test_other_verdicts(folder: Path, verdict: str) -> None:
 
 
 @pytest.mark.usefixtures("quick")
+def test_shares_what_is_left_and_the_next_step_lead(folder: Path) -> None:
+    diagnosis = synthetic.read_json(folder, "diagnosis")
+    for effect in diagnosis["effects"]:
+        effect["percent_of_torque"] = 23.8
+    diagnosis["left"] = {"rms_nm": 0.003, "percent_of_torque": 7.1, "noise_percent": 0.42}
+    diagnosis["next_experiment"]["why"] = "two payloads would tell them apart"
+    synthetic.write_json(folder, "diagnosis", diagnosis)
+    text = Page(write_report(folder)).text
+    head = text[: text.index("Effects beyond the base model")]
+    assert "Found: position ripple (24 % of the torque)" in head
+    assert "7.1 % of the torque is left (sensor noise 0.4 %)" in head
+    assert "Two payloads would tell them apart." in head
+    assert f"ffc-id run --recipe {folder.name}/next_experiment.toml --rig SPEC -o next.csv" in head
+    # inertia belongs to the base model
+    effects = text[text.index("Effects beyond the base model") : text.index("The model and its data")]
+    assert "Inertia" not in effects.split("Parameters")[0]
+
+
+@pytest.mark.usefixtures("quick")
 def test_only_what_is_needed(tmp_path: Path) -> None:
     """Every optional column, list and key absent: fewer figures, no broken page."""
     folder = synthetic.make(tmp_path / "bare")
