@@ -98,9 +98,9 @@ def test_the_effect_goes_from_the_fit_to_the_board(tmp_path: Path) -> None:
             pull = (0.02 * np.sin(q) - 0.01 * np.cos(q)) / 2.67
             logs.append(replace(log, frame=log.frame.assign(current_a=log.frame["current_a"] + pull)))
     data = record(logs)
-    starts, notes, reasons = begin(data, "lugre", "auto")
+    starts, notes, stepped = begin(data, "lugre", "auto")
     library = [effect for effect in registry.library() if effect.name in ("inertia", "imbalance")]
-    result = Identification(data, diagnose(data, starts, library), notes, {}, reasons)
+    result = Identification(data, diagnose(data, starts, library), notes, {}, stepped[0][1])
     found = result.parameters.effect("imbalance")
     assert found is not None
     assert found.values() == pytest.approx({"sine": 0.02, "cosine": -0.01}, rel=0.1)

@@ -46,6 +46,7 @@ class Diagnosis:
         final: the extended model fitted on all trials; its parameters are the result.
         tests_before, tests_after: dependence of the residual on what was measured.
         remainder: what the final model leaves and is still structured.
+        start: place of the first fit that led here among those that were given.
         following: the run that would tell what these logs leave open.
         notes: sentences for the reader.
     """
@@ -58,6 +59,7 @@ class Diagnosis:
     tests_after: list[ResidualTest]
     following: Following | None = None
     remainder: Remainder | None = None
+    start: int = 0
     notes: list[str] = field(default_factory=list)
 
     @cached_property
@@ -257,19 +259,19 @@ def diagnose(
         tolerance: error that is good enough, share of the torque (rms).
     """
     parts = split(with_load(recording, starts[0]))
-    best: tuple[JointFit, Selection, tuple[str, ...]] | None = None
-    for start in starts:
+    best: tuple[JointFit, Selection, tuple[str, ...], int] | None = None
+    for place, start in enumerate(starts):
         tell("fitting the base model")
         base = refit(start, JointModel.build(thin(parts.training), start.model.spec))
         selection = select(base, library, tell, given=given, tolerance=tolerance)
         unnamed = _without_unnamed(selection)
         veto(selection, lambda fit: held_out_error(fit, parts), tell)
         if best is None or predicts_better(selection.fit, best[1].fit):
-            best = base, selection, unnamed
+            best = base, selection, unnamed, place
         if not unnamed and not any(test.depends for test in test_residual(selection.fit)):
             break
     assert best is not None
-    base, selection, unnamed = best
+    base, selection, unnamed, place = best
     tell("fitting the final model on all trials")
     final = _finished(selection, parts.recording)
     while too_large := [effect for effect in final.model.spec.effects if _too_large(final, effect)]:
@@ -290,7 +292,7 @@ def diagnose(
     following = _following(selection, final, tell)
     tests = test_residual(base), test_residual(final)
     left = None if good_enough(final, tolerance) else remainder(final, tests[1], unnamed)
-    return Diagnosis(parts, base, selection, doubted(final, left), *tests, following, left, notes)
+    return Diagnosis(parts, base, selection, doubted(final, left), *tests, following, left, place, notes)
 
 
 def _finished(selection: Selection, recording: Recording) -> JointFit:

@@ -144,7 +144,7 @@ def identify(
     recording = record(logs)
     wrong = [sentence for log in recording.wiring for sentence in log]
     tell("searching the friction parameters")
-    starts, notes, reasons = begin(
+    starts, notes, stepped = begin(
         thin(recording), law, gravity, optimizer=optimizer, seed=seed, without=without
     )
     library = tuple(effect for effect in (*registry.library(), *own) if effect.name not in without)
@@ -158,7 +158,8 @@ def identify(
     evidence = diagnose(
         recording, starts, library, tell, given=law == "coulomb", tolerance=0.01 * (tolerance or 0.0)
     )
-    notes = [*wrong, *notes, *findings(evidence.final)]
+    why, reasons = stepped[evidence.start]
+    notes = [*wrong, *notes, *why, *findings(evidence.final)]
     options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
     options |= {"without": list(without)} if without else {}
     options |= {} if tolerance is None else {"tolerance_percent": tolerance}
@@ -190,8 +191,9 @@ def begin(
     optimizer: str = "direct",
     seed: int = 0,
     without: Sequence[str] = (),
-) -> tuple[list[JointFit], list[str], list[Shortcoming]]:
-    """Fits of the base model that the data can carry (`first_fits`), and why it stepped down."""
+) -> tuple[list[JointFit], list[str], list[tuple[list[str], list[Shortcoming]]]]:
+    """Fits of the base model that the data can carry (`first_fits`), notes on all of them, and of each why it
+    stepped down (notes, and what the data lack)."""
     kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
     if not recording.motion.velocity.any():
         raise InputError(
@@ -208,8 +210,7 @@ def begin(
     spec = Spec(kind, model, columns, (inertia,) if has_inertia else ())
     stepped = [step_down(fit) for fit in first_fits(recording, spec, optimizer=optimizer, seed=seed)]
     starts = [_bare(fit, spec) for fit, _, _ in stepped]
-    _, more, reasons = stepped[0]
-    return starts, notes + more, reasons
+    return starts, notes, [(why, reasons) for _, why, reasons in stepped]
 
 
 def _bare(fit: JointFit, spec: Spec) -> JointFit:
