@@ -106,7 +106,7 @@ def fit_gravity(
             [p.torque for _, p in points],
             base=parameters.gravity["base"].value,
             per_payload=parameters.gravity["per_payload"].value,
-            kind=recording.axis.kind,
+            kind=recording.axis.units,
             stderr=[p.stderr for _, p in points],
         )
     quality = {"average_error_percent": result.average_error}
@@ -149,7 +149,7 @@ def fit_static(
     picture = stribeck_figure(
         [w.velocity for w in result.windows],
         [w.friction for w in result.windows],
-        kind=recording.axis.kind,
+        kind=recording.axis.units,
         stderr=[w.stderr for w in result.windows],
         steady=[w.steady for w in result.windows],
         curve_velocity=curve["velocity"],
@@ -200,7 +200,7 @@ def fit_dynamic(
         recording.motion.velocity[rows],
         model.measured,
         model.measured - result.fit.residual,
-        kind=recording.axis.kind,
+        kind=recording.axis.units,
         time=recording.motion.time[rows],
     )
     quality = {
@@ -232,17 +232,20 @@ def _read(logs: Sequence[Path], params: Path, given: Given, output: Output) -> t
     from idtool.signals import record
 
     read = given.read(logs, output)
-    known = Parameters.read(params) if params.exists() else Parameters(axis=read[0].axis)
-    if known.axis.to_table() != read[0].axis.to_table() and params.exists():
-        mine, theirs = read[0].axis, known.axis
-        if (mine.kind, mine.torque_constant) != (theirs.kind, theirs.torque_constant):
-            raise InputError(
-                f"is of another axis than {read[0].source} (kind or torque constant differs)",
-                file=params,
-                place="[axis]",
-                remedy="name another parameter file",
-            )
-    return record(read), known
+    recording = record(read)
+    if not params.exists():
+        return recording, Parameters(axis=recording.axis)
+    known = Parameters.read(params)
+    mine, theirs = recording.axis, known.axis
+    same = (mine.torque_constant, mine.effort) == (theirs.torque_constant, theirs.effort)
+    if not same or not mine.agrees(theirs):
+        raise InputError(
+            f"is of another axis than {read[0].source} (kind, torque constant or unit of the effort differs)",
+            file=params,
+            place="[axis]",
+            remedy="name another parameter file",
+        )
+    return recording, known
 
 
 def _finish(

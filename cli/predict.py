@@ -57,7 +57,7 @@ def predict(
     result = run(read, parameters, None if correction is None else Correction.read(correction))
     with atomic_write(out) as stream:
         result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
-    unit = unit_text("torque", parameters.axis.kind)
+    unit = unit_text("torque", parameters.axis.units)
 
     def show(console: Console) -> None:
         for name, error in result.errors.items():

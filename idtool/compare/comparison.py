@@ -25,8 +25,9 @@ from idtool.diagnosis.holm import holm
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.log import Log
-from idtool.model.units import Kind, unit_text
+from idtool.model.units import Units, unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter, Parameters
+from idtool.parameters.axis import Axis
 
 SCHEMA = "ffc-id/comparison/1"
 #: Chance that two fits of one unchanged axis are said to differ, over everything that is compared.
@@ -109,7 +110,7 @@ class Comparison:
         notes: sentences that qualify the result.
     """
 
-    kind: Kind
+    kind: Units
     parameters: tuple[ParameterLine, ...]
     only_a: tuple[str, ...]
     only_b: tuple[str, ...]
@@ -209,15 +210,16 @@ def compare(a: Parameters, b: Parameters, logs: Sequence[Log] = ()) -> Compariso
     Raises:
         InputError: axes of different kinds, or logs that one of the files cannot predict.
     """
-    if a.axis.kind != b.axis.kind:
+    if a.axis.units != b.axis.units:
         raise InputError(
-            f"A is of a {a.axis.kind} axis and B of a {b.axis.kind} one, so no parameter has the same unit",
+            f"A is of {_axis_in_words(a.axis)} and B of {_axis_in_words(b.axis)}, "
+            "so no parameter has the same unit",
             remedy="compare files of the same kind of axis",
         )
     mine, others = ({entry.name for entry in one.effects} for one in (a, b))
     errors, about_logs = paired_errors(a, b, logs) if logs else ((), [])
     return Comparison(
-        kind=a.axis.kind,
+        kind=a.axis.units,
         parameters=_corrected(_lines(a, b)),
         only_a=tuple(name for name in registry.names() if name in mine - others),
         only_b=tuple(name for name in registry.names() if name in others - mine),
@@ -226,8 +228,13 @@ def compare(a: Parameters, b: Parameters, logs: Sequence[Log] = ()) -> Compariso
     )
 
 
+def _axis_in_words(axis: Axis) -> str:
+    counted = f" in {unit_text('torque', axis.units)}" if axis.effort != "torque" else ""
+    return f"a {axis.kind} axis{counted}"
+
+
 def _lines(a: Parameters, b: Parameters) -> list[ParameterLine]:
-    kind = a.axis.kind
+    kind = a.axis.units
     lines = []
     models = dict.fromkeys(one.gravity_model for one in (a, b) if one.gravity_model is not None)
     tables: list[tuple[str, Mapping[str, Parameter], Mapping[str, Parameter], Mapping[str, str]]] = [
@@ -250,7 +257,7 @@ def _gravity(parameters: Parameters, model: str) -> Mapping[str, Parameter]:
 
 
 def _effect_lines(
-    effect: str, a: EffectEntry | None, b: EffectEntry | None, kind: Kind
+    effect: str, a: EffectEntry | None, b: EffectEntry | None, kind: Units
 ) -> list[ParameterLine]:
     left = a.parameters if a else {}
     right = b.parameters if b else {}

@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.diagnosis.holm import holm
-from idtool.log import Log, columns_of
+from idtool.log import Log
 from idtool.model.motion import Array
-from idtool.model.units import Kind
 from idtool.parameters import Parameters
 from idtool.verbs.predict import Prediction, predict
 
@@ -89,7 +88,7 @@ def paired_errors(
         InputError: logs that one of the files cannot predict.
     """
     first, second = predict(logs, a), predict(logs, b)
-    loss_a, loss_b = _loss(first, a.axis.kind), _loss(second, b.axis.kind)
+    loss_a, loss_b = _loss(first), _loss(second)
     names = np.array(first.experiment)[first.trial]
     groups = {"": np.ones(len(names), dtype=bool)}
     groups |= {name: names == name for name in dict.fromkeys(first.experiment)}
@@ -157,12 +156,10 @@ def sign_flip_test(differences: Array) -> float:
     return float((1 + as_far.sum()) / (1 + _SIGN_FLIPS))
 
 
-def _loss(prediction: Prediction, kind: Kind) -> Array:
+def _loss(prediction: Prediction) -> Array:
     """Squared error of every row."""
-    measured = columns_of(kind)["torque"]
-    name, _, unit = measured.rpartition("_")
-    frame = prediction.frame
-    return np.asarray((frame[measured] - frame[f"{name}_predicted_{unit}"]) ** 2, dtype=float)
+    measured, predicted = prediction.frame.columns[2:4]
+    return np.asarray((prediction.frame[measured] - prediction.frame[predicted]) ** 2, dtype=float)
 
 
 def _seen(parameters: Parameters, logs: Sequence[Log]) -> list[str]:

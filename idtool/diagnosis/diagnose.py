@@ -27,7 +27,7 @@ from idtool.fit.joint import JointFit, on_recording, refit, torque_of
 from idtool.fit.left_out import predicts_better
 from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
-from idtool.model.units import file_key
+from idtool.model.units import file_key, unit_suffix
 from idtool.parameters.correction import Correction
 from idtool.signals import Recording
 from idtool.signals.thin import thin
@@ -120,7 +120,7 @@ class Diagnosis:
         rows = self.split.recording.usable & self.split.held
         rms = float(np.sqrt(np.mean(self.after.full_residual[rows] ** 2)))
         torque = float(np.sqrt(np.mean(self.split.recording.torque[rows] ** 2)))
-        unit = "n" if self.split.recording.axis.kind == "linear" else "nm"
+        unit = unit_suffix("torque", self.split.recording.axis.units)
         return {
             f"rms_{unit}": rms,
             "percent_of_torque": 100.0 * rms / torque,
@@ -140,7 +140,7 @@ class Diagnosis:
 
     def to_document(self) -> dict[str, Any]:
         """The JSON document of diagnosis.json."""
-        kind = self.split.recording.axis.kind
+        kind = self.split.recording.axis.units
         before, after = self.before, self.after
         effects = []
         for effect in self.effects:
@@ -221,7 +221,7 @@ class Diagnosis:
                 "held_out": unseen,
             }
         return {
-            "metric": f"rmse_{'n' if recording.axis.kind == 'linear' else 'nm'}",
+            "metric": f"rmse_{unit_suffix('torque', recording.axis.units)}",
             "held_out": _pair(before, after, held),
             "training": _pair(before, after, ~held),
             "by_experiment": by_experiment,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from idtool.model.contribution import FIELDS, Contribution
 from idtool.model.motion import Array, Motion
-from idtool.model.units import Kind, radians_per_unit
+from idtool.model.units import Units, radians_per_unit
 
 Values = Mapping[str, float]
 
@@ -252,7 +252,7 @@ class Effect(ABC):
         """Fit coordinates and constants from file parameters."""
         return dict(parameters)
 
-    def to_file(self, values: Values, kind: Kind) -> dict[str, float]:
+    def to_file(self, values: Values, kind: Units) -> dict[str, float]:
         """`to_parameters` in the units of a file for this kind of axis."""
         found = self.to_parameters(values)
         return found | {
@@ -261,7 +261,7 @@ class Effect(ABC):
             if p.name in found
         }
 
-    def from_file(self, parameters: Values, kind: Kind) -> dict[str, float]:
+    def from_file(self, parameters: Values, kind: Units) -> dict[str, float]:
         """`to_values` of what a file for this kind of axis holds."""
         units = {p.name: radians_per_unit(p.dimension, kind) for p in self.parameters}
         return self.to_values({name: units.get(name, 1.0) * value for name, value in parameters.items()})

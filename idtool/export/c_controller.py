@@ -59,7 +59,7 @@ from idtool.export.c_constants import constants, microseconds, settle_s, tables
 from idtool.export.c_literals import EffectInC
 from idtool.io.atomic import atomic_write, cannot_write, refuse_existing
 from idtool.model.contribution import FIELDS
-from idtool.model.units import SUFFIXES, Kind, unit_text
+from idtool.model.units import SUFFIXES, Units, unit_text
 from idtool.parameters import Parameters
 from idtool.version import __version__
 
@@ -263,7 +263,7 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
     }
 
 
-def _tare_words(c: ForceFreeController, kind: Kind) -> dict[str, str]:
+def _tare_words(c: ForceFreeController, kind: Units) -> dict[str, str]:
     """How long a tare takes, how far it moves and in how many parts, for the header."""
     if not isinstance(c.law, LightLaw):
         return {}

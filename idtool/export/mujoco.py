@@ -18,7 +18,7 @@ from idtool.export.joint import inertia_of, simulated
 from idtool.export.simple import has_bristle
 from idtool.export.xml_text import document
 from idtool.log import Log
-from idtool.model.units import Kind, radians_per_unit
+from idtool.model.units import Units, radians_per_unit
 from idtool.parameters import EffectEntry, Parameter, Parameters
 
 #: With MuJoCo's default (0.02 s) dry friction comes to its level only at some 0.2 rad/s; this is the least
@@ -99,7 +99,7 @@ def _actuator(model: Parameters) -> tuple[str, dict[str, str]]:
     return "dcmotor", attributes
 
 
-def _cogging(ripple: EffectEntry, kind: Kind) -> tuple[float, float, float]:
+def _cogging(ripple: EffectEntry, kind: Units) -> tuple[float, float, float]:
     """Amplitude, n of sin(n q) and phase of the one harmonic that the ripple has."""
     values = ripple.values()
     k = 1 if values["amplitude_1"] else 2

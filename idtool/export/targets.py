@@ -20,7 +20,7 @@ from idtool.export.plain_json import PlainJson
 from idtool.export.ros2 import Ros2
 from idtool.export.urdf import Urdf
 from idtool.log import Log
-from idtool.model.units import Kind, unit_text
+from idtool.model.units import Units, unit_text
 from idtool.parameters import Parameters
 
 TARGETS: dict[str, Target] = {t.name: t for t in (Mujoco(), Urdf(), Ros2(), PlainJson())}
@@ -87,7 +87,7 @@ _MODELS = {
 }
 
 
-def error_lines(errors: dict[str, dict[str, dict[str, Any]]], kind: Kind) -> list[str]:
+def error_lines(errors: dict[str, dict[str, dict[str, Any]]], kind: Units) -> list[str]:
     """One line per model: its error on each experiment."""
     unit = unit_text("torque", kind)
     return [
@@ -108,7 +108,7 @@ def _remarks(
     errors: dict[str, dict[str, dict[str, Any]]],
 ) -> list[str]:
     """What a reader of the file must know, one line each."""
-    kind = parameters.axis.kind
+    kind = parameters.axis.units
     lines = [f"Exported by ffc-id for {target.title}. Units are SI."]
     if constant := parameters.axis.torque_constant:
         unit = unit_text("torque_constant", kind)

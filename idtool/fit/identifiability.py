@@ -288,7 +288,7 @@ def presliding(fit: JointFit) -> Shortcoming | None:
     counts = _bend(fit) / resolution if resolution > 0 else math.inf
     if counts >= _COUNTS and not (fit.at_bound["bristle_stiffness"] and _bend(fit) < fit.model.scales.travel):
         return None
-    kind = fit.model.recording.axis.kind
+    kind = fit.model.recording.axis.units
     friction = fit.model.friction(fit.x)
     least = max(friction.coulomb, friction.static) / max(_COUNTS * resolution, 1e-300)
     bound = f" ({least:.2g} {unit_text('stiffness', kind)})" if resolution > 0 else ""
@@ -325,11 +325,12 @@ def saturated(recording: Recording) -> Shortcoming | None:
     rows = recording.lost.get(SATURATED, 0)
     if not rows:
         return None
+    what = "voltage" if recording.by_voltage else "current"
     return Shortcoming(
         "saturated_current",
         PARTS,
         (),
-        f"the current is saturated, or within its noise of that, on {rows} rows, which were left out",
+        f"the {what} is saturated, or within its noise of that, on {rows} rows, which were left out",
         "move more slowly or with less payload, or widen the current's range",
     )
 

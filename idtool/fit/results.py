@@ -59,7 +59,7 @@ def effect_entry(fit: JointFit, effect: Effect) -> EffectEntry:
     prefix = f"{effect.name}."
     mine = [i for i, name in enumerate(fit.model.names) if name.startswith(prefix)]
     values = fit.model.effect_values(fit.x, effect)
-    kind = fit.model.recording.axis.kind
+    kind = fit.model.recording.axis.units
     centre = effect.to_file(values, kind)
     gradient: dict[str, Array] = {name: np.zeros(len(mine)) for name in centre}
     for place, i in enumerate(mine):

@@ -3,7 +3,9 @@
 One JSON object a run: what was run (`mass`, `length`, `kp`, `vin`, `motor`, `trajectory`, ...) and
 `entries`, a list of samples in rad, rad/s and s. Which current they hold depends on the servo's recorder:
 `measured_current` (A), `present_current` (mA), or on an eRob `control` (A) beside `torque_demand`. The
-older recorders of DYNAMIXEL and Feetech servos keep the duty cycle (`load`) only.
+older recorders of DYNAMIXEL and Feetech servos keep the duty cycle (`load`) only, in counts: 885 is full on a
+DYNAMIXEL of the X series (Goal PWM, 0.113 % a count), 1000 on a Feetech STS. The 16 bits of it are signed on
+the one (two's complement) and hold a sign and a size on the other (bit 10).
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from idtool.errors import InputError
@@ -26,7 +29,20 @@ _MEANINGS: tuple[Meaning, ...] = (
     Meaning("goal_position", "position", "rad", commanded=True),
     Meaning("temp", "temperature", "degC"),
     Meaning("input_volts", "supply_voltage", "V"),
+    Meaning("torque_enable", "drive_on"),
 )
+#: How the motor's name begins, counts at full duty, and the bit of the sign (16: two's complement).
+_FULL_DUTY: tuple[tuple[str, float, int], ...] = (
+    ("sts", 1000.0, 10),
+    ("xl", 885.0, 16),
+    ("xc", 885.0, 16),
+    ("xm", 885.0, 16),
+    ("xh", 885.0, 16),
+    ("xd", 885.0, 16),
+    ("mx", 885.0, 16),
+)
+#: What a log of BAM says of the load, and how `[axis]` calls it (a rod's own mass, `arm_mass`, is apart).
+_PENDULUM = {"mass": "mass_kg", "length": "lever_m"}
 #: The measured current first; a recorder has one of them, or sets it and reads it back.
 _CURRENTS: tuple[tuple[str, str], ...] = (("measured_current", "A"), ("present_current", "mA"))
 
@@ -35,7 +51,7 @@ def read(raw: bytes, file: Path) -> Table:
     """The entries of a BAM log, and what was run as facts.
 
     Raises:
-        InputError: not JSON, not BAM's layout, or a log without any current.
+        InputError: not JSON, not BAM's layout, or a log without current and duty.
     """
     try:
         content = json.loads(raw)
@@ -58,18 +74,44 @@ def read(raw: bytes, file: Path) -> Table:
     meanings = {item.source: item for item in _MEANINGS if item.source in frame}
     if current := _current(frame):
         meanings[current.source] = current
+    elif "load" in frame:
+        frame["load"] = _duty(frame["load"], str(content.get("motor", "")), file)
+        meanings["load"] = Meaning("load", "duty", "share")
     elif len(frame):
         raise InputError(
-            "holds no measured current, only the duty cycle of the motor (its recorder kept no other)",
+            "holds neither a current nor the duty cycle of the motor",
             file=file,
             remedy="record present_current or measured_current with a newer BAM, or log the current",
         )
     notes = []
     if "torque_enable" in frame and (off := int((~frame["torque_enable"].astype(bool)).sum())):
-        notes.append(f"the drive was off in {off} rows; --where torque_enable=True leaves them out")
+        notes.append(f"the drive was off in {off} rows, which no fit takes for friction")
     facts = {key: value for key, value in content.items() if key != "entries" and _plain(value)}
     experiment = str(content.get("trajectory", ""))
-    return Table(frame, notes=notes, meanings=meanings, experiment=experiment, facts={"bam": facts})
+    known = {key: content.get(name) for name, key in _PENDULUM.items()}
+    axis = {key: value for key, value in known.items() if isinstance(value, int | float) and value > 0}
+    header = {"axis": {"kind": "rotary", **axis}} if axis else {}
+    return Table(
+        frame, header=header, notes=notes, meanings=meanings, experiment=experiment, facts={"bam": facts}
+    )
+
+
+def _duty(counts: pd.Series[Any], motor: str, file: Path) -> pd.Series[float]:
+    """The share of full duty from the counts of a register of 16 bits."""
+    known = next(((full, sign) for name, full, sign in _FULL_DUTY if motor.lower().startswith(name)), None)
+    if known is None:
+        raise InputError(
+            f'holds the duty in counts of "{motor}", whose full duty is not known here',
+            file=file,
+            remedy="export it as CSV and import it with --unit duty=count:N (N: counts at full duty)",
+        )
+    full, sign = known
+    raw = counts.to_numpy(dtype=float)
+    if sign == 16:
+        signed = np.where(raw >= 2.0**15, raw - 2.0**16, raw)
+    else:
+        signed = np.where(raw >= 2.0**sign, -(raw - 2.0**sign), raw)
+    return pd.Series(signed / full, index=counts.index)
 
 
 def _current(frame: pd.DataFrame) -> Meaning | None:

@@ -34,6 +34,7 @@ _FACTORS: dict[str, dict[str, float]] = {
     "mass": {"kg": 1, "g": 1e-3, "lb": 0.45359237},
     "temperature": {"degc": 1, "c": 1, "celsius": 1, "k": 1, "kelvin": 1, "degf": 5 / 9, "f": 5 / 9},
     "voltage": {"v": 1, "volt": 1, "volts": 1, "mv": 1e-3},
+    "duty": {"1": 1, "share": 1, "percent": 1e-2, "%": 1e-2, "permille": 1e-3},
 }  # fmt: skip
 _OFFSETS = {"k": -273.15, "kelvin": -273.15, "degf": -160 / 9, "f": -160 / 9}
 
@@ -51,6 +52,8 @@ _DIMENSIONS: dict[str, tuple[str, str]] = {
     "tilt_beta": ("angle", "angle"),
     "temperature": ("temperature", "temperature"),
     "supply_voltage": ("voltage", "voltage"),
+    "bus_current": ("current", "current"),
+    "duty": ("duty", "duty"),
 }
 
 #: Where a format itself says that its numbers are SI, whatever the kind of axis.
@@ -109,8 +112,8 @@ def given_unit(text: str, role: str, kind: Kind) -> Unit:
     """
     what = dimension(role, kind)
     counts = _COUNTS.match(text.strip().lower())
-    if counts and what in ("angle", "angular velocity") and float(counts[1]) > 0:
-        return Unit(text, _TURN / float(counts[1]))
+    if counts and what in ("angle", "angular velocity", "duty") and float(counts[1]) > 0:
+        return Unit(text, (1.0 if what == "duty" else _TURN) / float(counts[1]))
     if unit := named_unit(text, role, kind):
         return unit
     scaled = _SCALED.match(text.strip())
@@ -120,6 +123,7 @@ def given_unit(text: str, role: str, kind: Kind) -> Unit:
             return Unit(text, float(scaled[1]) * inner.factor)
     known = sorted(_FACTORS.get(what or "", {}))
     more = ", count:N (counts a turn)" if what in ("angle", "angular velocity") else ""
+    more = ", count:N (counts at full duty)" if what == "duty" else more
     advice = f"; use one of {', '.join(known)}{more}, or a factor to SI such as 0.001" if known else ""
     raise UsageError(f'--unit {role}={text}: "{text}" is no unit of {what or "that column"}{advice}.')
 
@@ -141,4 +145,5 @@ _SI = {
     "mass": "kg",
     "temperature": "°C",
     "voltage": "V",
+    "duty": "",
 }

@@ -25,9 +25,11 @@ _ITEMS: dict[str, tuple[str, str, int]] = {
     "Goal Velocity": ("velocity", "0.229rpm", 32),
     "Present Current": ("current", "2.69mA", 16),
     "Goal Current": ("current", "2.69mA", 16),
+    "Present PWM": ("duty", "count:885", 16),
     "Present Input Voltage": ("supply_voltage", "0.1V", 16),
     "Present Temperature": ("temperature", "degC", 8),
 }
+_MOTION = ("position", "velocity", "current", "duty")
 _ITEM = re.compile(rf"\b({'|'.join(_ITEMS)})\b")
 
 
@@ -54,7 +56,7 @@ def interpret(frame: pd.DataFrame, notes: list[str]) -> tuple[dict[str, Meaning]
         name: Meaning(name, _ITEMS[item][0], commanded=item.startswith("Goal"))
         for name, item in items.items()
     }
-    motion = [name for name, item in items.items() if _ITEMS[item][0] in ("position", "velocity", "current")]
+    motion = [name for name, item in items.items() if _ITEMS[item][0] in _MOTION]
     if not motion or not all(_whole(frame[name]) for name in motion):
         return meanings, {}
     for name in motion:

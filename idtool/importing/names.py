@@ -29,7 +29,10 @@ _ALIASES: dict[str, str] = {
     "tilt_alpha": "tiltalpha",
     "tilt_beta": "tiltbeta",
     "temperature": "temperature temp",
-    "supply_voltage": "supplyvoltage voltage vbus busvoltage vin inputvoltage vdc",
+    "supply_voltage": "supplyvoltage voltage vbus busvoltage vin inputvoltage inputvolts vdc",
+    "bus_current": "buscurrent supplycurrent inputcurrent ibus idc batterycurrent",
+    "duty": "duty dutycycle pwm presentpwm pwmduty",
+    "drive_on": "driveon torqueenable torqueenabled enabled",
 }
 _ROLE_OF = {alias: role for role, aliases in _ALIASES.items() for alias in aliases.split()}
 #: Names that mean a command by themselves.
@@ -43,7 +46,7 @@ _MEASURED_WORDS = _words(
 )
 _LINEAR_NAMES = frozenset(("force", "thrust", "displacement", "travel"))
 #: Roles whose choice decides the result; two candidates for one of these are never guessed between.
-NEEDED = ("time", "position", "velocity", "current", "torque")
+NEEDED = ("time", "position", "velocity", "current", "torque", "bus_current", "duty")
 
 
 @dataclass(frozen=True)

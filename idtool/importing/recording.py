@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,7 @@ from idtool.importing.table import Table
 from idtool.log import Log
 from idtool.log.format import columns_of
 from idtool.model.units import Kind, torque_name
-from idtool.parameters.axis import Axis, check_constant, constant_key
+from idtool.parameters.axis import Axis, check_constant
 
 #: Roles that change slowly or stay until set anew, so that a gap holds the last value.
 _HELD = (
@@ -41,8 +41,11 @@ _HELD = (
     "supply_voltage",
     "position_command",
     "velocity_command",
+    "drive_on",
 )
-_CORE = ("time", "position", "velocity", "current", "torque")
+_CORE = ("time", "position", "velocity", "current", "torque", "bus_current", "duty")
+#: What can stand for the motor's torque.
+_EFFORTS = ("torque", "current", "bus_current", "duty")
 
 
 @dataclass(frozen=True)
@@ -114,10 +117,11 @@ def import_recording(
     _require(chosen, table, axis_kind, file)
     taken = _units(chosen, given, units or {}, source.presumed, axis_kind, table, file)
     frame, kept = _convert(table, taken, axis_kind, unwrap, file, notes)
-    axis = _axis(axis_kind, torque_constant, old_axis, taken, file)
+    axis = _axis(axis_kind, torque_constant, old_axis)
     rows = len(frame)
     frame = _clean(frame, taken, file, notes)
     _remark(frame, taken, axis_kind, unwrap, notes)
+    _remark_effort(taken, axis, notes)
     experiment = experiment or source.experiment or str(header.get("experiment", ""))
     provenance = _provenance(file, taken, where, trial_by, unwrap) | source.facts
     log = Log(frame, axis, experiment, provenance, str(file))
@@ -159,7 +163,7 @@ def _fill(chosen: dict[str, Meaning], free: list[Meaning], kind: Kind, file: Pat
         if found:
             chosen[role] = found
     for role in ("torque", "current"):
-        if not {"torque", "current"} & set(chosen) and (found := choose(commands, role, kind, file)):
+        if not set(_EFFORTS) & set(chosen) and (found := choose(commands, role, kind, file)):
             chosen[role] = found
 
 
@@ -179,6 +183,8 @@ def _require(chosen: Mapping[str, Meaning], table: pd.DataFrame, kind: Kind, fil
     filled = [str(name) for name in table.columns if table[name].notna().any()]
     there = ", ".join(filled[:12])
     for roles in (("time",), ("position", "velocity"), ("torque", "current")):
+        if roles[0] == "torque" and {"duty", "bus_current"} & set(chosen):
+            continue
         if not any(role in chosen for role in roles):
             words = " or ".join(torque_name(kind) if role == "torque" else role for role in roles)
             raise InputError(
@@ -350,20 +356,28 @@ def _remark(
             )
 
 
-def _axis(kind: Kind, constant: float | None, old: Axis | None, taken: tuple[Taken, ...], file: Path) -> Axis:
+def _remark_effort(taken: tuple[Taken, ...], axis: Axis, notes: list[str]) -> None:
+    """Say what stands for the torque where neither it nor its constant is known."""
+    roles = {item.role for item in taken}
+    if roles & {"current", "bus_current"} and "torque" not in roles and axis.torque_constant is None:
+        notes.append(
+            "current is given but no torque constant, so every fit will be in A; pass --torque-constant "
+            "(stall torque / stall current of the data sheet), or find it with ffc-id calibrate"
+        )
+    elif "duty" in roles and not roles & {"torque", "current", "bus_current"}:
+        notes.append(
+            "there is no current, so the voltage at the motor (duty times supply) stands for its torque; "
+            "what the back-EMF takes of it will look like viscous friction"
+        )
+
+
+def _axis(kind: Kind, constant: float | None, old: Axis | None) -> Axis:
     if constant is not None:
         constant = check_constant(constant, argument="torque_constant")
     elif old and old.kind == kind:
         constant = old.torque_constant
-    roles = {item.role for item in taken}
-    if "current" in roles and "torque" not in roles and constant is None:
-        raise InputError(
-            "current is given but no torque constant",
-            file=file,
-            place=constant_key(kind),
-            remedy="pass --torque-constant (stall torque / stall current of the data sheet), "
-            "or --map a torque column",
-        )
+    if old and old.kind == kind:
+        return replace(old, torque_constant=constant)
     return Axis(kind, constant, old.extra if old else {})
 
 

@@ -30,6 +30,8 @@ def columns_of(kind: Kind) -> dict[str, str]:
         "velocity": f"velocity_{velocity}",
         "current": "current_a",
         "torque": f"{torque_name(kind)}_{torque}",
+        "bus_current": "bus_current_a",
+        "duty": "duty",
         "velocity_command": f"velocity_command_{velocity}",
         "position_command": f"position_command_{position}",
         "payload": "payload_kg",
@@ -37,6 +39,7 @@ def columns_of(kind: Kind) -> dict[str, str]:
         "tilt_beta": "tilt_beta_rad",
         "temperature": "temperature_degc",
         "supply_voltage": "supply_voltage_v",
+        "drive_on": "drive_on",
     }
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import gzip
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -94,7 +94,7 @@ class Log:
             found = found.completed(axis, file=file)
         if torque_constant is not None and found.torque_constant is None:
             constant = check_constant(torque_constant, argument="torque_constant")
-            found = Axis(found.kind, constant, found.extra)
+            found = replace(found, torque_constant=constant)
         frame = check_rows(parse_rows(text, file), found, text, file)
         rest = {key: value for key, value in header.items() if key not in TOP_KEYS}
         return cls(frame, found, experiment, rest, str(file), text.incomplete, text.line_of_rows)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from idtool.errors import InputError
 from idtool.log import Log, columns_of, impossible, sensor_faults, wiring
+from idtool.log.effort import Effort
 from idtool.log.impossible import GAP
 from idtool.model.motion import Array
 
@@ -70,12 +71,15 @@ class Repaired:
     wiring: tuple[str, ...] = ()
 
 
-def repair(log: Log, columns: dict[str, Array | None], *, every_row: bool = False) -> Repaired:
+def repair(
+    log: Log, columns: dict[str, Array | None], effort_read: Effort, *, every_row: bool = False
+) -> Repaired:
     """Look for faults of the sensors of one log.
 
     Args:
         log: where the columns are from.
         columns: role -> values of shape (rows,), or None; "effort" is the torque and "trial" counts from 0.
+        effort_read: where that torque is from.
         every_row: leave no trials out.
 
     Raises:
@@ -100,7 +104,8 @@ def repair(log: Log, columns: dict[str, Array | None], *, every_row: bool = Fals
             remarks.append(
                 f"{log.source}: the position wraps {wraps} times by whole turns; it was made continuous."
             )
-    faulty, readings = _leave_out_impossible(log, columns, time, first, remarks)
+    faulty, readings = _leave_out_impossible(log, columns, effort_read, time, first, remarks)
+    faulty |= effort_read.unfit
     blank = {
         role: faulty[reason] for role, reason in IMPOSSIBLE.items() if role in STUCK and reason in faulty
     }
@@ -219,14 +224,19 @@ def gap_cuts(
 
 
 def _leave_out_impossible(
-    log: Log, columns: dict[str, Array | None], time: Array, first: NDArray[np.bool_], remarks: list[str]
+    log: Log,
+    columns: dict[str, Array | None],
+    effort_read: Effort,
+    time: Array,
+    first: NDArray[np.bool_],
+    remarks: list[str],
 ) -> tuple[dict[str, NDArray[np.bool_]], tuple[Reading, ...]]:
     """Put what the rows around say into `columns` where a reading cannot be; reason -> rows, and each one."""
     effort = columns["effort"]
     assert effort is not None
     found = impossible.find(time, first, columns["position"], columns["velocity"], effort)
     names = columns_of(log.axis.kind)
-    names["effort"] = names["torque"] if names["torque"] in log.frame.columns else names["current"]
+    names["effort"] = effort_read.column
     faulty: dict[str, NDArray[np.bool_]] = {}
     readings: list[Reading] = []
     for role, reason in IMPOSSIBLE.items():
@@ -237,8 +247,7 @@ def _leave_out_impossible(
         raw = log.frame[names[role]].to_numpy(dtype=float)
         values = columns[role]
         assert values is not None
-        scale = log.axis.torque_constant if names[role] == names["current"] else None
-        said = found.expected[role] / scale if scale else found.expected[role]
+        said = found.expected[role] / (effort_read.scale if role == "effort" else 1.0)
         several = [Reading(int(k), names[role], float(raw[k]), float(said[k])) for k in np.flatnonzero(rows)]
         columns[role] = np.where(rows, found.expected[role], values)
         remarks += _tell(log, several)

@@ -28,6 +28,7 @@ _UNITLESS = {
     **dict.fromkeys(("velocity", "vel", "speed", "dq"), "velocity"),
     **dict.fromkeys(("current", "i", "iq"), "current"),
     **dict.fromkeys(("torque", "tau", "force"), "torque"),
+    **dict.fromkeys(("pwm", "load"), "duty"),
 }
 _IMPORT = "or use `ffc-id import --map`"
 
@@ -268,7 +269,7 @@ def check_rows(frame: pd.DataFrame, axis: Axis, text: LogText | None, file: Path
     columns = set(frame.columns)
     _need(columns, ["time"], roles, file)
     _need(columns, ["velocity", "position"], roles, file)
-    _need(columns, ["current", "torque"], roles, file)
+    _need(columns, ["current", "torque", "bus_current", "duty"], roles, file)
     for name in roles.values():
         if name in columns and name != "trial":
             frame[name] = _numeric(frame[name], name, text, file)
@@ -277,14 +278,55 @@ def check_rows(frame: pd.DataFrame, axis: Axis, text: LogText | None, file: Path
     elif frame["trial"].isna().any():
         _numeric(frame["trial"].where(frame["trial"].isna(), 0), "trial", text, file)
     _check_order(frame, text, file)
-    if roles["current"] in columns and roles["torque"] not in columns and axis.torque_constant is None:
-        raise InputError(
-            "current is given but no torque constant",
-            file=file,
-            place=f"axis.{axis.constant_key}",
-            remedy="add it to the `# [axis]` lines or pass --torque-constant",
-        )
+    _check_drive(frame, text, file)
     return frame
+
+
+def _check_drive(frame: pd.DataFrame, text: LogText | None, file: Path) -> None:
+    """The columns that tell of a drive whose motor current nobody measured."""
+    columns = set(frame.columns)
+    measured = columns & {"torque_nm", "force_n", "current_a"}
+    if "bus_current_a" in columns and not measured and "duty" not in columns:
+        raise InputError(
+            'column "bus_current_a" is the current of the supply, which is not the motor\'s',
+            file=file,
+            remedy='add column "duty" (the motor has the supply\'s current over the duty)',
+        )
+    if "duty" in columns and not measured | (columns & {"bus_current_a", "supply_voltage_v"}):
+        raise InputError(
+            'column "duty" says nothing of the motor without the voltage of the supply',
+            file=file,
+            remedy='add column "supply_voltage_v"',
+        )
+    for name, low, wanted, remedy in _RANGES:
+        if name not in columns:
+            continue
+        values = frame[name].to_numpy()
+        bad = np.flatnonzero((values < low) | (values > 1.0 + ROUNDING))
+        if name == "drive_on":
+            bad = np.flatnonzero(~np.isin(values, (0.0, 1.0)))
+        if len(bad):
+            row = int(bad[0])
+            raise InputError(
+                f'column "{name}" holds {values[row]:g}, not {wanted}',
+                file=file,
+                place=_place(text, row),
+                remedy=remedy,
+            )
+
+
+#: What a share of 1 may be off by for its rounding.
+ROUNDING = 1e-3
+#: Column, the least that it may hold, what it should hold, and what to do.
+_RANGES = (
+    (
+        "duty",
+        -1.0 - ROUNDING,
+        "a share from -1 to 1: it is in per cent or in counts",
+        "divide it by its full scale (`ffc-id import --unit duty=percent`, or duty=count:885)",
+    ),
+    ("drive_on", 0.0, "0 (off) or 1 (on)", "correct it"),
+)
 
 
 def _need(columns: set[str], any_of: list[str], roles: Mapping[str, str], file: Path) -> None:

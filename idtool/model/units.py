@@ -3,6 +3,9 @@
 Inside the package a quantity has a base name ("coulomb") and a dimension ("torque"); in a file the
 unit ends the name, "coulomb_nm" on a rotary axis and "coulomb_n" on a linear one. "Torque" is used
 in the code for both torque and force, "position" for both angle and travel.
+
+Where nobody knows the torque constant, torque is counted in what stands for it: the motor's current in A or
+its voltage in V (`Units`), and every quantity made of torque likewise: "coulomb_v", "viscous_v_s_per_rad".
 """
 
 from __future__ import annotations
@@ -11,6 +14,10 @@ import math
 from typing import Literal
 
 Kind = Literal["rotary", "linear"]
+#: What the effort of an axis is counted in: N m (or N), A of the motor, or V at it.
+EffortUnit = Literal["torque", "current", "voltage"]
+#: The kind of axis, and `_a` or `_v` behind it where torque is counted in ampere or volt.
+Units = Literal["rotary", "linear", "rotary_a", "linear_a", "rotary_v", "linear_v"]
 
 #: dimension -> (suffix on a rotary axis, suffix on a linear axis); "" is a pure number
 SUFFIXES: dict[str, tuple[str, str]] = {
@@ -68,31 +75,76 @@ _PRETTY = {
     "per_k": "1/K",
     "": "",
 }
+for _end, _unit in (("a", "A"), ("v", "V")):
+    _PRETTY |= {
+        _end: _unit,
+        f"{_end}_s_per_rad": f"{_unit} s/rad",
+        f"{_end}_s_per_m": f"{_unit} s/m",
+        f"{_end}_s2_per_rad": f"{_unit} s²/rad",
+        f"{_end}_s2_per_m": f"{_unit} s²/m",
+        f"{_end}_s2_per_rad2": f"{_unit} s²/rad²",
+        f"{_end}_s2_per_m2": f"{_unit} s²/m²",
+        f"{_end}_per_rad": f"{_unit}/rad",
+        f"{_end}_per_m": f"{_unit}/m",
+        f"{_end}_per_kg": f"{_unit}/kg",
+        f"{_end}_per_a": f"{_unit}/A",
+    }
 
 
-def file_key(name: str, dimension: str, kind: Kind) -> str:
+def units_of(kind: Kind, effort: EffortUnit) -> Units:
+    """The units of an axis of this kind whose effort is counted so."""
+    ends = {"torque": "", "current": "_a", "voltage": "_v"}
+    return f"{kind}{ends[effort]}"  # type: ignore[return-value]
+
+
+def is_linear(units: Units) -> bool:
+    """Whether the axis is a linear one."""
+    return units.startswith("linear")
+
+
+def file_key(name: str, dimension: str, units: Units) -> str:
     """The key of a quantity in a file.
 
-    >>> file_key("coulomb", "torque", "linear")
-    'coulomb_n'
+    >>> file_key("coulomb", "torque", "linear"), file_key("viscous", "damping", "rotary_v")
+    ('coulomb_n', 'viscous_v_s_per_rad')
     """
-    suffix = SUFFIXES[dimension][kind == "linear"]
+    suffix = unit_suffix(dimension, units)
     return f"{name}_{suffix}" if suffix else name
 
 
-def unit_text(dimension: str, kind: Kind) -> str:
+def unit_suffix(dimension: str, units: Units) -> str:
+    """The unit that ends a key in a file; "" for a pure number."""
+    linear = is_linear(units)
+    suffix = SUFFIXES[dimension][linear]
+    end = units.partition("_")[2]
+    if not end:
+        return suffix
+    if dimension == "inertia":
+        return f"{end}_s2_per_{'m' if linear else 'rad'}"
+    if dimension == "torque_constant":
+        return "a_per_a" if end == "a" else "v_per_a"
+    torque = SUFFIXES["torque"][linear]
+    is_made_of_torque = suffix == torque or suffix.startswith(f"{torque}_")
+    return end + suffix.removeprefix(torque) if is_made_of_torque else suffix
+
+
+def unit_text(dimension: str, units: Units) -> str:
     """The unit as a person reads it, for tables and figure axes ("N m/rad")."""
-    return _PRETTY[SUFFIXES[dimension][kind == "linear"]]
+    suffix = unit_suffix(dimension, units)
+    return _PRETTY[suffix]
 
 
-def torque_name(kind: Kind) -> str:
-    """What the effort of the axis is called: "torque" or "force"."""
-    return "force" if kind == "linear" else "torque"
+def torque_name(units: Units) -> str:
+    """What the effort of the axis is called: "torque" or "force", "current" or "voltage"."""
+    end = units.partition("_")[2]
+    if end:
+        return "current" if end == "a" else "voltage"
+    return "force" if units == "linear" else "torque"
 
 
-def radians_per_unit(dimension: str, kind: Kind) -> float:
+def radians_per_unit(dimension: str, units: Units) -> float:
     """What a number of a file is worth in radians (of phase, per rad or m of the axis), 1 where it is none.
 
     n waves per turn of a rotary axis are sin(n q), n waves per metre of a linear one are sin(2 pi n x).
     """
-    return 2.0 * math.pi if dimension == "spatial_frequency" and kind == "linear" else 1.0
+    return 2.0 * math.pi if dimension == "spatial_frequency" and is_linear(units) else 1.0

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from idtool.io.toml import is_finite
-from idtool.model.units import Kind, radians_per_unit
+from idtool.model.units import Units, radians_per_unit
 
 #: A key that has another name now and means the same.
 _RENAMED = {"cycles_per_rad": "cycles_per_turn"}
@@ -17,7 +17,7 @@ def renamed(table: Mapping[str, Any]) -> dict[str, Any]:
     return {_RENAMED.get(key, key): value for key, value in table.items()}
 
 
-def effects_of_today(document: Mapping[str, Any], kind: Kind) -> Any:
+def effects_of_today(document: Mapping[str, Any], kind: Units) -> Any:
     """The effects of a parameter file in keys and units of today, not checked.
 
     Files of ffc-id 0.1.0 gave the waves of a ripple on a linear axis as n of sin(n x), under today's key.

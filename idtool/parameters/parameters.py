@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from idtool.errors import InputError, nearest
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.io.toml import is_finite, load_toml, short
-from idtool.model.units import Kind, file_key
+from idtool.model.units import Units, file_key, is_linear
 from idtool.parameters.axis import Axis
 from idtool.parameters.older_files import effects_of_today
 from idtool.parameters.physics import ROUNDING, positive, some_friction, within_bounds
@@ -164,7 +164,7 @@ class Parameters:
 
     def to_document(self) -> dict[str, Any]:
         """The TOML document."""
-        kind = self.axis.kind
+        kind = self.axis.units
         document: dict[str, Any] = {"schema": SCHEMA, "axis": self.axis.to_table()}
         if self.gravity_model:
             dimensions = GRAVITY_MODELS[self.gravity_model]
@@ -183,7 +183,7 @@ class Parameters:
         if self.controller:
             mode = {"mode": self.controller.mode} if self.controller.mode != "paper" else {}
             document["controller"] = mode | {
-                keys[kind == "linear"]: float(value)
+                keys[is_linear(kind)]: float(value)
                 for name, keys in CONTROLLER_KEYS.items()
                 if (value := getattr(self.controller, name)) is not None
             }
@@ -232,24 +232,24 @@ class Parameters:
                 "is missing", file=file, place="[axis]", remedy="add [axis] with kind and torque constant"
             )
         axis = Axis.from_table(document["axis"], file=file)
-        model, gravity = _read_gravity(document, axis.kind, file)
+        model, gravity = _read_gravity(document, axis.units, file)
         friction = _table(document.get("friction", {}), "friction", file)
         _no_strangers(friction, ("static", "dynamic"), "friction.", file)
         parts = {
-            part: _parameters(friction[part], dimensions, f"friction.{part}", axis.kind, file)
+            part: _parameters(friction[part], dimensions, f"friction.{part}", axis.units, file)
             if part in friction
             else {}
             for part, dimensions in (("static", STATIC), ("dynamic", DYNAMIC))
         }
-        some_friction(parts["static"], parts["dynamic"], axis.kind, file)
+        some_friction(parts["static"], parts["dynamic"], axis.units, file)
         return cls(
             axis=axis,
             gravity_model=model,
             gravity=gravity,
-            static=positive(parts["static"], STATIC, "friction.static", axis.kind, file),
-            dynamic=positive(parts["dynamic"], DYNAMIC, "friction.dynamic", axis.kind, file),
-            effects=_read_effects(effects_of_today(document, axis.kind), axis.kind, file),
-            controller=_read_controller(document.get("controller"), axis.kind, file),
+            static=positive(parts["static"], STATIC, "friction.static", axis.units, file),
+            dynamic=positive(parts["dynamic"], DYNAMIC, "friction.dynamic", axis.units, file),
+            effects=_read_effects(effects_of_today(document, axis.units), axis.units, file),
+            controller=_read_controller(document.get("controller"), axis.units, file),
             provenance=dict(_table(document.get("provenance", {}), "provenance", file)),
         )
 
@@ -265,7 +265,7 @@ def _text(document: Mapping[str, Any], file: Path) -> str:
         return revised("", document)
 
 
-def _tables(values: Mapping[str, Parameter], dimensions: Mapping[str, str], kind: Kind) -> dict[str, Any]:
+def _tables(values: Mapping[str, Parameter], dimensions: Mapping[str, str], kind: Units) -> dict[str, Any]:
     return {
         file_key(name, dimensions[name], kind): values[name].to_table()
         for name in dimensions
@@ -292,7 +292,7 @@ def _no_strangers(table: Mapping[str, Any], known: tuple[str, ...], prefix: str,
 
 
 def _read_gravity(
-    document: Mapping[str, Any], kind: Kind, file: Path
+    document: Mapping[str, Any], kind: Units, file: Path
 ) -> tuple[str | None, dict[str, Parameter]]:
     if "gravity" not in document:
         return None, {}
@@ -312,7 +312,7 @@ def _parameters(
     table: Any,
     dimensions: Mapping[str, str],
     place: str,
-    kind: Kind,
+    kind: Units,
     file: Path,
     optional: frozenset[str] = frozenset(),
 ) -> dict[str, Parameter]:
@@ -398,7 +398,7 @@ def _finite(value: Any, place: str, file: Path) -> float:
     return float(value)
 
 
-def _read_effects(entries: Any, kind: Kind, file: Path) -> tuple[EffectEntry, ...]:
+def _read_effects(entries: Any, kind: Units, file: Path) -> tuple[EffectEntry, ...]:
     from idtool.effects import registry
 
     if not isinstance(entries, list):
@@ -431,11 +431,11 @@ def _read_effects(entries: Any, kind: Kind, file: Path) -> tuple[EffectEntry, ..
     return tuple(result)
 
 
-def _read_controller(table: Any, kind: Kind, file: Path) -> Controller | None:
+def _read_controller(table: Any, kind: Units, file: Path) -> Controller | None:
     if table is None:
         return None
     table = _table(table, "controller", file)
-    keys = {options[kind == "linear"]: name for name, options in CONTROLLER_KEYS.items()}
+    keys = {options[is_linear(kind)]: name for name, options in CONTROLLER_KEYS.items()}
     _no_strangers(table, (*keys, "mode"), "controller.", file)
     mode = table.get("mode", "paper")
     if mode not in CONTROLLER_MODES:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from idtool.errors import InputError
-from idtool.model.units import Kind, file_key
+from idtool.model.units import Units, file_key
 
 if TYPE_CHECKING:
     from idtool.parameters.parameters import Parameter
@@ -18,7 +18,7 @@ ROUNDING = 1e-6
 
 
 def positive(
-    values: dict[str, Parameter], dimensions: Mapping[str, str], place: str, kind: Kind, file: Path
+    values: dict[str, Parameter], dimensions: Mapping[str, str], place: str, kind: Units, file: Path
 ) -> dict[str, Parameter]:
     for name, parameter in values.items():
         zero_allowed = name in ("viscous", "bristle_damping", "coulomb", "static")
@@ -34,7 +34,7 @@ def positive(
 
 
 def some_friction(
-    static: dict[str, Parameter], dynamic: dict[str, Parameter], kind: Kind, file: Path
+    static: dict[str, Parameter], dynamic: dict[str, Parameter], kind: Units, file: Path
 ) -> None:
     """A bristle needs a level to bend against: LuGre divides by it."""
     if dynamic and static and static["coulomb"].value == 0 and static["static"].value == 0:
@@ -46,7 +46,7 @@ def some_friction(
         )
 
 
-def within_bounds(name: str, values: Mapping[str, Parameter], place: str, kind: Kind, file: Path) -> None:
+def within_bounds(name: str, values: Mapping[str, Parameter], place: str, kind: Units, file: Path) -> None:
     """Refuse what the effect's physics rules out; an estimate may lie where the fit may look for it."""
     from idtool.effects import registry  # it knows every effect; imported late to keep reading light
 

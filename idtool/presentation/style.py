@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 
 from idtool.errors import InputError
 from idtool.io.atomic import atomic_write
-from idtool.model.units import Kind, torque_name, unit_text
+from idtool.model.units import Units, torque_name, unit_text
 from idtool.presentation import text
 
 if TYPE_CHECKING:
@@ -223,13 +223,13 @@ def legend(figure: Figure, axes: Axes) -> None:
     )
 
 
-def axis_label(quantity: str, dimension: str, kind: Kind) -> str:
+def axis_label(quantity: str, dimension: str, kind: Units) -> str:
     """ "Velocity, rad/s": a quantity with its unit."""
     unit = unit_text(dimension, kind)
     return f"{quantity}, {unit}" if unit else quantity
 
 
-def torque_label(kind: Kind, prefix: str = "") -> str:
+def torque_label(kind: Units, prefix: str = "") -> str:
     """ "Torque, N m" or "Force, N", with a word before it if wanted."""
     name = f"{prefix} {torque_name(kind)}".strip()
     return axis_label(name[:1].upper() + name[1:], "torque", kind)

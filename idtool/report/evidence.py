@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from idtool.errors import InputError
 from idtool.model.motion import Array
-from idtool.model.units import Kind
+from idtool.model.units import Units
 from idtool.parameters import Parameters
 from idtool.report.facts import REMEDY, Diagnosis, Facts, read_facts
 from idtool.report.result_folder import evidence_document, evidence_rows, plain
@@ -133,9 +133,9 @@ class Evidence:
     rows: Rows
 
     @property
-    def kind(self) -> Kind:
-        """The kind of axis, as the parameter file says it."""
-        return self.parameters.axis.kind
+    def kind(self) -> Units:
+        """The kind of axis and what its effort is counted in, as the parameter file says."""
+        return self.parameters.axis.units
 
 
 def read_evidence(folder: Path) -> Evidence:

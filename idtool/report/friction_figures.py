@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from idtool.model.units import Kind
+from idtool.model.units import Units
 from idtool.presentation import style
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def stribeck_figure(
     velocity: ArrayLike,
     torque: ArrayLike,
     *,
-    kind: Kind = "rotary",
+    kind: Units = "rotary",
     stderr: ArrayLike | None = None,
     steady: ArrayLike | None = None,
     curve_velocity: ArrayLike = (),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idtool.model.motion import Array
-from idtool.model.units import Kind
+from idtool.model.units import Units
 from idtool.presentation import style
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def gravity_figure(
     *,
     base: float,
     per_payload: float,
-    kind: Kind = "rotary",
+    kind: Units = "rotary",
     stderr: ArrayLike | None = None,
 ) -> Figure:
     """Measured gravity torque at each payload, the line base + per_payload m, and the difference.
@@ -63,7 +63,7 @@ def arm_figure(
     *,
     sin: float,
     cos: float,
-    kind: Kind = "rotary",
+    kind: Units = "rotary",
     stderr: ArrayLike | None = None,
 ) -> Figure:
     """Measured gravity torque over the position of an arm, the fitted curve, and the difference.
@@ -91,7 +91,7 @@ def _draw(
     torque: Array,
     line: Callable[[Array], Array],
     stderr: ArrayLike | None,
-    kind: Kind,
+    kind: Units,
     *,
     title: str,
     label: str,

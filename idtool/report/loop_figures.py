@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idtool.model.motion import Array
-from idtool.model.units import Kind, torque_name
+from idtool.model.units import Units, torque_name
 from idtool.presentation import style
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def dynamic_figure(
     torque: ArrayLike,
     predicted: ArrayLike,
     *,
-    kind: Kind = "rotary",
+    kind: Units = "rotary",
     time: ArrayLike | None = None,
 ) -> Figure:
     """Torque against velocity, measured and predicted, of the first few trials.
@@ -90,7 +90,7 @@ def dynamic_figure(
 
 @style.styled
 def loops_figure(
-    loops: Sequence[Loop], *, kind: Kind = "rotary", against: Literal["velocity", "position"] = "velocity"
+    loops: Sequence[Loop], *, kind: Units = "rotary", against: Literal["velocity", "position"] = "velocity"
 ) -> Figure:
     """Up to four panels of torque against velocity or position, measured under predicted."""
     shown = list(loops)[:MOST_PANELS]

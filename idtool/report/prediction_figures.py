@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from idtool.model.motion import Array
-from idtool.model.units import Kind, torque_name
+from idtool.model.units import Units, torque_name
 from idtool.presentation import style
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ class Trace:
 
 
 @style.styled
-def prediction_figure(traces: Sequence[Trace], *, kind: Kind = "rotary", held_out: bool = True) -> Figure:
+def prediction_figure(traces: Sequence[Trace], *, kind: Units = "rotary", held_out: bool = True) -> Figure:
     """Measured torque with the base model's and the extended model's prediction, a panel per trace."""
     shown = list(traces)
     rows = len(shown)

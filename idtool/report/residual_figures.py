@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from idtool.model.motion import Array
-from idtool.model.units import Kind, torque_name
+from idtool.model.units import Units, torque_name
 from idtool.presentation import style
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def _limit(*residuals: Array) -> float:
     return 1.15 * max((float(np.quantile(np.abs(values), 0.998)) for values in residuals), default=0.0) or 1.0
 
 
-def _residual_label(kind: Kind) -> str:
+def _residual_label(kind: Units) -> str:
     return f"Residual, {style.torque_label(kind).split(', ')[1]}"
 
 
@@ -60,7 +60,7 @@ def residual_time_figure(
     before: Array,
     after: Array,
     *,
-    kind: Kind = "rotary",
+    kind: Units = "rotary",
     spans: Sequence[tuple[float, float]] = (),
     parts: Sequence[tuple[float, float, str]] = (),
     breaks: Sequence[int] = (),
@@ -114,7 +114,14 @@ def residual_time_figure(
 
 @style.styled
 def residual_against_figure(
-    x: Array, before: Array, after: Array, *, label: str, what: str, kind: Kind = "rotary", fine: bool = False
+    x: Array,
+    before: Array,
+    after: Array,
+    *,
+    label: str,
+    what: str,
+    kind: Units = "rotary",
+    fine: bool = False,
 ) -> Figure:
     """Residual against one quantity, base model left and extended model right, with its mean.
 
@@ -148,7 +155,7 @@ def _cloud(panel: Axes, x: Array, y: Array, colour: str) -> None:
 
 
 @style.styled
-def histogram_figure(before: Array, after: Array, *, kind: Kind = "rotary") -> Figure:
+def histogram_figure(before: Array, after: Array, *, kind: Units = "rotary") -> Figure:
     """How large the residuals are, with the normal curve of the extended model's spread."""
     figure, (panel,) = style.panels(height=3.5)
     style.title(figure, f"How far the predicted {torque_name(kind)} is off")

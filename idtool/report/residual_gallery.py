@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from idtool.model.units import radians_per_unit, torque_name, unit_text
+from idtool.model.units import is_linear, radians_per_unit, torque_name, unit_text
 from idtool.presentation import text
 from idtool.presentation.style import axis_label
 from idtool.report import spectra
@@ -226,7 +226,7 @@ def _over_angle(rows: Rows, evidence: Evidence) -> Iterator[Plate]:
     found = [] if ripple is None else [k * ripple.parameters["cycles"].value for k in (1, 2)]
     peak = int(np.argmax(before))
     where = f"{text.number(float(before[peak]), 2)} {unit} at {text.number(float(waves[peak]), 3)} {per}"
-    over = "travel" if evidence.kind == "linear" else "angle"
+    over = "travel" if is_linear(evidence.kind) else "angle"
     yield Plate(
         "spectrum_angle",
         "residual",

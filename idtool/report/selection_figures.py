@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from idtool.model.motion import Array
-from idtool.model.units import Kind, torque_name, unit_text
+from idtool.model.units import Units, torque_name, unit_text
 from idtool.presentation import style
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def correlation_figure(names: Sequence[str], matrix: Array) -> Figure:
 
 @style.styled
 def stiffness_figure(
-    sigma0: Array, rmse: Array, *, best: float | None = None, kind: Kind = "rotary"
+    sigma0: Array, rmse: Array, *, best: float | None = None, kind: Units = "rotary"
 ) -> Figure:
     """Error of the fit along the bristle stiffness (log axis), everything else fitted at each point."""
     figure, (panel,) = style.panels(height=3.5)
@@ -79,7 +79,7 @@ def candidates_figure(
     *,
     base: float | None = None,
     noise_floor: float | None = None,
-    kind: Kind = "rotary",
+    kind: Units = "rotary",
 ) -> Figure:
     """Held-out error that each candidate effect leads to, lowest on top.
 

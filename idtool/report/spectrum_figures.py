@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from idtool.model.motion import Array
-from idtool.model.units import Kind, unit_text
+from idtool.model.units import Units, unit_text
 from idtool.presentation import style
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def autocorrelation_figure(step: float, before: Array, after: Array, *, rows: in
 
 
 @style.styled
-def periodogram_figure(frequency: Array, before: Array, after: Array, *, kind: Kind = "rotary") -> Figure:
+def periodogram_figure(frequency: Array, before: Array, after: Array, *, kind: Units = "rotary") -> Figure:
     """Power of the residual over frequency in time, log axes."""
     figure, (panel,) = style.panels(height=3.5, left=0.95)
     style.title(figure, "Spectrum of the residual in time")
@@ -85,7 +85,7 @@ def cumulative_figure(
 
 @style.styled
 def angle_spectrum_figure(
-    frequency: Array, before: Array, after: Array, *, kind: Kind = "rotary", found: Sequence[float] = ()
+    frequency: Array, before: Array, after: Array, *, kind: Units = "rotary", found: Sequence[float] = ()
 ) -> Figure:
     """Amplitude of the residual over spatial frequency: what repeats with the angle stands out.
 

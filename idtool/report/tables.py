@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from idtool.effects import registry
-from idtool.model.units import Kind, file_key, unit_text
+from idtool.model.units import Units, file_key, is_linear, unit_text
 from idtool.parameters import CONTROLLER_KEYS, DYNAMIC, GRAVITY_MODELS, STATIC, Parameter
 from idtool.presentation import text
 from idtool.report.evidence import Evidence
@@ -103,7 +103,7 @@ def _groups(evidence: Evidence) -> Iterator[ParameterGroup]:
         controller = parameters.controller
         rows = tuple(
             ParameterRow(
-                key=keys[kind == "linear"],
+                key=keys[is_linear(kind)],
                 symbol=_CONTROLLER[name][0],
                 meaning=_CONTROLLER[name][1],
                 unit=_controller_unit(name, kind),
@@ -123,7 +123,7 @@ def _groups(evidence: Evidence) -> Iterator[ParameterGroup]:
         yield ParameterGroup("Controller" if paper else "Controller, light mode", law, rows)
 
 
-def _controller_unit(name: str, kind: Kind) -> str:
+def _controller_unit(name: str, kind: Units) -> str:
     if name == "loop_gain":
         return f"{unit_text('velocity', kind)} per {unit_text('torque', kind)}"
     return unit_text("torque" if name == "start_torque" else "time", kind)
@@ -132,7 +132,7 @@ def _controller_unit(name: str, kind: Kind) -> str:
 def _rows(
     values: Mapping[str, Parameter],
     dimensions: Mapping[str, str],
-    kind: Kind,
+    kind: Units,
     meanings: Mapping[str, tuple[str, str]] = _MEANINGS,
 ) -> Iterator[ParameterRow]:
     for name, parameter in values.items():

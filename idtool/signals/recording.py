@@ -18,11 +18,13 @@ from scipy import signal, sparse
 
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
+from idtool.log.effort import Effort, effort_of
 from idtool.log.repair import Reading, Repaired, repair
 from idtool.log.sensor_faults import resolution
 from idtool.model.contribution import Contribution
 from idtool.model.motion import MOST_DELAY_S, Array, Motion
-from idtool.parameters.axis import Axis
+from idtool.model.units import EffortUnit
+from idtool.parameters.axis import Axis, voltage_key
 from idtool.signals import lowpass
 from idtool.signals.lowpass import Filter
 from idtool.signals.rest import standing
@@ -43,9 +45,9 @@ class Recording:
     """Logs of one axis, ready to fit.
 
     Attributes:
-        axis: kind of axis and torque constant.
+        axis: kind of axis, torque constant, and what the torque is counted in (`Axis.effort`).
         motion: smoothed motion, every row.
-        torque: measured torque K i, every row.
+        torque: measured torque K i, or what stands for it (`idtool.log.effort`), every row.
         usable: rows fit to be compared (not at rest, not saturated, no outlier, not faster than the
             sampling).
         at_rest: rows at which the axis stands: friction there is any torque below break-away, which no model
@@ -62,6 +64,7 @@ class Recording:
         wiring: of each log, sentences on columns that contradict each other.
         fold: what is left out together when a model is judged on what it did not see, (rows,); None is the
             trial.
+        by_voltage: the torque is the motor's voltage, with its back-EMF in it unless the axis tells R.
     """
 
     axis: Axis
@@ -80,6 +83,7 @@ class Recording:
     impossible: tuple[tuple[Reading, ...], ...] = ()
     wiring: tuple[tuple[str, ...], ...] = ()
     fold: NDArray[np.intp] | None = None
+    by_voltage: bool = False
 
     @cached_property
     def torque_size(self) -> float:
@@ -191,7 +195,12 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     if not logs:
         raise InputError("no log was given", remedy="name at least one log file")
     axis = _common_axis(logs)
-    repaired = [repair(log, _read_columns(log), every_row=every_row) for log in logs]
+    efforts = [effort_of(log) for log in logs]
+    axis = replace(axis, effort=_common_unit(logs, efforts))
+    repaired = [
+        repair(log, _read_columns(log, effort), effort, every_row=every_row)
+        for log, effort in zip(logs, efforts, strict=True)
+    ]
     parts = [one.columns for one in repaired]
     joined = {role: _join(parts, role) for role in parts[0] if role != "trial"}
     trial = _number_trials([part["trial"] for part in parts])
@@ -207,6 +216,8 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     torque = joined["effort"]
     assert torque is not None
     smoothed = smooth(time, joined["position"], joined["velocity"], first)
+    assert joined["back_emf"] is not None
+    torque = torque - joined["back_emf"] * smoothed.velocity
     motion = Motion(
         time=time,
         trial=trial,
@@ -218,7 +229,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         tilt_alpha=joined["tilt_alpha"],
         tilt_beta=joined["tilt_beta"],
         temperature=joined["temperature"],
-        torque_constant=axis.torque_constant,
+        torque_constant=_constant_of_current(axis, efforts),
     )
     usable, lost, calm = _usable_rows(torque, smoothed.surprise, _faulty(repaired), motion)
     for one in repaired:
@@ -244,6 +255,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         tuple(remark for one in repaired for remark in one.remarks),
         tuple(one.impossible for one in repaired),
         tuple(one.wiring for one in repaired),
+        by_voltage=any(effort.column == "duty" for effort in efforts),
     )
 
 
@@ -256,36 +268,48 @@ def _common_axis(logs: Sequence[Log]) -> Axis:
                 file=log.source,
                 remedy="give logs of one axis",
             )
-        if log.axis.torque_constant != axis.torque_constant:
-            raise InputError(
-                f"{axis.constant_key} differs from that of {logs[0].source}",
-                file=log.source,
-                place=f"axis.{axis.constant_key}",
-                remedy="give logs of one axis, or correct the constant",
-            )
+        mine = (axis.torque_constant, axis.torque_per_volt, axis.resistance)
+        keys = (axis.constant_key, voltage_key(axis.kind), "resistance_ohm")
+        its = (log.axis.torque_constant, log.axis.torque_per_volt, log.axis.resistance)
+        for key, one, other in zip(keys, mine, its, strict=True):
+            if one != other:
+                raise InputError(
+                    f"{key} differs from that of {logs[0].source}",
+                    file=log.source,
+                    place=f"axis.{key}",
+                    remedy="give logs of one axis, or correct the constant",
+                )
     return axis
 
 
-def _read_columns(log: Log) -> dict[str, Array | None]:
+def _common_unit(logs: Sequence[Log], efforts: Sequence[Effort]) -> EffortUnit:
+    for log, effort in zip(logs, efforts, strict=True):
+        if effort.unit != efforts[0].unit:
+            raise InputError(
+                f'gives a {effort.unit} ("{effort.column}") and {logs[0].source} a {efforts[0].unit}',
+                file=log.source,
+                remedy="give logs of one quantity, or the torque constant (--axis) that makes torque of both",
+            )
+    return efforts[0].unit
+
+
+def _constant_of_current(axis: Axis, efforts: Sequence[Effort]) -> float | None:
+    """Effort over motor current, where a current was measured; effects that depend on it need that."""
+    if any(effort.column == "duty" for effort in efforts):
+        return None
+    return 1.0 if axis.effort == "current" else axis.torque_constant
+
+
+def _read_columns(log: Log, effort: Effort) -> dict[str, Array | None]:
     """Every role of one log, and `effort`: the measured torque."""
     roles = columns_of(log.axis.kind)
     columns: dict[str, Array | None] = {role: log.column(role) for role in roles if role != "trial"}
     for role, values in columns.items():
         if values is not None:
             _refuse_magnitude(values, roles[role], log.source)
-    current, torque = columns.pop("current"), columns.pop("torque")
-    if torque is None:
-        assert current is not None
-        assert log.axis.torque_constant is not None
-        torque = current * log.axis.torque_constant
-    if float(np.ptp(torque)) == 0.0:
-        name = roles["current"] if current is not None else roles["torque"]
-        raise InputError(
-            f'column "{name}" is the same on every row',
-            file=log.source,
-            remedy="check the sensor and the motor's mode, then record again",
-        )
-    columns["effort"] = torque
+    for role in ("current", "torque", "bus_current", "duty", "drive_on"):
+        del columns[role]
+    columns["effort"], columns["back_emf"] = effort.values, effort.back_emf
     columns["trial"] = np.asarray(log.frame.groupby("trial", sort=False).ngroup(), dtype=float)
     return columns
 

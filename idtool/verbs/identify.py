@@ -31,6 +31,7 @@ from idtool.fit.results import (
     static_parameters,
 )
 from idtool.log import Log
+from idtool.model.units import unit_text
 from idtool.parameters import Parameters
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
@@ -227,10 +228,28 @@ def findings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[str]:
         parts: parts of the parameter file that it gives: "gravity", "static", "dynamic", "effects".
     """
     return [
+        *_about_effort(fit.model.recording),
         *(_about_friction(fit) if "static" in parts else []),
         *(one.sentence for one in shortcomings(fit, parts)),
         *rows_left_out(fit.model.recording),
     ]
+
+
+def _about_effort(recording: Recording) -> list[str]:
+    axis = recording.axis
+    notes = []
+    if axis.effort != "torque":
+        unit = unit_text("torque", axis.units)
+        notes.append(
+            f"nobody told the torque constant: every torque here is in {unit} of the motor, and what is in "
+            f"{unit} s/rad would be a damping; `ffc-id calibrate` finds the constant from a known load."
+        )
+    if recording.by_voltage and not axis.back_emf_damping:
+        notes.append(
+            "the effort is the voltage at the motor: its back-EMF is in the viscous coefficient, as one with "
+            "viscous friction; resistance_ohm in [axis] would split it off."
+        )
+    return notes
 
 
 def _about_friction(fit: JointFit) -> list[str]:
@@ -301,7 +320,7 @@ def diagnose_from(
             remedy="run ffc-id fit-static first, or ffc-id identify",
         )
     for log in logs:
-        if (log.axis.kind, log.axis.torque_constant) != (known.axis.kind, known.axis.torque_constant):
+        if not log.axis.agrees(known.axis):
             raise InputError(
                 "is of another axis than the parameter file (kind or torque constant differs)",
                 file=log.source,

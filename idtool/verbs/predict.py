@@ -19,10 +19,12 @@ from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.model import FrictionKind, JointModel, Scales, Spec
 from idtool.fit.starts import settled
-from idtool.log import Log, columns_of
+from idtool.log import Log
+from idtool.log.effort import effort_of
 from idtool.model import gravity
 from idtool.model.motion import Array
 from idtool.model.torque import predict as predict_torque
+from idtool.model.units import torque_name, unit_suffix, unit_text
 from idtool.parameters import GRAVITY_MODELS, Parameters
 from idtool.parameters.correction import Correction
 from idtool.signals import Recording, record
@@ -64,7 +66,7 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
         InputError: logs of another axis, a file with nothing in it, an effect that needs a column
             that was not logged, or a model that overflows.
     """
-    _check_axis(logs, parameters)
+    logs = of_axis(logs, parameters)
     if not parameters.static and not parameters.gravity:
         raise InputError(
             "the parameter file holds neither gravity nor friction", remedy="make it with ffc-id identify"
@@ -128,23 +130,46 @@ def loaded(logs: Sequence[Log], parameters: Parameters) -> Recording:
     Raises:
         InputError: logs of another axis.
     """
-    _check_axis(logs, parameters)
-    return _loaded(record(logs), parameters)
+    return _loaded(record(of_axis(logs, parameters)), parameters)
 
 
-def _check_axis(logs: Sequence[Log], parameters: Parameters) -> None:
+def of_axis(logs: Sequence[Log], parameters: Parameters) -> list[Log]:
+    """The logs with what the parameter file knows of their axis (its torque constant, say).
+
+    Raises:
+        InputError: logs of another axis.
+    """
+    known = parameters.axis
     for log in logs:
-        if log.axis.kind != parameters.axis.kind or (
-            log.axis.torque_constant is not None
-            and parameters.axis.torque_constant is not None
-            and not math.isclose(log.axis.torque_constant, parameters.axis.torque_constant, rel_tol=1e-9)
-        ):
+        if not log.axis.agrees(known):
             raise InputError(
                 "is of another axis than the parameter file (kind or torque constant differs)",
                 file=log.source,
                 place="[axis]",
                 remedy="give logs of that axis",
             )
+        unit = effort_of(log).unit
+        if known.effort != "torque" and unit != known.effort:
+            raise InputError(
+                f"gives a {unit}, and the parameter file is in {unit_text('torque', known.units)} "
+                f"({known.effort})",
+                file=log.source,
+                place="[axis]",
+                remedy="give logs of that quantity, or identify the axis from these",
+            )
+    if known.effort != "torque":
+        return list(logs)
+    told = [replace(log, axis=log.axis.completed(known, file=log.source)) for log in logs]
+    for log in told:
+        if (effort := effort_of(log)).unit != "torque":
+            raise InputError(
+                f"gives a {effort.unit}, and the parameter file is in {unit_text('torque', known.units)} "
+                "without a constant between the two",
+                file=log.source,
+                place="[axis]",
+                remedy="give the constant with --axis, or identify the axis from these logs",
+            )
+    return told
 
 
 def model_of(recording: Recording, parameters: Parameters) -> tuple[JointModel, Array]:
@@ -212,8 +237,9 @@ def _loaded(recording: Recording, parameters: Parameters) -> Recording:
 
 
 def _frame(recording: Recording, logs: Sequence[Log], torque: Array) -> pd.DataFrame:
-    measured = columns_of(recording.axis.kind)["torque"]
-    name, _, unit = measured.rpartition("_")
+    name = torque_name(recording.axis.units)
+    unit = unit_suffix("torque", recording.axis.units)
+    measured = f"{name}_{unit}"
     # one log keeps its own trial numbers; several run on
     trial = logs[0].frame["trial"].to_numpy() if len(logs) == 1 else recording.motion.trial
     return pd.DataFrame(

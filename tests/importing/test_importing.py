@@ -314,11 +314,6 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "no motion": ("t,tau\n1,2\n", {}, "no column looks like position or velocity"),
     "no effort": ("t,q\n1,2\n", {}, "no column looks like torque or current"),
     "no effort, linear": ("t,pos_mm\n1,2\n", {}, "no column looks like force or current"),
-    "no K": (
-        "t,q,i\n1,2,3\n",
-        {},
-        "torque_constant_nm_per_a: current is given but no torque constant; pass --torque",
-    ),
     "bad K": ("t,q,i\n1,2,3\n", {"torque_constant": 0.0}, "torque_constant: the torque constant must be"),
     "two kinds": (
         "t,pos_mm,tau_nm\n1,2,3\n",

@@ -295,10 +295,22 @@ def test_bam_xl330(tmp_path: Path) -> None:
     assert frame["velocity_rad_s"].tolist() == [0.5] * 30
     assert frame["supply_voltage_v"].tolist() == [7.3] * 30
     assert frame["temperature_degc"].tolist() == [28] * 30
-    assert any("off in 10 rows; --where torque_enable=True" in note for note in imported.notes)
+    assert frame["drive_on"].tolist() == [1] * 20 + [0] * 10
+    assert log.axis.extra == {"mass_kg": 0.49, "lever_m": 0.1}
+    assert any("the drive was off in 10 rows" in note for note in imported.notes)
     assert not any("presumed" in note for note in imported.notes)
     on = import_recording(path, torque_constant=0.4, where={"torque_enable": ["True"]})
     assert len(on.log.frame) == 20
+
+
+def test_bam_load_is_the_duty_and_signed(tmp_path: Path) -> None:
+    counts = [0, 885, 65536 - 885, 177, 65536 - 177]
+    path = bam_log(tmp_path, lambda k: XL330 | {"load": counts[k % 5]})
+    frame = import_recording(path).log.frame
+    assert frame["duty"].tolist() == pytest.approx([0.0, 1.0, -1.0, 0.2, -0.2] * 6)
+    feetech = bam_log(tmp_path, lambda k: {"load": [500, 1024 + 500][k % 2]}, motor="sts3215")
+    log = import_recording(feetech, mapping={"supply_voltage": "input_volts"}).log
+    assert log.frame["duty"].tolist() == [0.5, -0.5] * 15
 
 
 @pytest.mark.parametrize(
@@ -320,8 +332,9 @@ def test_bam_currents_in_ampere(tmp_path: Path, extra: dict[str, float], source:
 BAD_JSON = {
     "no current": (
         '{"entries": [{"timestamp": 0, "position": 0, "load": 1}]}',
-        "no measured current",
+        'holds the duty in counts of "", whose full duty is not known here',
     ),
+    "nothing": ('{"entries": [{"timestamp": 0, "position": 0}]}', "neither a current nor the duty"),
     "no list": ('{"a": 1}', 'without a list of "entries"'),
     "no numbers": ('{"entries": [1, 2]}', 'without a list of "entries"'),
     "no time": ('{"entries": [{"position": 1}]}', 'have no "timestamp"'),

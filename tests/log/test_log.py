@@ -162,7 +162,6 @@ BAD = {
         HEAD.replace("torque_constant_nm", "force_constant_n") + NAMES + ROWS,
         "does not fit a rotary",
     ),
-    "no K": ("time_s,velocity_rad_s,current_a\n0,1,1\n", "no torque constant; add it"),
     "long line": ("#" + "x" * (2 << 20), "over 1 MiB"),
     "one line": (b"time_s" * (1 << 18), "over 1 MiB"),
     "damaged gzip": (gzip.compress((HEAD + NAMES + ROWS).encode())[:-8] + b"\0" * 7 + b"\1", "damaged"),
