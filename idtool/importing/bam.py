@@ -88,11 +88,18 @@ def read(raw: bytes, file: Path) -> Table:
         notes.append(f"the drive was off in {off} rows, which no fit takes for friction")
     facts = {key: value for key, value in content.items() if key != "entries" and _plain(value)}
     experiment = str(content.get("trajectory", ""))
+    kp = content.get("kp")
+    facts_of_loop = {"drive": {"gain_setting": kp}} if isinstance(kp, int | float) and kp > 0 else {}
     known = {key: content.get(name) for name, key in _PENDULUM.items()}
     axis = {key: value for key, value in known.items() if isinstance(value, int | float) and value > 0}
     header = {"axis": {"kind": "rotary", **axis}} if axis else {}
     return Table(
-        frame, header=header, notes=notes, meanings=meanings, experiment=experiment, facts={"bam": facts}
+        frame,
+        header=header,
+        notes=notes,
+        meanings=meanings,
+        experiment=experiment,
+        facts=facts_of_loop | {"bam": facts},
     )
 
 

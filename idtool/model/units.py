@@ -42,6 +42,8 @@ SUFFIXES: dict[str, tuple[str, str]] = {
     "temperature": ("degc", "degc"),
     "per_temperature": ("per_k", "per_k"),
     "mass": ("kg", "kg"),
+    "per_position": ("per_rad", "per_m"),
+    "per_velocity": ("s_per_rad", "s_per_m"),
 }
 
 _PRETTY = {
@@ -63,6 +65,9 @@ _PRETTY = {
     "kg": "kg",
     "per_turn": "1/turn",
     "per_m": "1/m",
+    "per_rad": "1/rad",
+    "s_per_rad": "s/rad",
+    "s_per_m": "s/m",
     "nm_per_kg": "N m/kg",
     "n_per_kg": "N/kg",
     "nm_per_a": "N m/A",

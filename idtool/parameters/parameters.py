@@ -21,6 +21,7 @@ from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.io.toml import is_finite, load_toml, short
 from idtool.model.units import Units, file_key, is_linear
 from idtool.parameters.axis import Axis
+from idtool.parameters.drive import Drive, check_drive, dimensions
 from idtool.parameters.older_files import effects_of_today
 from idtool.parameters.physics import ROUNDING, positive, some_friction, within_bounds
 
@@ -129,6 +130,7 @@ class Parameters:
     effects: tuple[EffectEntry, ...] = ()
     controller: Controller | None = None
     provenance: dict[str, Any] = field(default_factory=dict)
+    drive: Drive | None = None
 
     def effect(self, name: str) -> EffectEntry | None:
         """The entry of an effect, or None."""
@@ -180,6 +182,8 @@ class Parameters:
                 {"name": e.name, "parameters": _tables(e.parameters, _effect_dimensions(e.name), kind)}
                 for e in self.effects
             ]
+        if self.drive:
+            document["drive"] = self.drive.to_table(kind)
         if self.controller:
             mode = {"mode": self.controller.mode} if self.controller.mode != "paper" else {}
             document["controller"] = mode | {
@@ -225,7 +229,7 @@ class Parameters:
                 place="schema",
                 remedy=f'expected schema = "{SCHEMA}"',
             )
-        known = ("schema", "axis", "gravity", "friction", "effects", "controller", "provenance")
+        known = ("schema", "axis", "gravity", "friction", "effects", "drive", "controller", "provenance")
         _no_strangers(document, known, "", file)
         if "axis" not in document:
             raise InputError(
@@ -249,6 +253,7 @@ class Parameters:
             static=positive(parts["static"], STATIC, "friction.static", axis.units, file),
             dynamic=positive(parts["dynamic"], DYNAMIC, "friction.dynamic", axis.units, file),
             effects=_read_effects(effects_of_today(document, axis.units), axis.units, file),
+            drive=_read_drive(document.get("drive"), axis.units, file),
             controller=_read_controller(document.get("controller"), axis.units, file),
             provenance=dict(_table(document.get("provenance", {}), "provenance", file)),
         )
@@ -429,6 +434,16 @@ def _read_effects(entries: Any, kind: Units, file: Path) -> tuple[EffectEntry, .
         within_bounds(name, values, f"{place}.parameters", kind, file)
         result.append(EffectEntry(name, values))
     return tuple(result)
+
+
+def _read_drive(table: Any, kind: Units, file: Path) -> Drive | None:
+    if table is None:
+        return None
+    table = dict(_table(table, "drive", file))
+    command, setting = check_drive(table, file)
+    numbers = {key: value for key, value in table.items() if key not in ("command", "gain_setting")}
+    read = _parameters(numbers, dimensions(command), "drive", kind, file, frozenset(("back_emf",)))
+    return Drive(command, **read, gain_setting=setting)
 
 
 def _read_controller(table: Any, kind: Units, file: Path) -> Controller | None:

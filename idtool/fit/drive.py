@@ -1,0 +1,145 @@
+"""The servo's own position loop from logs: gain, limit and delay (`idtool.parameters.drive`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize
+
+from idtool.errors import InputError
+from idtool.log import Log, columns_of
+from idtool.log.effort import DRIVE_OFF, DUTY_FULL, effort_of
+from idtool.model.motion import Array
+from idtool.parameters import Parameter
+from idtool.parameters.drive import Command, Drive
+from idtool.signals import record
+
+#: Delays between which to look, s, and how fine the first look is.
+_SHORTEST, _LONGEST, _STEP = 0.0, 0.06, 0.004
+#: A gain of speed that takes less of the residual than this is none.
+_WORTH = 0.02
+
+
+def gain_setting(log: Log) -> float | None:
+    """The servo's own number for its position gain, if the log tells it (`[drive] gain_setting`)."""
+    table = log.header.get("drive")
+    setting = table.get("gain_setting") if isinstance(table, dict) else None
+    return float(setting) if isinstance(setting, int | float) and setting > 0 else None
+
+
+def fit_drive(logs: Sequence[Log]) -> Drive:
+    """Identify the loop from logs with a goal.
+
+    Raises:
+        InputError: no goal, or the drive is never on inside its limits.
+    """
+    duty = all(log.column("duty") is not None for log in logs)
+    command: Command = "duty" if duty else "effort"
+    settings = [gain_setting(log) for log in logs]
+    told = all(setting is not None for setting in settings)
+    reference = float(np.median([setting for setting in settings if setting is not None])) if told else None
+    parts = [
+        _Rows(log, command, (setting or 1.0) / (reference or 1.0))
+        for log, setting in zip(logs, settings, strict=True)
+    ]
+    full = max(part.limit for part in parts)
+
+    def at(delay: float) -> tuple[float, Array, Array, Array]:
+        columns = np.vstack([part.columns(delay) for part in parts])
+        commanded = np.concatenate([part.command[part.usable] for part in parts])
+        # where the law asks for more than the limit the limit is what is seen
+        found = np.linalg.lstsq(columns, commanded, rcond=None)[0]
+        left = commanded - columns @ found
+        return float(left @ left), found, left, columns
+
+    tried = np.arange(_SHORTEST, _LONGEST, _STEP)
+    costs = [at(delay)[0] for delay in tried]
+    best = float(tried[int(np.argmin(costs))])
+    bounds = (max(best - _STEP, _SHORTEST), best + _STEP)
+    fine = optimize.minimize_scalar(
+        lambda d: at(d)[0], bounds=bounds, method="bounded", options={"xatol": 1e-4}
+    )
+    delay = float(fine.x)
+    cost, found, left, columns = at(delay)
+    alone = float(columns[:, 0] @ (left + columns @ found) / (columns[:, 0] @ columns[:, 0]))
+    cost_alone = float(np.sum((left + columns @ found - alone * columns[:, 0]) ** 2))
+    with_speed = cost < (1.0 - _WORTH) * cost_alone and found[1] > 0.0
+    if not with_speed:
+        found = np.array([alone, 0.0])
+        columns = columns[:, :1]
+    errors = _standard_errors(columns, left, [int(part.usable.sum()) for part in parts])
+    curvature = (at(delay + 1e-3)[0] + at(max(delay - 1e-3, 0.0))[0] - 2.0 * cost) / 1e-6
+    spread = math.sqrt(2.0 * cost / len(left) / curvature) if curvature > 0.0 else math.inf
+    return Drive(
+        command,
+        _parameter(float(found[0]), errors[0]),
+        _parameter(float(found[1]), errors[1] if with_speed else None),
+        Parameter(full),
+        _parameter(delay, spread),
+        reference,
+    )
+
+
+class _Rows:
+    """One log: what its loop commanded and what it saw."""
+
+    def __init__(self, log: Log, command: Command, setting: float) -> None:
+        goal = log.column("position_command")
+        if goal is None:
+            name = columns_of(log.axis.kind)["position_command"]
+            raise InputError(
+                f'has no column "{name}", the goal of the servo\'s position loop',
+                file=log.source,
+                remedy="log it, or simulate with --from effort",
+            )
+        recording = record([log], every_row=True)
+        effort = effort_of(log)
+        motion = recording.motion
+        values = log.column("duty") if command == "duty" else effort.values
+        assert values is not None
+        self.time, self.goal, self.first = motion.time, goal, motion.first
+        self.position, self.velocity = motion.position, motion.velocity
+        self.command = np.asarray(values, dtype=float)
+        self.setting = setting
+        self.limit = float(np.max(np.abs(self.command)))
+        self.usable: NDArray[np.bool_] = np.ones(len(self.time), dtype=bool)
+        for reason in (DRIVE_OFF, DUTY_FULL):
+            if reason in effort.unfit:
+                self.usable &= ~effort.unfit[reason]
+        if not self.usable.any():
+            raise InputError(
+                "the drive is never on inside its limits", file=log.source, remedy="leave this log out"
+            )
+
+    def columns(self, delay: float) -> Array:
+        """Error of the position and speed, usable rows, the gain of this log relative to the file's."""
+        goal = np.array(self.goal)
+        edges = [*np.flatnonzero(self.first).tolist(), len(goal)]
+        for begin, end in pairwise(edges):
+            time = self.time[begin:end]
+            goal[begin:end] = np.interp(time - delay, time, self.goal[begin:end])
+        both = np.column_stack([self.setting * (goal - self.position), -self.velocity])
+        return np.asarray(both[self.usable])
+
+
+def _standard_errors(columns: Array, left: Array, sizes: Sequence[int]) -> list[float]:
+    """Of least squares whose residual is correlated in time: sums over blocks of each log."""
+    bread = np.linalg.pinv(columns.T @ columns)
+    meat = np.zeros_like(bread)
+    begin = 0
+    for size in sizes:
+        for block in np.array_split(np.arange(begin, begin + size), max(min(10, size // 20), 1)):
+            score = columns[block].T @ left[block]
+            meat += np.outer(score, score)
+        begin += size
+    return [math.sqrt(max(v, 0.0)) for v in np.diag(bread @ meat @ bread)]
+
+
+def _parameter(value: float, stderr: float | None) -> Parameter:
+    if stderr is None or not math.isfinite(stderr):
+        return Parameter(value)
+    return Parameter(value, stderr, (value - 1.96 * stderr, value + 1.96 * stderr))
