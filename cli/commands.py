@@ -30,6 +30,8 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "identify": ("diagnose", "identify", "All fits and the diagnosis in one go."),
     "fleet": ("fleet", "fleet", "Identify many sessions in parallel; compare the units."),
     "predict": ("predict", "predict", "Predict the torque of logs with a parameter file."),
+    "simulate": ("simulate", "simulate", "Simulate the position of logs with a parameter file."),
+    "calibrate": ("calibrate", "calibrate", "The torque constant from a load that is known."),
     "compare": ("compare", "compare", "Compare two parameter files: unit to unit, before and after."),
     "report": ("report", "report", "Make the fit report: one HTML page and its figures."),
     "tune": ("tune", "tune", "Gains of the light mode for a wanted feel."),

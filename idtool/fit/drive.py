@@ -13,15 +13,17 @@ from scipy import optimize
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
 from idtool.log.effort import DRIVE_OFF, DUTY_FULL, effort_of
-from idtool.model.motion import Array
+from idtool.model.motion import Array, Motion
 from idtool.parameters import Parameter
 from idtool.parameters.drive import Command, Drive
-from idtool.signals import record
+from idtool.signals import Recording, record
 
 #: Delays between which to look, s, and how fine the first look is.
 _SHORTEST, _LONGEST, _STEP = 0.0, 0.06, 0.004
 #: A gain of speed that takes less of the residual than this is none.
 _WORTH = 0.02
+#: A law that leaves more than this share of the command's variance is not the loop's.
+_MOST_LEFT = 0.5
 
 
 def gain_setting(log: Log) -> float | None:
@@ -35,17 +37,23 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
     """Identify the loop from logs with a goal.
 
     Raises:
-        InputError: no goal, or the drive is never on inside its limits.
+        InputError: no goal, one that is not what drives the servo, or a drive that is never on inside its
+            limits.
     """
     duty = all(log.column("duty") is not None for log in logs)
     command: Command = "duty" if duty else "effort"
     settings = [gain_setting(log) for log in logs]
     told = all(setting is not None for setting in settings)
     reference = float(np.median([setting for setting in settings if setting is not None])) if told else None
-    parts = [
-        _Rows(log, command, (setting or 1.0) / (reference or 1.0))
-        for log, setting in zip(logs, settings, strict=True)
-    ]
+    scales = [(setting or 1.0) / (reference or 1.0) if told else 1.0 for setting in settings]
+    recording = record(logs, every_row=True)
+    motions = [_of_log(recording, index) for index in range(len(logs))]
+    every = [_Rows(*one) for one in zip(logs, [command] * len(logs), scales, motions, strict=True)]
+    parts = [part for part in every if part.usable.any()]
+    if not parts:
+        raise InputError(
+            "the drive is never on inside its limits", file=logs[0].source, remedy="log gentler motions"
+        )
     full = max(part.limit for part in parts)
 
     def at(delay: float) -> tuple[float, Array, Array, Array]:
@@ -65,6 +73,13 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
     )
     delay = float(fine.x)
     cost, found, left, columns = at(delay)
+    commanded = left + columns @ found
+    if cost > _MOST_LEFT * float(np.sum((commanded - commanded.mean()) ** 2)):
+        raise InputError(
+            "the goal does not explain what the drive did, so it is no loop of gains on position and speed",
+            file=", ".join(log.source for log in logs),
+            remedy="simulate with --from effort",
+        )
     alone = float(columns[:, 0] @ (left + columns @ found) / (columns[:, 0] @ columns[:, 0]))
     cost_alone = float(np.sum((left + columns @ found - alone * columns[:, 0]) ** 2))
     with_speed = cost < (1.0 - _WORTH) * cost_alone and found[1] > 0.0
@@ -87,7 +102,7 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
 class _Rows:
     """One log: what its loop commanded and what it saw."""
 
-    def __init__(self, log: Log, command: Command, setting: float) -> None:
+    def __init__(self, log: Log, command: Command, setting: float, motion: Motion) -> None:
         goal = log.column("position_command")
         if goal is None:
             name = columns_of(log.axis.kind)["position_command"]
@@ -96,9 +111,7 @@ class _Rows:
                 file=log.source,
                 remedy="log it, or simulate with --from effort",
             )
-        recording = record([log], every_row=True)
         effort = effort_of(log)
-        motion = recording.motion
         values = log.column("duty") if command == "duty" else effort.values
         assert values is not None
         self.time, self.goal, self.first = motion.time, goal, motion.first
@@ -110,10 +123,6 @@ class _Rows:
         for reason in (DRIVE_OFF, DUTY_FULL):
             if reason in effort.unfit:
                 self.usable &= ~effort.unfit[reason]
-        if not self.usable.any():
-            raise InputError(
-                "the drive is never on inside its limits", file=log.source, remedy="leave this log out"
-            )
 
     def columns(self, delay: float) -> Array:
         """Error of the position and speed, usable rows, the gain of this log relative to the file's."""
@@ -124,6 +133,11 @@ class _Rows:
             goal[begin:end] = np.interp(time - delay, time, self.goal[begin:end])
         both = np.column_stack([self.setting * (goal - self.position), -self.velocity])
         return np.asarray(both[self.usable])
+
+
+def _of_log(recording: Recording, index: int) -> Motion:
+    trials = [trial for trial, source in enumerate(recording.source) if source == index]
+    return recording.subset(trials).motion
 
 
 def _standard_errors(columns: Array, left: Array, sizes: Sequence[int]) -> list[float]:

@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.diagnosis.following import Following
@@ -20,6 +20,7 @@ from idtool.effects.base import Effect
 from idtool.errors import InputError, nearest
 from idtool.experiment.recipe import document_of_command
 from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fits, step_down
+from idtool.fit.drive import fit_drive
 from idtool.fit.identifiability import PARTS, Shortcoming, rows_left_out, shortcomings
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import FRICTION_KINDS, FrictionKind, JointModel, Spec
@@ -33,9 +34,11 @@ from idtool.fit.results import (
 from idtool.log import Log
 from idtool.model.units import unit_text
 from idtool.parameters import Parameters
+from idtool.parameters.drive import Drive
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
 from idtool.verbs.predict import Prediction, predict
+from idtool.verbs.simulate import Simulation, simulate
 from idtool.version import __version__
 
 #: `--friction coulomb` asks for the textbook model, to be compared with published ones: these effects
@@ -54,6 +57,7 @@ class Identification:
         options: what was asked for, for the provenance.
         stepped_down: what the data lack for the friction law that was asked for.
         validation: the prediction of logs that no fit saw, where some were given.
+        drive: the servo's position loop, where every log holds its goal.
     """
 
     recording: Recording
@@ -62,6 +66,7 @@ class Identification:
     options: dict[str, Any] = field(default_factory=dict)
     stepped_down: list[Shortcoming] = field(default_factory=list)
     validation: Prediction | None = None
+    drive: Drive | None = None
 
     @property
     def fit(self) -> JointFit:
@@ -71,7 +76,11 @@ class Identification:
     @cached_property
     def parameters(self) -> Parameters:
         """The parameter file."""
-        return parameters_of(self.fit, self.options)
+        return replace(parameters_of(self.fit, self.options), drive=self.drive)
+
+    def simulate(self, log: Log | Sequence[Log], source: Literal["effort", "goal"] = "effort") -> Simulation:
+        """The position of logs as the identified axis makes it; see `idtool.verbs.simulate.simulate`."""
+        return simulate(log, self.parameters, source)
 
     @cached_property
     def diagnosis(self) -> dict[str, Any]:
@@ -164,7 +173,9 @@ def identify(
     options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
     options |= {"without": list(without)} if without else {}
     options |= {} if tolerance is None else {"tolerance_percent": tolerance}
-    result = Identification(recording, evidence, notes, options, reasons)
+    goals = all(log.column("position_command") is not None for log in logs)
+    drive = _drive_of(logs) if goals else None
+    result = Identification(recording, evidence, notes, options, reasons, drive=drive)
     if not validate:
         return result
     tell("predicting the logs to validate with")
@@ -182,6 +193,13 @@ def _refuse_seen(logs: Sequence[Log], validate: Sequence[Log]) -> None:
                 argument="validate",
                 remedy="leave it out of one of the two",
             )
+
+
+def _drive_of(logs: Sequence[Log]) -> Drive | None:
+    try:
+        return fit_drive(logs)
+    except InputError:  # what was commanded is not what drives the motor, or its drive is never on
+        return None
 
 
 def begin(

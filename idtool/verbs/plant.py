@@ -140,7 +140,7 @@ class PlantFile:
         if not self.effects:
             return np.zeros(len(trial))
         moving = _column(self._sum(self._loaded(replace(trial, time=motion.time[rows]))).torque, len(trial))
-        return moving - moving[0]
+        return np.asarray(moving - moving[0])
 
     def _over_position(self, motion: Motion, rows: slice, over: Array, velocity: float) -> Array:
         at = self._loaded(_surroundings(motion, rows, over, np.full(len(over), velocity)))

@@ -308,8 +308,8 @@ def test_bam_load_is_the_duty_and_signed(tmp_path: Path) -> None:
     path = bam_log(tmp_path, lambda k: XL330 | {"load": counts[k % 5]})
     frame = import_recording(path).log.frame
     assert frame["duty"].tolist() == pytest.approx([0.0, 1.0, -1.0, 0.2, -0.2] * 6)
-    feetech = bam_log(tmp_path, lambda k: {"load": [500, 1024 + 500][k % 2]}, motor="sts3215")
-    log = import_recording(feetech, mapping={"supply_voltage": "input_volts"}).log
+    feetech = bam_log(tmp_path, lambda k: XL330 | {"load": [500, 1024 + 500][k % 2]}, motor="sts3215")
+    log = import_recording(feetech).log
     assert log.frame["duty"].tolist() == [0.5, -0.5] * 15
 
 

@@ -1,0 +1,82 @@
+"""`ffc-id calibrate`: the torque constant from a load that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .axis import Given, axis_options
+from .common import Output, output_options
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+_POSITIVE = click.FloatRange(min=0.0, min_open=True)
+
+
+@click.command()
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
+@click.option("--mass", type=_POSITIVE, metavar="KG", help="Mass of the load; else payload_kg tells it.")
+@click.option("--lever", type=_POSITIVE, metavar="M", help="From the axis to the mass; not on a linear axis.")
+@click.option(
+    "-p", "--params", type=click.Path(path_type=Path), help="Parameter file to put into N m by it, in place."
+)
+@axis_options
+@output_options
+def calibrate(
+    logs: Sequence[Path],
+    mass: float | None,
+    lever: float | None,
+    params: Path | None,
+    given: Given,
+    output: Output,
+) -> None:
+    """Find the torque constant (or the torque per volt) from a load that is known.
+
+    The load must move: swing a mass on a lever, slowly, over a good part of a turn and both ways, or move
+    payloads up and down (payload_kg). With logs with and without the load the axis' own weight need not be
+    known. A constant that the logs tell is not used.
+
+    \b
+    ffc-id calibrate swing.csv --mass 0.49 --lever 0.1
+    ffc-id calibrate with.csv without.csv --lever 0.1 -p result/params.toml
+    """
+    from idtool.errors import UsageError
+    from idtool.fit.known_load import calibrate as run
+    from idtool.parameters import Parameters
+    from idtool.parameters.scaling import in_torque
+
+    read = given.read(logs, output)
+    if lever is None and read[0].axis.kind == "rotary":
+        raise UsageError("--lever is missing; say how far from the axis the mass is, in m.")
+    if lever is not None and mass is None and not any(log.column("payload") is not None for log in read):
+        raise UsageError("--lever without --mass; say how heavy the load is, or log payload_kg.")
+    known = Parameters.read(params) if params is not None else None
+    result = run(read, lever=1.0 if lever is None else lever, mass=mass)
+    if known is not None and params is not None:
+        in_torque(known, result.constant, result.unit).write(params, force=True)
+    low, high = result.constant.ci95 or (result.constant.value, result.constant.value)
+    force = "N" if result.kind == "linear" else "N m"
+    per = "A" if result.unit == "current" else "V"
+
+    def show(console: Console) -> None:
+        click.echo(f"{result.key}: {result.constant.value:.5g} {force}/{per}, 95 % {low:.5g} to {high:.5g}")
+        click.echo(f"the load, {result.load:.4g} {force} at its most, takes {result.effort:.4g} {per}")
+        for note in result.notes:
+            click.echo(f"note: {note}")
+        if params is not None:
+            click.echo(f"written: {params}, now in {force}")
+
+    document = {
+        "key": result.key,
+        **result.constant.to_table(),
+        "load": result.load,
+        "effort": result.effort,
+        "unit": f"{force}/{per}",
+        "notes": list(result.notes),
+        "file": None if params is None else str(params),
+    }
+    output.result(document, show)

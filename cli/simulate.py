@@ -1,0 +1,83 @@
+"""`ffc-id simulate`: simulate the position of logs with a parameter file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+from .axis import Given, axis_options
+from .common import Output, force_option, output_options
+from .words import Choice
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@click.command()
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
+@click.option("-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file.")
+@click.option(
+    "--from",
+    "source",
+    type=Choice(["effort", "goal"]),
+    default="effort",
+    show_default=True,
+    help="What drives it: the logged effort, or the logged goal through the servo's position loop.",
+)
+@click.option("-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="CSV to write.")
+@axis_options
+@force_option
+@output_options
+def simulate(
+    logs: Sequence[Path],
+    params: Path,
+    source: Literal["effort", "goal"],
+    out: Path,
+    given: Given,
+    force: bool,
+    output: Output,
+) -> None:
+    """Simulate the position of logs: per row trial, time, measured and simulated position.
+
+    Each trial starts from its measured state. Prints the mean absolute error of the position, its rms, and
+    its rms over windows of one second that each start from the measured state (as MuJoCo's identification
+    counts). --from goal closes the position loop of [drive] around the axis; where the file has none, the
+    loop is identified from these logs.
+
+    \b
+    ffc-id simulate validation.csv -p result/params.toml --from goal -o simulated.csv
+    """
+    from idtool.io.atomic import atomic_write, refuse_existing
+    from idtool.parameters import Parameters
+    from idtool.verbs.simulate import simulate as run
+
+    parameters = Parameters.read(params)
+    read = given.read(logs, output, parameters.axis)
+    refuse_existing(out, force)
+    result = run(read, parameters, source)
+    with atomic_write(out) as stream:
+        result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
+    unit = "mm" if result.linear else "mrad"
+
+    def show(console: Console) -> None:
+        for one in result.trials:
+            click.echo(
+                f"{one.log}, trial {one.trial}: {_words(one.mean_abs, one.rms, one.rms_windows, unit)}"
+            )
+        if len(result.trials) > 1:
+            click.echo(f"all: {_words(result.mean_abs, result.rms, result.rms_windows, unit)}")
+        for note in result.notes:
+            click.echo(f"note: {note}")
+        click.echo(f"written: {out}")
+
+    output.result({"file": str(out), "from": source, **result.to_document()}, show)
+
+
+def _words(mean_abs: float, rms: float, windows: float, unit: str) -> str:
+    return (
+        f"{1e3 * mean_abs:.4g} {unit} mean absolute, {1e3 * rms:.4g} rms, "
+        f"{1e3 * windows:.4g} rms over windows of 1 s"
+    )
