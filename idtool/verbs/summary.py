@@ -50,7 +50,7 @@ def found(diagnosis: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def unit_of(diagnosis: Mapping[str, Any]) -> str:
     """Unit of the errors."""
-    return "N" if diagnosis["error"]["metric"].endswith("_n") else "N m"
+    return {"n": "N", "a": "A", "v": "V"}.get(diagnosis["error"]["metric"].rpartition("_")[2], "N m")
 
 
 def share(percent: float) -> str:
