@@ -122,7 +122,7 @@ def _run(
             click.echo(f"not carried: {sentence}")
         for note in exported.plan.notes:
             click.echo(f"note: {note}.")
-        for line in error_lines(exported.errors, parameters.axis.kind):
+        for line in error_lines(exported.errors, parameters.axis.units):
             click.echo(line)
         click.echo(f"written: {out}")
 
@@ -132,7 +132,7 @@ def _run(
         "file": str(out),
         "not_carried": list(exported.plan.lost),
         "notes": list(exported.plan.notes),
-        "unit": unit_text("torque", parameters.axis.kind),
+        "unit": unit_text("torque", parameters.axis.units),
         "errors": exported.errors,
     }
     output.result(document, show)

@@ -35,7 +35,7 @@ class Row:
 
 def rows_of(parameters: Parameters, parts: Sequence[str] = PARTS) -> list[Row]:
     """One row a parameter of the named parts, in the order of the file."""
-    kind = parameters.axis.kind
+    kind = parameters.axis.units
     tables = {
         "gravity": (parameters.gravity, GRAVITY_MODELS.get(parameters.gravity_model or "", {})),
         "static": (parameters.static, STATIC),
