@@ -3,7 +3,7 @@
 #   make test    lint, types and tests
 #   make quick   the demo and the fast part of the tests, as for another Python:
 #                make quick PYTHON=python3.13 VENV=build/python3.13
-#   make study-accuracy, study-diagnosis, study-measured, study-teach, study-reliability, study-board
+#   make study-accuracy, study-diagnosis, study-measured, study-teach, study-played, study-reliability, study-board
 #                pages of docs/ from many sessions (minutes to an hour; the last needs avr-gcc, avr-libc, simavr)
 #   make docs-commands, docs-effects, docs-tutorial, docs-architecture, docs-architecture
 #                docs/commands.md from the program; pictures and facts of docs/effects/ (some minutes);
@@ -15,7 +15,7 @@ VENV   ?= .venv
 BIN     = $(VENV)/bin
 
 .PHONY: demo test lint types tests quick bench fuzz clean study-accuracy study-diagnosis study-measured \
-    study-board study-teach study-reliability docs-commands docs-effects \
+    study-board study-teach study-played study-reliability docs-commands docs-effects \
     docs-tutorial docs-architecture
 .DELETE_ON_ERROR:
 
@@ -64,6 +64,9 @@ study-board: $(VENV)/.ready-dev
 study-teach: export OPENBLAS_NUM_THREADS = 1
 study-teach: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.teach
+
+study-played: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.played
 
 study-reliability: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.reliability

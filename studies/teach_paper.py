@@ -17,13 +17,13 @@ from studies.guided_plants import PAYLOAD_KG, file_of, plant_of
 
 #: What is printed: average force, N, and speed, mm/s; stop, ms.
 FORCE_N, SPEED_MM_S, STOP_MS = 5.56, 19.20, 48.0
-_GAINS = Controller(2.05, 1.68, 0.01)
+PRINTED_GAINS = Controller(2.05, 1.68, 0.01)
 _COUNT = 2.0 * np.pi / 4096
 
 
 def run(sensors: str, seed: int, *, hand: bool, seconds: float | None = None) -> TeachResult:
     """One run of the printed law."""
-    file = file_of(plant_of("paper"), _GAINS, effects=False)
+    file = file_of(plant_of("paper"), PRINTED_GAINS, effects=False)
     ratio = file.gravity["per_payload"].value / 9.80665
     with open_rig(f"sim:paper,sensors={sensors}", seed=seed) as rig:
         law = ForceFreeController(file, limits=limits_of(rig))

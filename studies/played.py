@@ -1,0 +1,87 @@
+"""A path that a hand taught on `sim:paper`, and played back: `make study-played` draws it for docs/guiding.md
+and prints the figures of that page.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import click
+import numpy as np
+
+from idtool.control import ForceFreeController
+from idtool.guiding import ConstantForceHand, teach
+from idtool.guiding.path import TaughtPath, limited, read_path
+from idtool.guiding.playback import Played, play
+from idtool.guiding.session import limits_of
+from idtool.rig import open_rig
+from idtool.rig.base import TrialSetup
+from studies.guided_plants import PAYLOAD_KG, file_of, plant_of
+from studies.teach_paper import FORCE_N, PRINTED_GAINS
+
+RIG = "sim:paper"
+#: Of the taught speed; the last is more than the acceleration allows.
+SCALES = (0.5, 1.0, 3.0)
+#: Time in which the axis gets to its limit of speed, s.
+SPEED_UP_S = 0.25
+SETUP = TrialSetup(PAYLOAD_KG, start_position=0.0)
+
+
+def taught(folder: Path) -> TaughtPath:
+    """What the simulated hand taught."""
+    file = file_of(plant_of("paper"), PRINTED_GAINS, effects=False)
+    hand = ConstantForceHand(FORCE_N * file.gravity["per_payload"].value / 9.80665)
+    with open_rig(RIG, seed=0) as rig:
+        law = ForceFreeController(file, limits=limits_of(rig))
+        teach(file, law, rig, SETUP, hand=hand, log=folder / "taught.csv")
+    return read_path(folder / "taught.csv")[0]
+
+
+def played(path: TaughtPath, scale: float) -> tuple[Played, float]:
+    """The path at this share of its speed, or what the limits leave of that."""
+    with open_rig(RIG, seed=0) as rig:
+        low, high = rig.limits.position
+        speed = rig.limits.speed
+        inside, got = limited(
+            path, low=low, high=high, speed=speed, acceleration=speed / SPEED_UP_S, scale=scale
+        )
+        return play(inside, rig, SETUP), got
+
+
+@click.command()
+@click.option(
+    "--out", type=click.Path(path_type=Path), default=Path("docs/images/played.png"), show_default=True
+)
+def main(out: Path) -> None:
+    """Draw the picture and print its figures."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    mm = 1e3 * plant_of("paper").gravity["per_payload_nm_per_kg"] / 9.80665
+    with tempfile.TemporaryDirectory() as folder:
+        path = taught(Path(folder))
+    figure = Figure(figsize=(8.0, 5.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    upper.plot(path.time, mm * path.position, color="0.2", lw=2.5, label="taught, smoothed")
+    for scale in SCALES:
+        run, got = played(path, scale)
+        time = got * (run.time - run.time[0])  # as it was taught
+        name = f"played at {got:.2g} of its speed"
+        upper.plot(time, mm * run.position, lw=1.0, label=name)
+        lower.plot(time, mm * (run.position - run.wanted), lw=1.0, label=name)
+        worst = mm * float(np.max(np.abs(run.position - run.wanted)))
+        click.echo(f"{name}: {mm * run.rms_error:.3f} mm rms, {worst:.3f} mm at worst")
+    upper.set_ylabel("slide (mm)")
+    lower.set_ylabel("error (mm)")
+    lower.set_xlabel("time of the teaching (s)")
+    for axes in (upper, lower):
+        axes.grid(alpha=0.25)
+        axes.margins(x=0.0)
+    upper.legend(loc="upper right")
+    figure.savefig(out, dpi=110)
+
+
+if __name__ == "__main__":
+    main()
