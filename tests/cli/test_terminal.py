@@ -24,7 +24,7 @@ _ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 #: A colour: 30 to 49 and 90 to 107, alone or after others.
 _COLOUR = re.compile(r"\x1b\[(?:[0-9]+;)*(?:3[0-9]|4[0-9]|9[0-7]|10[0-7])[0-9;]*m")
 #: Commands that compute nothing, or only print what others read.
-_NO_JSON = {"ffc-id", "ffc-id recipes show", "ffc-id completion", "ffc-id export"}
+_NO_JSON = {"ffc-id", "ffc-id recipes show", "ffc-id completion", "ffc-id data", "ffc-id export"}
 
 
 def commands() -> Iterator[tuple[str, click.Command]]:
