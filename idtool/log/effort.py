@@ -91,7 +91,8 @@ def effort_of(log: Log) -> Effort:
         unfit[DRIVE_OFF] = _around(on == 0.0)
         values = np.where(on == 0.0, 0.0, values)
         back_emf = np.where(on == 0.0, 0.0, back_emf)
-    if float(np.ptp(values if on is None or not on.any() else values[on > 0.0])) == 0.0:
+    driven = values if on is None or not on.any() else values[on > 0.0]
+    if driven.max() == driven.min():
         raise InputError(
             f'column "{column}" is the same on every row',
             file=log.source,

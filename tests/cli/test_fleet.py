@@ -50,7 +50,7 @@ def test_a_fleet_with_a_bad_session(tmp_path: Path) -> None:
         (["absent", "-o", "out"], 3, "ffc-id: absent: no such folder; name the folder"),
         (["sessions", "-o", "sessions"], 3, "is the folder of sessions itself"),
         (["sessions", "-o", "out", "-j", "0"], 2, "0 is not in the range"),
-        (["sessions", "-o", "out", "-j", "2", "--scheduler", "x"], 2, "give one of them."),
+        (["sessions", "-o", "out", "-j", "2", "--scheduler", "x"], 2, "give one of them;"),
         (["sessions"], 2, "Missing option '-o'"),
     ],
 )

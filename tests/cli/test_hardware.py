@@ -152,7 +152,7 @@ def test_interrupted_and_resumed(servo: Servo, short: Path, tmp_path: Path) -> N
         _, told = run.communicate(timeout=120)
     assert run.returncode == 130
     assert "(1 of 2 trials finished)." in told
-    assert "the same command with --resume goes on from there." in told
+    assert "next: the same command with --resume goes on from there" in told
     assert "torque off" in servo.do("status")
     first = Log.read(log).trials[0]
     done = ffc_id(*command, "--resume", "--json")

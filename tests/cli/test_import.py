@@ -31,6 +31,7 @@ def test_says_what_it_took_for_what(recording: Path, tmp_path: Path) -> None:
         "  current_a     from i_mA [mA]\n"
         "  kept as they are: note\n"
         "log.csv: 3 rows, 1 trial, rotary axis.\n"
+        "next: ffc-id check log.csv\n"
     )
     log = Log.read(tmp_path / "log.csv")
     assert log.axis.torque_constant == 2.5
@@ -57,13 +58,12 @@ def test_json_is_one_document_and_quiet_is_quiet(recording: Path, tmp_path: Path
     ("arguments", "code", "expected"),
     [
         (["absent.csv", "-o", "log.csv"], 3, "ffc-id: absent.csv: no such file; check the path."),
-        (["run.csv", "-o", "log.csv"], 3, "pass --torque-constant"),
         (["run.csv", "-o", "run.csv", "--torque-constant", "1"], 3, "run.csv: already exists; pass --force"),
         (["run.csv", "-o", "no/log.csv", "--torque-constant", "1"], 3, "make the folder no first"),
         (["run.csv", "-o", "log.csv", "--where", "note=z"], 3, "no row has note = z; it holds a, b, c."),
         (["run.csv", "-o", "log.csv", "--unit", "position=dge"], 2, '"dge" is no unit of angle'),
-        (["run.csv", "-o", "log.csv", "--map", "position_rad"], 2, "write it as --map NAME=VALUE."),
-        (["run.csv", "-o", "log.csv", "--unwrap", "-1"], 2, "above zero."),
+        (["run.csv", "-o", "log.csv", "--map", "position_rad"], 2, "write it as --map NAME=VALUE;"),
+        (["run.csv", "-o", "log.csv", "--unwrap", "-1"], 2, "above zero;"),
         (["run.csv", "-o", "run.csv", "--force"], 2, "is the recording itself; name another file"),
         (["run.csv"], 2, "Missing option '-o'"),
     ],

@@ -174,7 +174,7 @@ def test_a_pipe_gets_plain_lines_that_are_not_folded(files: Path, monkeypatch: p
 def test_compare_refuses_what_cannot_be_compared(files: Path) -> None:
     Parameters(axis=Axis("linear", 35.0)).write(files / "linear.toml", force=True)
     for arguments, expected in (
-        (["a.toml", "linear.toml"], "ffc-id: A is of a rotary axis and B of a linear one"),
+        (["a.toml", "linear.toml"], "ffc-id: A is of a rotary axis and B of a linear axis"),
         (["a.toml", "no.toml"], "ffc-id: no.toml: no such file"),
         (["a.toml", "b.toml", "no.csv"], "ffc-id: no.csv: no such file"),
     ):

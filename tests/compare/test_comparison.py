@@ -171,7 +171,7 @@ def test_an_effect_that_refers_to_another_place_is_not_compared() -> None:
 
 
 def test_axes_of_different_kinds_are_refused() -> None:
-    with pytest.raises(InputError, match="A is of a rotary axis and B of a linear one"):
+    with pytest.raises(InputError, match="A is of a rotary axis and B of a linear axis"):
         compare(BASE, Parameters(axis=Axis("linear", 35.0)))
 
 
