@@ -292,7 +292,9 @@ def diagnose(
     following = _following(selection, final, tell)
     tests = test_residual(base), test_residual(final)
     left = None if good_enough(final, tolerance) else remainder(final, tests[1], unnamed)
-    return Diagnosis(parts, base, selection, doubted(final, left), *tests, following, left, place, notes)
+    # who chose the model has its numbers with its own errors
+    stated = final if given else doubted(final, left)
+    return Diagnosis(parts, base, selection, stated, *tests, following, left, place, notes)
 
 
 def _finished(selection: Selection, recording: Recording) -> JointFit:
