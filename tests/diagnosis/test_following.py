@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from idtool.experiment.recipe import document_of_command, parse_recipe, read_recipe, recipe_text
+from idtool.experiment.recipe import Changes, document_of_command, parse_recipe, read_recipe, recipe_text
 from idtool.experiment.runner import run
 from idtool.log import Log
 from idtool.rig.simulated import SimulatedRig
@@ -87,7 +87,6 @@ def test_a_command_as_a_recipe(command: str) -> None:
     name, *options = command.split()[1:]
     plain = read_recipe(
         name.removeprefix("run-"),
-        speeds=[0.02, 0.05] if options else None,
-        travel=1.5 if options else None,
+        Changes(speeds=[0.02, 0.05], travel=1.5) if options else None,
     )
     assert made.trials == plain.trials
