@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks import control, dynamic, files, kernel, machine, scaling, session, startup
+from benchmarks import commands, control, dynamic, files, kernel, machine, scaling, session, startup
 from benchmarks.table import Section, goals_table
 
 PARTS: dict[str, Callable[[], Section]] = {
@@ -14,6 +14,7 @@ PARTS: dict[str, Callable[[], Section]] = {
     "dynamic": dynamic.measure,
     "scaling": scaling.measure,
     "startup": startup.measure,
+    "commands": commands.measure,
     "control": control.measure,
     "session": session.measure,
     "files": files.measure,

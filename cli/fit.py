@@ -55,7 +55,9 @@ def _shared(command: F) -> F:
         seed_option,
         optimizer_option,
         axis_options,
-        click.option("--figure", type=click.Path(path_type=Path), help="Where the figure goes (PNG or SVG)."),
+        click.option(
+            "--figure", type=click.Path(path_type=Path), help="Draw a figure too, to this PNG or SVG."
+        ),
         click.option(
             "-p",
             "--params",
@@ -89,7 +91,6 @@ def fit_gravity(
 
     from idtool.fit.results import gravity_parameters
     from idtool.fit.staged import fit_gravity as fit
-    from idtool.report import gravity_figure
 
     recording, known = _read(logs, params, given, output)
     result = fit(recording, optimizer=optimizer, seed=seed)
@@ -99,9 +100,13 @@ def fit_gravity(
     points = [(p.payload, p) for p in result.points if p.payload is not None]
     if spec.gravity == "slide" and "per_payload" in spec.gravity_columns:
         notes.append("payload steps determine m1 + 2 m2 and the payload slope, not m1 and m2 apart.")
-    picture = None
-    if points:
-        picture = gravity_figure(
+
+    def draw() -> Figure:
+        from idtool.report import gravity_figure
+
+        if not points:
+            raise click.UsageError("--figure shows payload steps, and these logs have none.")
+        return gravity_figure(
             [payload for payload, _ in points],
             [p.torque for _, p in points],
             base=parameters.gravity["base"].value,
@@ -109,8 +114,9 @@ def fit_gravity(
             kind=recording.axis.units,
             stderr=[p.stderr for _, p in points],
         )
+
     quality = {"average_error_percent": result.average_error}
-    _finish(parameters, params, "gravity", quality, fitted, notes, picture, figure, output)
+    _finish(parameters, params, "gravity", quality, fitted, notes, draw, figure, output)
 
 
 @click.command("fit-static")
@@ -138,27 +144,31 @@ def fit_static(
 
     from idtool.fit.results import static_parameters
     from idtool.fit.staged import fit_static as fit
-    from idtool.report import stribeck_figure
-    from idtool.report.result_folder import stribeck_curve
 
     recording, known = _read(logs, params, given, output)
     result = fit(recording, known, law=friction, optimizer=optimizer, seed=seed)
     fitted, notes = _doubted(result.fit)
     parameters = replace(known, static=static_parameters(fitted))
-    curve = stribeck_curve(fitted)
-    picture = stribeck_figure(
-        [w.velocity for w in result.windows],
-        [w.friction for w in result.windows],
-        kind=recording.axis.units,
-        stderr=[w.stderr for w in result.windows],
-        steady=[w.steady for w in result.windows],
-        curve_velocity=curve["velocity"],
-        curve_torque=curve["torque"],
-        low=curve["low"],
-        high=curve["high"],
-    )
+
+    def draw() -> Figure:
+        from idtool.report import stribeck_figure
+        from idtool.report.result_folder import stribeck_curve
+
+        curve = stribeck_curve(fitted)
+        return stribeck_figure(
+            [w.velocity for w in result.windows],
+            [w.friction for w in result.windows],
+            kind=recording.axis.units,
+            stderr=[w.stderr for w in result.windows],
+            steady=[w.steady for w in result.windows],
+            curve_velocity=curve["velocity"],
+            curve_torque=curve["torque"],
+            low=curve["low"],
+            high=curve["high"],
+        )
+
     quality = {"adjusted_r2": result.adjusted_r2, "windows": len(result.windows), "curve_fit": result.curve}
-    _finish(parameters, params, "static", quality, fitted, notes, picture, figure, output)
+    _finish(parameters, params, "static", quality, fitted, notes, draw, figure, output)
 
 
 @click.command("fit-dynamic")
@@ -185,7 +195,6 @@ def fit_dynamic(
     from idtool.effects import registry
     from idtool.fit.results import dynamic_parameters, effect_entry
     from idtool.fit.staged import fit_dynamic as fit
-    from idtool.report import dynamic_figure
 
     recording, known = _read(logs, params, given, output)
     result = fit(recording, known, optimizer=optimizer, seed=seed)
@@ -193,22 +202,26 @@ def fit_dynamic(
     parameters = replace(known, dynamic=dynamic_parameters(fitted))
     if any(effect.name == "inertia" for effect in result.fit.model.spec.effects):
         parameters = parameters.with_effect(effect_entry(fitted, registry.get("inertia")))
-    rows = recording.row
-    model = result.fit.model
-    picture = dynamic_figure(
-        recording.filtered_trial,
-        recording.motion.velocity[rows],
-        model.measured,
-        model.measured - result.fit.residual,
-        kind=recording.axis.units,
-        time=recording.motion.time[rows],
-    )
+
+    def draw() -> Figure:
+        from idtool.report import dynamic_figure
+
+        rows, model = recording.row, result.fit.model
+        return dynamic_figure(
+            recording.filtered_trial,
+            recording.motion.velocity[rows],
+            model.measured,
+            model.measured - result.fit.residual,
+            kind=recording.axis.units,
+            time=recording.motion.time[rows],
+        )
+
     quality = {
         "rmse_filtered": result.fit.rmse,
         "relative_percent": 100.0 * result.fit.relative,
         "model_evaluations": result.fit.evaluations,
     }
-    _finish(parameters, params, "dynamic", quality, fitted, notes, picture, figure, output)
+    _finish(parameters, params, "dynamic", quality, fitted, notes, draw, figure, output)
 
 
 def _doubted(fit: JointFit) -> tuple[JointFit, list[str]]:
@@ -255,20 +268,20 @@ def _finish(
     quality: dict[str, Any],
     fit: JointFit,
     notes: list[str],
-    picture: Figure | None,
+    draw: Callable[[], Figure],
     figure: Path | None,
     output: Output,
 ) -> None:
     from idtool.fit.identifiability import shortcomings
-    from idtool.report import save_figure
     from idtool.verbs.identify import findings
 
     from .tables import document_of, print_parameters
 
     parameters.write(params, force=True)
-    drawn = figure or params.with_name(f"{params.stem}-{part}.png")
-    if picture is not None:
-        save_figure(picture, drawn)
+    if figure is not None:
+        from idtool.report import save_figure
+
+        save_figure(draw(), figure)
     parts = ("dynamic", "effects") if part == "dynamic" else (part,)
     notes = [*notes, *findings(fit, parts)]
 
@@ -279,11 +292,11 @@ def _finish(
                 click.echo(f"{name.replace('_', ' ')}: {value:.5g}")
         for note in notes:
             click.echo(f"note: {note}")
-        click.echo(f"written: {params}" + (f", figure {drawn}" if picture is not None else ""))
+        click.echo(f"written: {params}" + (f", figure {figure}" if figure is not None else ""))
 
     document = {
         "params": str(params),
-        "figure": str(drawn) if picture is not None else None,
+        "figure": str(figure) if figure is not None else None,
         "parameters": document_of(parameters, part),
         "quality": quality,
         "notes": notes,

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import dynamic, files, kernel, scaling, session, startup
+from benchmarks import commands, dynamic, files, kernel, scaling, session, startup
 from benchmarks.compiled import FAST, PLAIN, Library, compiler
 from benchmarks.table import Section, goals_table
 from idtool.model.lugre import propagate_tangents
@@ -21,6 +21,7 @@ PARTS: dict[str, Callable[[], Section]] = {
     ),
     "scaling": lambda: scaling.measure((1_000, 2_000), apart=False),
     "startup": lambda: startup.measure(rounds=1),
+    "commands": lambda: commands.measure(1, ("ffc-id --help", "ffc-id fit-gravity")),
     "files": lambda: files.measure(rounds=1),
     "session": lambda: session.measure((0, 15), _SWEEP[:1], _SINE[:1], rounds=1),
 }

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, ndimage, stats
+from scipy import fft, ndimage, special
 
 from idtool.diagnosis.evidence import Background
 from idtool.diagnosis.lines import strongest_line
@@ -96,7 +96,7 @@ def generic_columns(fit: JointFit) -> dict[str, Array]:
     for name, values in variables.items():
         if values is None or np.ptp(values[rows]) <= 1e-9 * (1.0 + np.max(np.abs(values))):
             continue
-        rank = stats.rankdata(values[rows]) / len(rows)  # equal numbers of rows under each bend
+        rank = _ranks(values[rows]) / len(rows)  # equal numbers of rows under each bend
         bends = _SMOOTH_FINER if name in ("velocity", "time") else _SMOOTH
         smooth = np.cos(np.pi * np.outer(rank, np.arange(1, bends + 1)))
         if name not in ("velocity", "acceleration"):
@@ -106,6 +106,12 @@ def generic_columns(fit: JointFit) -> dict[str, Array]:
     order = (recording.filtered_trial[:, None] == np.arange(recording.trials)).astype(float)
     columns["order"] = np.hstack([order, direction[:, None] * order])
     return columns
+
+
+def _ranks(values: Array) -> Array:
+    """Rank of each value from 1, equal ones sharing their mean, shape (n,)."""
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(count) - 0.5 * (count - 1))[place])
 
 
 def columns_followed(fit: JointFit, name: str) -> Array:
@@ -170,7 +176,7 @@ def _rhythm_test(background: Background) -> ResidualTest:
     share = float(stands_out.sum() / power.sum())
     peak = float(np.max(power / np.maximum(level, 1e-300)))
     # the mean of `windows` exponential ordinates over their level
-    single = float(stats.gamma.sf(peak, windows, scale=1.0 / windows))
+    single = float(special.gammaincc(windows, peak * windows))
     return ResidualTest("time", share, min(1.0, single * len(power)))
 
 

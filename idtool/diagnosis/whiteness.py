@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
@@ -81,8 +81,8 @@ def cumulative_periodogram(over: str, residual: Array, covariance: Array) -> Cum
         turn / np.pi,
         share,
         white,
-        float(stats.kstwobign.ppf(0.95)) / np.sqrt(effective),
-        float(stats.kstwobign.sf(distance * np.sqrt(effective))) if n > 2 else 1.0,
+        float(special.kolmogi(0.05)) / np.sqrt(effective),
+        float(special.kolmogorov(distance * np.sqrt(effective))) if n > 2 else 1.0,
     )
 
 

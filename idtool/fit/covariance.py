@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from idtool.model.motion import Array
 
@@ -39,7 +39,7 @@ class Uncertainty:
     @property
     def quantile(self) -> Array:
         """Half width of a 95 % interval in standard errors (Student), shape (n,)."""
-        return np.asarray(stats.t.ppf(0.975, self.degrees))
+        return np.asarray(special.stdtrit(self.degrees, 0.975))
 
 
 def uncertainty(jacobian: Array, residual: Array, trial: NDArray[np.intp]) -> Uncertainty:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from idtool.fit.covariance import block_starts, correlation_rows
 from idtool.model.motion import Array
@@ -52,5 +52,5 @@ def p_value(left: Array, trial: NDArray[np.intp], residual: Array, known: Array,
     blocks = blocks / np.sqrt(1.0 - np.minimum(leverage, 0.9))
     meat = blocks.T @ blocks
     along = basis.T @ residual
-    wald = float(along @ np.linalg.lstsq(meat, along, rcond=1e-12)[0])
-    return float(stats.f.sf(wald * spare / count / len(blocks), count, spare))
+    wald = max(float(along @ np.linalg.lstsq(meat, along, rcond=1e-12)[0]), 0.0)
+    return float(special.fdtrc(count, spare, wald * spare / count / len(blocks)))

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import ndimage
 
 from idtool.model.motion import Array
 
@@ -83,7 +83,7 @@ def clipped(values: Array) -> NDArray[np.bool_]:
         counts = np.unique(away[away <= np.quantile(away, 0.5)], return_counts=True)[1]
         if at.sum() > pile * counts[:_LEVELS].max(initial=0):
             # rows that noise kept from the limit would pull a mean away from it
-            away = np.abs(signal.medfilt(values, _NEIGHBOURS) - values[at][0])
+            away = np.abs(ndimage.median_filter(values, _NEIGHBOURS, mode="constant") - values[at][0])
             result |= at | (away < _NOISE * _noise(values[~extremes]))
     return result
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal, sparse
+from scipy import sparse
 
 from idtool.errors import InputError
 from idtool.model.motion import Array, Motion
@@ -63,9 +63,7 @@ def bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[flo
     for start, end in zip(motion.starts, ends, strict=True):
         if end - start < segment:
             continue
-        frequency, power = signal.welch(  # type: ignore[call-overload]
-            torque[start:end], rate, nperseg=segment, detrend="linear"
-        )
+        frequency, power = _power_density(torque[start:end], rate, segment)
         total = power * (end - start) if total is None else total + power * (end - start)
         weight += end - start
     if total is None:
@@ -85,6 +83,19 @@ def bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[flo
     edge = min(edge, float(frequency[worth[-1]]) if len(worth) else 0.0)
     bandwidth = float(np.clip(_BANDWIDTH_MARGIN * edge, _LEAST_BANDWIDTH_HZ, 0.5 * rate))
     return bandwidth, float(np.sqrt(floor * rate / 2.0))
+
+
+def _power_density(values: Array, rate: float, segment: int) -> tuple[Array, Array]:
+    """Frequencies and one-sided power density by Welch's method: Hann windows that overlap by half, the
+    straight line taken off each (IEEE Trans. Audio Electroacoust. 15, 1967). As scipy.signal.welch, whose
+    import takes longer than a fit."""
+    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(segment) / segment)
+    pieces = np.lib.stride_tricks.sliding_window_view(values, segment)[:: segment - segment // 2]
+    t = np.arange(segment) - 0.5 * (segment - 1)
+    pieces = pieces - pieces.mean(axis=1, keepdims=True) - np.outer(pieces @ t / (t @ t), t)
+    power = np.abs(np.fft.rfft(pieces * window)) ** 2 / (rate * float(window @ window))
+    power[:, 1 : -1 if segment % 2 == 0 else None] *= 2.0
+    return np.asarray(np.fft.rfftfreq(segment, 1.0 / rate), dtype=float), np.asarray(power.mean(axis=0))
 
 
 def design(bandwidth: float, rate: float) -> Filter:

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal, sparse
+from scipy import ndimage, sparse
 
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
@@ -423,7 +423,7 @@ def _usable_rows(
     )
     settling = (rows_in < 3) & np.isin(motion.trial, motion.trial[fast & (rows_in < 10)])
     drop("start of a trial in mid-motion", settling)
-    middle = signal.medfilt(torque, 5)
+    middle = ndimage.median_filter(torque, 5, mode="constant")
     away = torque - middle
     spread = 1.4826 * float(np.median(np.abs(away[away != 0]))) if np.any(away != 0) else 0.0
     spread = max(spread, float(np.sqrt(reading_variance(torque, motion.first))))

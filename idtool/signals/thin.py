@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy import signal
 
 from idtool.model.motion import Motion
 from idtool.signals import lowpass
@@ -27,6 +26,8 @@ def thin(recording: Recording) -> Recording:
     every = int(rate / (_ROWS_PER_PERIOD * recording.filter.bandwidth_hz))
     if every < 2:
         return recording
+    from scipy import signal  # half a second of imports that a recording of few rows does not pay
+
     length = 2 * every + 1
     torque = recording.torque.copy()
     ends = np.append(motion.starts[1:], len(motion))

@@ -1,0 +1,59 @@
+"""What short commands cost as a user starts them: imports, reading, computing, writing."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from benchmarks.table import Goal, Section, seconds
+
+_GOAL = 1.0
+_PROGRAM = str(Path(sys.executable).with_name("ffc-id"))
+_IMPORTS = "import numpy, numba, pandas, scipy.optimize"
+_SESSION = Path(__file__).resolve().parent.parent / "data" / "session"
+_GRAVITY, _SWEEP, _SINE = (str(_SESSION / f"{name}.csv.gz") for name in ("gravity", "sweep", "sine"))
+TASKS = {
+    f'python -c "{_IMPORTS}"': [sys.executable, "-c", _IMPORTS],
+    "ffc-id --help": [_PROGRAM, "--help"],
+    "ffc-id fit-gravity": [_PROGRAM, "fit-gravity", _GRAVITY, "-p", "params.toml"],
+    "ffc-id fit-static": [_PROGRAM, "fit-static", _SWEEP, "-p", "params.toml"],
+    "ffc-id fit-dynamic": [_PROGRAM, "fit-dynamic", _SINE, "-p", "params.toml"],
+    "ffc-id check": [_PROGRAM, "check", _SINE],
+    "ffc-id import": [_PROGRAM, "import", _SINE, "-o", "log.csv", "--force"],
+    "ffc-id run-sine": [_PROGRAM, "run-sine", "--rig", "sim:paper", "-o", "sine.csv", "--force"],
+}
+
+
+def measure(rounds: int = 5, tasks: tuple[str, ...] = tuple(TASKS)) -> Section:
+    """Shortest processor times of several fresh processes, the caches warm."""
+    section = Section(
+        "Short commands",
+        ["what", "processor time"],
+        notes=[
+            "Whole processes, user and system, on the logs of `ffc-id data get sample` (gravity 6,656 rows, "
+            "sweep 41,804, sine 11,400). The first row is what the libraries of every fit take to import. "
+            "A figure is drawn only where `--figure` asks for one: matplotlib takes as long to import as "
+            "two thirds of all others together."
+        ],
+    )
+    best = dict.fromkeys(tasks, float("inf"))
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(rounds):
+            for name in tasks:
+                best[name] = min(best[name], _spent(TASKS[name], folder))
+    for name, time in best.items():
+        section.add(f"`{name}`", seconds(time))
+        if "fit-" in name:
+            section.goals.append(Goal(f"{name}: below {_GOAL:g} s", seconds(time), time < _GOAL))
+    return section
+
+
+def _spent(words: list[str], folder: str) -> float:
+    """Processor time of a process and its children, s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(words, check=True, capture_output=True, cwd=folder)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime

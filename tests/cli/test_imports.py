@@ -1,0 +1,92 @@
+"""What commands without a report leave unloaded: the slow part of a short command is its imports."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+_SESSION = Path(__file__).resolve().parents[2] / "data" / "session"
+#: Each takes tenths of a second to import; no command below draws, fills a page or needs its tests.
+_HEAVY = ("matplotlib", "scipy.stats", "scipy.signal", "scipy.interpolate", "jinja2", "distributed", "h5py")
+#: What moves a rig or reads a file needs no optimiser either.
+_OF_A_FIT = ("scipy.optimize", "nlopt", "idtool.fit", "idtool.diagnosis")
+_SCRIPT = """
+import contextlib, io, json, sys
+from idtool.cli.main import main
+told = []
+for words in json.load(sys.stdin):
+    with contextlib.redirect_stdout(io.StringIO()):
+        try:
+            main(words)
+        except SystemExit as end:
+            told.append([words[0], end.code, sorted(sys.modules)])
+json.dump(told, sys.stdout)
+"""
+
+
+@pytest.fixture(scope="module")
+def loaded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
+    """Modules of one process after each of a row of commands, from the lightest to the heaviest."""
+    folder = tmp_path_factory.mktemp("imports")
+    gravity, sweep, sine = (str(_SESSION / f"{name}.csv.gz") for name in ("gravity", "sweep", "sine"))
+    recipe = folder / "short.toml"
+    recipe.write_text(
+        'schema = "ffc-id/recipe/1"\nname = "short"\nexperiment = "sine"\nperiod_s = 0.01\n[[trials]]\n'
+        'kind = "sine"\nfrequency_hz = 0.5\namplitude_rad_s = 0.6\nduration_s = 4.0\n'
+    )
+    commands = [
+        ["--help"],
+        ["import", gravity, "-o", "log.csv"],
+        ["rigs"],
+        ["recipes"],
+        ["run", "--recipe", str(recipe), "--rig", "sim:paper", "-o", "run.csv"],
+        ["check", gravity],
+        ["fit-gravity", gravity, "-p", "params.toml"],
+        ["fit-static", sweep, "-p", "params.toml", "--friction", "coulomb"],
+        ["fit-dynamic", sine, "-p", "params.toml"],
+        ["predict", sine, "-p", "params.toml", "-o", "out.csv"],
+    ]
+    done = subprocess.run(
+        [sys.executable, "-c", _SCRIPT],
+        input=json.dumps(commands),
+        capture_output=True,
+        text=True,
+        cwd=folder,
+    )
+    told = json.loads(done.stdout)
+    assert [(name, code) for name, code, _ in told] == [(words[0], 0) for words in commands], done.stderr
+    return {name: set(modules) for name, _, modules in told}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "--help",
+        "import",
+        "rigs",
+        "recipes",
+        "run",
+        "check",
+        "fit-gravity",
+        "fit-static",
+        "fit-dynamic",
+        "predict",
+    ],
+)
+def test_a_command_without_a_figure_loads_nothing_that_draws_or_tests(
+    loaded: dict[str, set[str]], command: str
+) -> None:
+    assert loaded[command].isdisjoint(_HEAVY)
+
+
+@pytest.mark.parametrize("command", ["--help", "import", "rigs", "recipes", "run"])
+def test_what_reads_or_moves_loads_no_optimiser(loaded: dict[str, set[str]], command: str) -> None:
+    assert loaded[command].isdisjoint(_OF_A_FIT)
+
+
+def test_help_loads_no_numbers(loaded: dict[str, set[str]]) -> None:
+    assert loaded["--help"].isdisjoint({"numpy", "pandas", "numba", "rich"})
