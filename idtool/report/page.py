@@ -25,9 +25,11 @@ from idtool.errors import InputError
 from idtool.io.atomic import atomic_write
 from idtool.model.units import torque_name, unit_text
 from idtool.presentation import style, text
+from idtool.presentation.mathml import typeset
 from idtool.report import tables
 from idtool.report.evidence import Evidence, read_evidence
 from idtool.report.facts import Found, Pair
+from idtool.report.folding import quiet
 from idtool.report.gallery import Plate
 from idtool.report.guiding import read_guiding
 from idtool.report.plates import all_plates
@@ -68,12 +70,13 @@ _KNOWN = (
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure as the page holds it: a data address, its size in pixels, and its words."""
+    """A figure as the page holds it: data address, size in pixels, words; `quiet` if it holds no finding."""
 
     plate: Plate
     address: str
     width: int
     height: int
+    quiet: bool
 
 
 @dataclass(frozen=True)
@@ -120,14 +123,14 @@ def write_report(folder: Path) -> Path:
     """
     evidence = read_evidence(folder)
     plates = all_plates(evidence)
-    pictures = _draw(plates, folder / FIGURES)
+    pictures = _draw(evidence, plates, folder / FIGURES)
     page = _render(evidence, pictures)
     with atomic_write(folder / PAGE) as stream:
         stream.write(page)
     return folder / PAGE
 
 
-def _draw(plates: list[Plate], folder: Path) -> list[Picture]:
+def _draw(evidence: Evidence, plates: list[Plate], folder: Path) -> list[Picture]:
     try:
         folder.mkdir(exist_ok=True)
         for name in _KNOWN:
@@ -147,18 +150,20 @@ def _draw(plates: list[Plate], folder: Path) -> list[Picture]:
                 stream.write(content)
         width, height = struct.unpack(">II", drawn["png"][16:24])  # where a PNG keeps its size
         address = "data:image/png;base64," + base64.b64encode(drawn["png"]).decode("ascii")
-        pictures.append(Picture(plate, address, width, height))
+        pictures.append(Picture(plate, address, width, height, quiet(evidence, plate.name)))
     return pictures
 
 
 def _render(evidence: Evidence, pictures: list[Picture]) -> str:
     import jinja2
+    from markupsafe import Markup
 
     package = files("idtool.report")
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["code"] = _code
+    environment.filters["typeset"] = lambda formula: Markup(typeset(formula))
     template = environment.from_string(package.joinpath("page.html.jinja").read_text("utf-8"))
     diagnosis, facts = evidence.diagnosis, evidence.facts
     error = diagnosis.error

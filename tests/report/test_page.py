@@ -81,6 +81,20 @@ def test_every_figure_is_inside_with_alt_and_caption(drawn: Path, page: Page) ->
     assert inside == {file.read_bytes() for file in files}
 
 
+def test_figures_without_a_finding_are_folded(page: Page) -> None:
+    folds = re.findall(r'<details class="quiet">(.*?)</details>', page.source, re.DOTALL)
+    folded = set(re.findall(r'id="figure-(\w+)"', "".join(folds)))
+    assert {"residual_histogram", "correlation"} <= folded
+    assert folded.isdisjoint(
+        {"residual_time", "residual_position", "spectrum_angle", "stribeck", "prediction"}
+    )
+
+
+def test_formulas_are_typeset(page: Page) -> None:
+    assert page.source.count("<math>") >= 4
+    assert "sigma" not in page.source.split("<main>")[1].split("</table>")[0]
+
+
 def test_figures_are_images_of_a_readable_size(drawn: Path) -> None:
     for file in (drawn / "figures").glob("*.png"):
         with Image.open(file) as image:
@@ -146,6 +160,7 @@ def test_names_from_files_are_escaped(folder: Path) -> None:
     assert page.text.count("alert('x')") >= 15  # shown as text, not run
 
 
+@pytest.mark.usefixtures("quick")
 def test_commands_in_notes_are_set_as_code(folder: Path) -> None:
     evidence = synthetic.read_json(folder, "evidence")
     evidence["notes"] = ["make them: `ffc-id run-sweep -o <b>sweep</b>.csv`"]
