@@ -5,7 +5,7 @@
 #                make quick PYTHON=python3.13 VENV=build/python3.13
 #   make study-accuracy, study-diagnosis, study-measured, study-teach, study-played, study-reliability, study-board
 #                pages of docs/ from many sessions (minutes to an hour; the last needs avr-gcc, avr-libc, simavr)
-#   make docs-commands, docs-effects, docs-tutorial, docs-architecture, docs-architecture
+#   make docs-commands, docs-effects, docs-tutorial, docs-architecture, docs-notebook
 #                docs/commands.md from the program; pictures and facts of docs/effects/ (some minutes);
 #                outputs and pictures of docs/tutorial.md
 #   make fuzz    coverage-guided fuzzing of every reader, a minute each (Linux)
@@ -16,7 +16,7 @@ BIN     = $(VENV)/bin
 
 .PHONY: demo test lint types tests quick bench fuzz clean study-accuracy study-diagnosis study-measured \
     study-board study-teach study-played study-reliability docs-commands docs-effects \
-    docs-tutorial docs-architecture
+    docs-tutorial docs-architecture docs-notebook
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.ready
@@ -85,8 +85,8 @@ docs-tutorial: $(VENV)/.ready-dev
 docs-architecture: $(VENV)/.ready-dev
 	$(BIN)/python -m pages.architecture
 
-docs-architecture: $(VENV)/.ready-dev
-	$(BIN)/python -m pages.architecture
+docs-notebook: $(VENV)/.ready-dev
+	$(BIN)/python -m pages.notebook
 
 # A finding is left as a file crash-*, oom-* or timeout-*.
 fuzz: $(VENV)/.ready-fuzz
