@@ -1,0 +1,1 @@
+"""The admittance law of mode "light"."""
