@@ -11,16 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from idtool import Log, Parameters, identify
-from idtool.axis import Axis
+from idtool.parameters.axis import Axis
 from idtool.effects import registry
 from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
 from idtool.fit.joint import refit
 from idtool.fit.model import JointModel, Spec
-from idtool.identification import begin, parameters_of
+from idtool.verbs.identify import begin, parameters_of
 from idtool.model.motion import Array
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
-from idtool.signals import record
+from idtool.signals.recording import record
 from studies.guiding import plant
 from studies.guiding.plant import ELASTO_PLASTIC, LUGRE, MAXWELL, Plant
 

@@ -1,246 +1,370 @@
-"""prototype"""
+"""The admittance law, compiled: one sample in, one command out, on two records of numbers.
+
+    tau_hand = tau_model + learned(o, b, v) + zero + bias - K i                          estimate
+    f        = tau_hand, less the uncertainty of the model, towards zero                  certain part
+    T_v dw/dt = K_c f - w,   w = 0 as soon as f no longer pushes the way of w             virtual mass
+    q_d      = x + T w,   dx/dt = w                                                       command
+
+So w f >= 0 at every sample: see docs/teach.md. `c` holds the constants (`constants`), `s` the state (`STATE`).
+The exported C has the same functions and names.
+"""
+
 from __future__ import annotations
+
 import math
 from typing import Any
+
 import numba
 import numpy as np
-from idtool.control.load import carry, BRISTLE as Z
-from idtool.model.motion import Array
 
-STARTING, RESTING, TARING, GUIDING, STOPPING = range(5)
+from idtool.control.admittance.states import GUIDING, RESTING, STARTING, STOPPING, TARING
 
-_C = "bias_rate bias_cap stop_counts zero_drift period torque_constant gain noise floor start count filter virtual follow velocity_gain cap rest_rate gone brake_s coast kick servo_time trim trim_range leash rest_speed low high speed settle tare_turn tare_top tare_cycle resolution bristle_stiffness friction_bound transient transient_decay inertia refuse stand coverage still".split()
-CONSTANTS = np.dtype([(n,'f8') for n in _C] + [("prior",'f8',(4,))])
-_S = "bias zero_var bound unexplained started time position seen nominal w x lead hand raw zero anchor since moved_at pushed way dead trans k mean mean_sq kept_ tau_before felt_at_rest elastic damping".split()
-STATE = np.dtype([('mode','i8'),('refused','i8'),('note','i8')]+[(n,'f8') for n in _S]+[("learned",'f8',(4,)),("cov",'f8',(4,4)),("sum",'f8',(4,5)),("gram",'f8',(4,4)),("moment",'f8',(4,)),("parts",'f8',(8,))])
+#: Parts of a tare's cycle that are compared with those of the cycle before.
+PARTS = 8
+#: Cycles of a tare.
+CYCLES = 2
+#: What a tare came to.
+USED, TOUCHED, NOT_EXPLAINED, OTHER_LOAD = range(4)
+LOAD, LEVEL, DAMPING, BRISTLE = range(4)
+
+#: state, samples in it, samples above the starting torque, whether the hand was seen to leave, whether the zero
+#: is being taken, what the last tare came to, whether a speed limit cut; then torques, N m, and the motion.
+STATE = np.dtype(
+    [(name, "i8") for name in ("state", "since", "moved", "pushed", "left", "outcome", "limited", "part")]
+    + [
+        (name, "f8")
+        for name in (
+            "raw", "hand", "dead", "zero", "zero_before", "zero_variance", "bias", "unexplained",
+            "elastic", "damping", "plain", "correction",
+            "position", "seen", "nominal", "w", "x", "way", "lead", "anchor",
+            "fade", "square", "weight", "sum", "load",
+        )
+    ]
+    + [("learned", "f8", (4,)), ("spread", "f8", (4, 4)), ("information", "f8", (4, 4))]
+    + [("moment", "f8", (4,)), ("means", "f8", (PARTS,))]
+)  # fmt: skip
+
 
 @numba.njit(cache=True)
-def begin(c, s, position):
-    s.mode = STARTING
-    s.started = 0.0
-    s.w = s.nominal = s.seen = s.hand = s.raw = s.zero = 0.0
-    s.x = s.anchor = min(max(position, c.low), c.high)
-    s.since = 0.0; s.k = 0.0; s.mean = 0.0; s.pushed = 0.0; s.trans = 0.0
-
-@numba.njit(cache=True)
-def reset(c, s):
+def reset(c: Any, s: Any) -> None:
+    """Nothing was learned."""
     for j in range(4):
         s.learned[j] = 0.0
         for k in range(4):
-            s.cov[j, k] = c.prior[j] ** 2 if j == k else 0.0
-    s.cov[3,3] = 0.0
+            s.spread[j, k] = 1.0 if j == k else 0.0
+    s.unexplained = 0.0
     s.lead = c.servo_time
-    begin(c, s, 0.0)
+    s.outcome = USED
+
 
 @numba.njit(cache=True)
-def spread(s, elastic, damping):
-    p = s.cov
-    v = p[0,0] + elastic*(elastic*p[1,1] + 2*p[0,1]) + damping*(damping*p[2,2]+2*p[0,2]+2*elastic*p[1,2])
-    return math.sqrt(max(v, 0.0))
+def begin(c: Any, s: Any, position: float) -> None:
+    """The first sample: the bristle is unknown, what was learned of load and friction still holds."""
+    s.state = STARTING
+    s.since = s.pushed = s.left = s.limited = 0
+    s.raw = s.hand = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
+    s.seen = s.nominal = s.w = s.sum = 0.0
+    s.position = position
+    s.x = s.anchor = min(max(position, c.low), c.high)
+
 
 @numba.njit(cache=True)
-def observe(n, m, c, s, time, position, velocity, current, payload, alpha, beta, temperature):
-    if s.started == 0.0:
-        s.started = 1.0
-        s.time = time - c.period
-        s.position = position
-    step = time - s.time
-    if not step > 0.0: step = c.period
-    before, nominal = s.seen, s.nominal
-    s.nominal += c.follow * (s.w - nominal)
-    predicted = before + s.nominal - nominal
-    s.seen = predicted + c.velocity_gain * (velocity - predicted)
-    travel = position - s.position
-    gravity, elastic, damping, extra, level, saturation, delay, z, kept = carry(n, m, time, step, position, s.seen, (s.seen-before)/step, payload, alpha, beta, temperature, travel)
-    motor = c.torque_constant * current
-    motor *= 1.0 - saturation*abs(motor)
+def watch(c: Any, s: Any, velocity: float) -> float:
+    """Update the observer of the speed; its change. What the axis was told to do is smooth and in time, what it
+    is measured to do is neither."""
+    nominal = c.follows * (s.w - s.nominal)
+    s.nominal += nominal
+    change = nominal + c.velocity_gain * (velocity - s.seen - nominal)
+    s.seen += change
+    return float(change)
+
+
+@numba.njit(cache=True)
+def uncertainty(c: Any, s: Any) -> float:
+    """What the model may be wrong by at this motion, N m: `coverage` standard deviations of what was learned
+    and of what a tare left, `floor` at least."""
+    row = (c.prior[LOAD], c.prior[LEVEL] * s.elastic, c.prior[DAMPING] * s.damping)
+    variance = s.unexplained * s.unexplained
+    for j in range(3):
+        for k in range(3):
+            variance += row[j] * row[k] * s.spread[j, k]
+    return float(max(c.floor, c.coverage * math.sqrt(max(variance, 0.0))))
+
+
+@numba.njit(cache=True)
+def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: float) -> None:
+    """Update the estimate of the hand.
+
+    Args:
+        c, s: constants and state.
+        plain: torque of the model less that of the motor.
+        elastic, damping: the model's friction torques.
+        kept: share of the bristle's deflection that outlived the travel since the last sample.
+    """
+    s.elastic, s.damping, s.plain = elastic, damping, plain
     s.zero *= kept
-    s.kept_ = kept
-    s.elastic, s.damping = elastic, damping
-    plain = gravity + elastic + damping + extra - motor
-    s.mean_sq = plain
-    s.raw = plain + s.learned[0] + s.learned[1]*elastic + s.learned[2]*damping + s.zero + (s.bias if s.mode == GUIDING else 0.0)
-    s.dead = c.floor + c.coverage*spread(s, elastic, damping)
-    s.time, s.position = time, position
-    fell = s.hand - s.raw if s.hand > 0 else s.raw - s.hand
-    size = abs(s.hand)
-    gone = fell > c.gone*size and fell > 4.5*c.noise
-    s.hand += (1.0 if gone else c.filter)*(s.raw - s.hand)
-    s.trans *= c.transient_decay
-    return motor
+    s.zero_before *= kept
+    s.fade *= kept
+    s.correction = s.learned[LOAD] + s.learned[LEVEL] * elastic + s.learned[DAMPING] * damping + s.zero
+    if s.state == GUIDING:
+        s.correction += s.bias
+    s.raw = plain + s.correction
+    s.dead = uncertainty(c, s)
+    fell = s.hand - s.raw if s.hand > 0.0 else s.raw - s.hand
+    gone = fell > c.gone * abs(s.hand) and fell > c.jump
+    s.hand += (1.0 if gone else c.hand_filter) * (s.raw - s.hand)
+    if gone and s.state == GUIDING:
+        s.left = 1
+    elif gone and s.state == RESTING and s.zero_variance == 0.0:
+        s.left = 1
+        open_zero(c, s)
+
 
 @numba.njit(cache=True)
-def certain(s, dead):
-    left = abs(s.hand) - dead
-    return math.copysign(left, s.hand) if left > 0 else 0.0
+def open_zero(c: Any, s: Any) -> None:
+    """What the motor holds now may be off by what a stop can leave: take the zero anew."""
+    most = rest_bound(c, s)
+    s.zero_before = s.zero
+    s.zero_variance = most * most
+
 
 @numba.njit(cache=True)
-def follow(c, s):
-    s.x += s.w*c.period
-    behind = s.x - s.position
-    leash = c.leash*abs(s.w) + 4*c.resolution
-    if abs(behind) > leash:
-        s.x = s.position + math.copysign(leash, behind)
-    if abs(s.w) > 2*c.rest_speed:
-        late = min(max(behind/(s.w*s.lead), -1.0), 1.0)
-        s.lead = min(max(s.lead*(1+c.trim*c.period*late), c.servo_time/c.trim_range), c.servo_time*c.trim_range)
-    return s.x + s.lead*s.w
+def rest_bound(c: Any, s: Any) -> float:
+    """What a stop may leave beyond the model, N m."""
+    left = c.coverage * s.unexplained
+    return float(math.sqrt(c.stop_torque**2 + c.stop_noise**2 + left * left))
+
 
 @numba.njit(cache=True)
-def guide(c, s, velocity):
-    s.bias = min(max(s.bias - c.bias_rate*s.raw, -c.bias_cap), c.bias_cap)
-    f = certain(s, s.dead)
-    felt = math.copysign(max(abs(s.raw) - s.dead, 0.0), s.raw)
-    goal = min(max(c.gain*felt, -c.speed), c.speed)
-    if f*s.w <= 0.0 and s.way*f <= 0.0:
-        s.mode = STOPPING
-        s.since = 0.0
-        s.tau_before = s.w
-        s.trans = max(s.trans, c.transient*abs(s.w))
-        s.w = 0.0
-        s.x = s.position
-        return brake(c, s, velocity)
-    s.w += c.virtual*(goal - s.w)
-    place = follow(c, s)
-    if (s.x > c.high and s.w > 0) or (s.x < c.low and s.w < 0):
-        s.x = min(max(s.x, c.low), c.high)
-        s.w = 0.0
-        return s.x
-    return place
-
-@numba.njit(cache=True)
-def brake(c, s, velocity):
-    moved = abs(s.position - s.anchor) > 1.01*c.resolution
-    if moved:
-        s.anchor = s.position
-        s.moved_at = s.since
-    s.since += c.period
-    if s.since - s.moved_at >= c.still and s.since >= c.brake_s:
-        s.mode = RESTING
-        s.anchor = min(max(s.position, c.low), c.high)
-        s.since = 0.0
-        s.pushed = 0.0
-        s.x = s.anchor
-        s.bound = math.sqrt((c.stop_counts*c.count)**2 + (2.0*s.unexplained)**2 + c.cap**2)
-        s.zero_var = s.bound**2
-        s.hand = 0.0
-        return s.anchor
-    if s.since <= 2.01*c.period:
-        return s.position - c.kick*s.lead*velocity
-    return s.position + c.coast*velocity
-
-@numba.njit(cache=True)
-def rest(c, s):
-    s.since += c.period
-    # the zero follows, within what a stop can leave
-    share = s.zero_var/(s.zero_var + c.noise**2)
-    s.zero_var -= share*s.zero_var
-    if s.zero_var < c.noise**2/12.0:
-        s.zero_var = 0.0
-        share = c.zero_drift
-    before = s.zero
-    s.zero = min(max(s.zero - share*s.raw, -s.bound), s.bound)
-    s.hand += s.zero - before
-    threshold = max(s.dead, s.bound) + c.start + 2.0*math.sqrt(s.zero_var)
-    s.pushed = s.pushed + 1 if abs(s.hand) > threshold else 0.0
+def rest(c: Any, s: Any) -> float:
+    """Hold the anchor, take the zero if the hand was seen to leave, wait for a hand."""
+    most = rest_bound(c, s)
+    gain = 0.0
+    if s.zero_variance > 0.0:
+        noise = c.noise * c.noise
+        gain = s.zero_variance / (s.zero_variance + noise)
+        s.zero_variance -= gain * s.zero_variance
+        if s.zero_variance * c.zero_samples < noise:
+            s.zero_variance = 0.0
+        gain *= s.left
+    else:
+        gain = c.zero_time
+    change = s.zero - s.zero_before - gain * s.raw
+    change = s.zero_before + min(max(change, -most), most) - s.zero
+    s.zero += change
+    s.hand += change
+    least = max(s.dead, most) + c.start_torque + c.coverage * math.sqrt(s.zero_variance)
+    s.pushed = s.pushed + 1 if abs(s.hand) > least else 0
     if s.pushed >= 2:
-        s.mode = GUIDING
+        s.state = GUIDING
+        s.left = 0
         s.x = s.anchor
         s.w = 0.0
         s.way = math.copysign(1.0, s.hand)
-    return s.anchor
+    return float(s.anchor)
+
 
 @numba.njit(cache=True)
-def start(n, m, c, s):
-    s.k += 1
-    s.mean += (s.raw - s.mean)/s.k
+def certain(torque: float, dead: float) -> float:
+    """What is certain of a torque."""
+    return math.copysign(max(abs(torque) - dead, 0.0), torque)
+
+
+@numba.njit(cache=True)
+def follow(c: Any, s: Any) -> float:
+    """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
+    s.x += s.w * c.period
+    most = c.leash * abs(s.w) + 4.0 * c.resolution
+    behind = min(max(s.x - s.position, -most), most)
+    s.x = s.position + behind
+    if abs(s.w) > 2.0 * c.rest_speed:
+        late = min(max(behind / (s.w * s.lead), -1.0), 1.0)
+        lead = s.lead * (1.0 + c.trim_rate * c.period * late)
+        s.lead = min(max(lead, c.servo_time / c.trim_range), c.servo_time * c.trim_range)
+    return float(s.x + s.lead * s.w)
+
+
+@numba.njit(cache=True)
+def guide(c: Any, s: Any, velocity: float) -> float:
+    """The admittance."""
+    s.bias = min(max(s.bias - c.bias_time * s.raw, -c.bias_most), c.bias_most)
+    if s.way * certain(s.hand, s.dead) <= 0.0:
+        s.state = STOPPING
+        s.since = s.moved = 0
+        s.w = 0.0
+        return brake(c, s, velocity)
+    goal = c.gain * certain(s.raw, s.dead)
+    if abs(goal) > c.speed:
+        goal = math.copysign(c.speed, goal)
+        s.limited = 1
+    s.w += c.virtual * (goal - s.w)
+    if s.way * s.w < 0.0:
+        s.w = 0.0
+    place = follow(c, s)
+    if s.way * s.x >= s.way * (c.high if s.way > 0.0 else c.low):
+        s.w = 0.0  # at the end of the range nothing moves on, and nothing is wound up
+        s.x = min(max(s.x, c.low), c.high)
+        place = s.x
+    return float(place)
+
+
+@numba.njit(cache=True)
+def brake(c: Any, s: Any, velocity: float) -> float:
+    """Ask for the place where the axis comes to rest, until it stands."""
+    if s.since == 0 or abs(s.position - s.anchor) > 1.01 * c.resolution:
+        s.anchor = s.position
+        s.moved = s.since
+    s.since += 1
+    if s.since - s.moved > c.still_periods:
+        s.state = RESTING
+        s.anchor = min(max(s.position, c.low), c.high)
+        s.pushed = 0
+        s.hand = 0.0
+        open_zero(c, s)
+        return float(s.anchor)
+    return float(s.position + c.coast * velocity)
+
+
+@numba.njit(cache=True)
+def listen(c: Any, s: Any) -> float:
+    """The first moment, hands off: what the model leaves is a bend of the bristle that nobody saw."""
+    s.since += 1
+    s.sum += s.raw
     s.hand = 0.0
-    if s.k*c.period >= c.settle:
-        bent = m[Z]*c.bristle_stiffness - s.mean
-        m[Z] = min(max(bent, -c.friction_bound), c.friction_bound)/c.bristle_stiffness
-        s.mode = RESTING
-        s.since = 0.0
-    return s.anchor
+    if s.since >= c.settle_periods:
+        s.zero = min(max(-s.sum / s.since, -c.friction_bound), c.friction_bound)
+        s.zero_before = s.zero
+        s.state = RESTING
+    return float(s.anchor)
+
 
 @numba.njit(cache=True)
-def tare(c, s):
-    if s.mode != RESTING: return False
-    s.mode = TARING
-    s.k = 0.0
-    s.w = 0.0
+def tare(c: Any, s: Any) -> bool:
+    """Begin to move to and fro; False while it does not rest."""
+    if s.state != RESTING or s.zero_variance > 0.0:
+        return False
+    if abs(s.hand) > c.start_torque:
+        s.outcome = TOUCHED  # a hand is there already
+        return False
+    s.state = TARING
+    s.since = s.part = 0
+    s.way = -1.0 if s.anchor > c.tare_middle else 1.0
+    s.w = s.nominal = 0.0
     s.x = s.anchor
-    s.way = 1.0 if s.anchor <= 0.5*(c.low+c.high) else -1.0
-    s.bound = c.cap
-    s.zero_var = 0.0
-    s.tau_before = 0.0
-    s.mean = 1.0  # what is left of the bristle's unknown start
-    s.sum[:,:] = 0.0
-    s.bias = 0.0
+    s.zero_before = s.zero
+    s.zero = s.bias = 0.0
+    s.fade = 1.0
+    s.square = s.weight = s.sum = 0.0
+    s.outcome = USED
     for j in range(4):
-        s.sum[j,j] = 1.0/c.prior[j]**2
-    s.learned[:] = 0.0
-    s.zero = 0.0
-    s.anchor = s.position
+        s.moment[j] = 0.0
+        for k in range(4):
+            s.information[j, k] = 1.0 if j == k else 0.0
     return True
 
+
 @numba.njit(cache=True)
-def sweep(m, c, s):
-    late = 0.5*s.damping
-    weight = 1.0/((3*c.noise)**2 + late*late)
-    s.mean *= s.kept_
-    row = (1.0, s.elastic, s.damping, s.mean)
-    if s.k == 0:
-        s.gram[:,:] = 0.0; s.moment[:] = 0.0
-    s.tau_before += s.mean_sq**2
+def sweep(c: Any, s: Any, motor: float) -> float:
+    """The tare: least squares for load, level, damping and the bristle's start, and whether to believe it.
+
+    Args:
+        c, s: constants and state.
+        motor: current of this sample, A.
+    """
+    late = c.tare_late * s.damping
+    weight = 1.0 / (c.tare_noise * c.tare_noise + late * late)
+    row = (c.prior[0], c.prior[1] * s.elastic, c.prior[2] * s.damping, c.prior[3] * s.fade)
     for j in range(4):
-        s.moment[j] -= row[j]*s.mean_sq
+        s.moment[j] -= weight * row[j] * s.plain
         for k in range(4):
-            s.gram[j,k] += row[j]*row[k]
+            s.information[j, k] += weight * row[j] * row[k]
+    s.square += weight * s.plain * s.plain
+    s.weight += weight
+    # an axis repeats itself, a hand does not: each part is compared with that of the cycle before, but for the
+    # first, to which the axis came from rest
+    s.sum += motor
+    s.since += 1
+    if s.since % c.tare_part == 0:
+        mean = s.sum / c.tare_part
+        if s.since > c.tare_cycle and s.part > 0 and abs(mean - s.means[s.part]) > c.tare_apart:
+            s.outcome = TOUCHED
+        s.means[s.part] = mean
+        s.sum = 0.0
+        s.part = (s.part + 1) % PARTS
+    if s.since < CYCLES * c.tare_cycle:
+        place = follow(c, s)
+        s.w = s.way * c.tare_top * math.sin(c.tare_turn * s.since)
+        return float(place)
+    learn(c, s)
+    s.state = RESTING
+    s.w = s.hand = 0.0
+    s.left = 1 if s.outcome == USED else 0
+    open_zero(c, s)
+    return float(s.anchor)
+
+
+@numba.njit(cache=True)
+def learn(c: Any, s: Any) -> None:
+    """Solve for what the tare taught, and use it if it can be believed."""
+    invert(s.information)
+    found = np.zeros(4)
     for j in range(4):
         for k in range(4):
-            s.sum[j,k] += weight*row[j]*row[k]
-        s.sum[j,4] -= weight*row[j]*s.mean_sq
-    s.k += 1
-    if s.k >= 2*c.tare_cycle:
-        solve(s)
-        total = 0.0
+            found[j] += s.information[j, k] * s.moment[k]
+    left = s.square
+    for j in range(4):
+        left -= found[j] * (s.moment[j] + found[j])
+    left /= s.weight
+    s.load = c.prior[LOAD] * found[LOAD]
+    if s.outcome == USED and left > c.tare_left * c.tare_left:
+        s.outcome = NOT_EXPLAINED
+    if s.outcome == USED and abs(s.load) > c.refuse:
+        s.outcome = OTHER_LOAD
+    if s.outcome != USED:
+        s.zero = s.zero_before
+        if s.outcome == OTHER_LOAD:
+            s.unexplained = max(s.unexplained, abs(s.load))  # it may carry that, or may not
+        return
+    for j in range(3):
+        s.learned[j] = c.prior[j] * found[j]
+    s.zero = s.zero_before = c.prior[BRISTLE] * found[BRISTLE] * s.fade
+    s.unexplained = math.sqrt(max(left - c.noise * c.noise, 0.0))
+    for j in range(4):
+        for k in range(4):
+            s.spread[j, k] = s.information[j, k]
+
+
+@numba.njit(cache=True)
+def invert(a: Any) -> None:
+    """A symmetric positive matrix, 4 by 4, in place, by Gauss and Jordan: no pivot is ever below 1."""
+    for p in range(4):
+        pivot = 1.0 / a[p, p]
+        a[p, p] = 1.0
+        for k in range(4):
+            a[p, k] *= pivot
         for j in range(4):
-            for k in range(4):
-                total += s.learned[j]*(s.gram[j,k]*s.learned[k])
-            total -= 2.0*s.learned[j]*s.moment[j]
-        rms = (total + s.tau_before)/s.k
-        s.unexplained = math.sqrt(max(rms - c.noise**2, 0.0))
-        m[Z] += s.learned[3]*s.mean/c.bristle_stiffness
-        s.learned[3] = 0.0
-        if abs(s.learned[0]) > c.refuse:
-            s.refused = 1
-            reset(c, s)
-        s.mode = RESTING
-        s.since = 0.0
-        s.w = 0.0
-        s.hand = 0.0
-        return s.anchor
-    place = follow(c, s)
-    s.w = s.way*c.tare_top*math.sin(c.tare_turn*s.k)
-    return place
+            if j != p:
+                factor = a[j, p]
+                a[j, p] = 0.0
+                for k in range(4):
+                    a[j, k] -= factor * a[p, k]
+
 
 @numba.njit(cache=True)
-def solve(s):
-    a = s.sum[:, :4].copy()
-    inv = np.linalg.inv(a)
-    for j in range(4):
-        s.learned[j] = 0.0
-        for k in range(4):
-            s.cov[j,k] = inv[j,k]
-            s.learned[j] += inv[j,k]*s.sum[k,4]
-
-@numba.njit(cache=True)
-def advance(n, m, c, s, time, position, velocity, current, payload, alpha, beta, temperature):
-    if s.started == 0.0:
-        begin(c, s, position)
-    observe(n, m, c, s, time, position, velocity, current, payload, alpha, beta, temperature)
-    if s.mode == STARTING: return start(n, m, c, s)
-    if s.mode == GUIDING: return guide(c, s, velocity)
-    if s.mode == STOPPING: return brake(c, s, velocity)
-    if s.mode == TARING: return sweep(m, c, s)
+def act(
+    c: Any, s: Any, position: float, velocity: float, current: float,
+    plain: float, elastic: float, damping: float, kept: float,
+) -> float:  # fmt: skip
+    """One sample: the command before its limits."""
+    s.limited = 0
+    s.position = position
+    sense(c, s, plain, elastic, damping, kept)
+    if s.state == GUIDING:
+        return guide(c, s, velocity)
+    if s.state == STOPPING:
+        return brake(c, s, velocity)
+    if s.state == TARING:
+        return sweep(c, s, current)
+    if s.state == STARTING:
+        return listen(c, s)
     return rest(c, s)

@@ -1,0 +1,96 @@
+"""Every constant of the admittance law: its value, what it means, and where it is from.
+
+The law reads them from a record made by `constants_of`; the exported C has them as macros of the same names.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Constant:
+    """One constant.
+
+    Attributes:
+        value: the number.
+        unit: of it; "noises" are standard deviations of one sample's torque, "counts" steps of the position
+            sensor times the bristle's stiffness.
+        meaning: what it does.
+        source: why this value: a data sheet, a bound, or the study that set it.
+    """
+
+    value: float
+    unit: str
+    meaning: str
+    source: str
+
+
+_SCAN = "scan over the margins of `tuning` on identified axes: the greatest gain at both margins"
+_STUDY = "docs/teach.md"
+
+CONSTANTS: dict[str, Constant] = {
+    "virtual": Constant(0.15, "s", "time constant of the virtual mass", _SCAN),
+    "follows": Constant(0.025, "s", "lag of the axis' speed behind what the law asked for", _SCAN),
+    "velocity_gain": Constant(0.15, "1", "share of the speed's innovation that the observer takes", _SCAN),
+    "hand_filter": Constant(
+        0.02, "s", "filter of the hand's torque by which it starts, stops and is shown", _STUDY
+    ),
+    "gone": Constant(0.65, "1", "a hand whose torque falls by this share from one sample to the next left", _STUDY),
+    "jump": Constant(5.5, "noises", "and by so much at least", "a hand trembles by 0.5 N: 1 N of the servo of docs/teach.md"),
+    "coverage": Constant(2.0, "1", "standard deviations of the model that are left to the hand", "95 %"),
+    "floor": Constant(1.8, "noises", "and so much at least: the bias estimate and the noise", _STUDY),
+    "start": Constant(1.4, "noises", "beyond what a rest may be wrong by, a motion starts", _STUDY),
+    "stop_counts": Constant(1.5, "counts", "what a stop may leave in the bristle unseen", _STUDY),
+    "stop_noise": Constant(1.0, "noises", "and so much at least", _STUDY),
+    "zero_samples": Constant(12.0, "1", "samples of a rest that the zero is the mean of", "noise / 3.5"),
+    "zero_time": Constant(30.0, "s", "the zero then follows so slowly", "a servo warms within minutes"),
+    "bias_time": Constant(3.0, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
+    "bias_most": Constant(1.0, "noises", "and up to so much: less than `floor`, so that it never moves an axis", _STUDY),
+    "still": Constant(0.05, "s", "an axis that kept its count for so long stands", "6 Hz at one count"),
+    "coast": Constant(0.006, "s", "a braked axis comes to rest where it is so much later", "40 rad/s^2 from 19 mm/s"),
+    "trim_rate": Constant(3.0, "1/s", "how fast the servo's lag is trimmed", "a tenth of the loop's bandwidth"),
+    "trim_range": Constant(4.0, "1", "and by what factor at most", "position gains of 5 to 80 1/s"),
+    "leash": Constant(0.15, "s", "tracking-error limit: the law's place is no farther ahead than it moves in this time", "three lags of the servo"),
+    "tare_noise": Constant(3.0, "noises", "errors of a tare are alike from sample to sample: each counts as this", _STUDY),
+    "tare_late": Constant(0.5, "1", "and what comes late, as a share of the damping", "20 ms of 40 ms"),
+    "tare_left": Constant(4.0, "noises", "a tare that leaves more than this is not used", _STUDY),
+}  # fmt: skip
+
+#: What an axis brings beside; see `constants_of`.
+_AXIS = (
+    "period", "torque_constant", "gain", "noise", "servo_time", "speed", "rest_speed", "resolution",
+    "low", "high", "friction_bound", "start_torque", "stop_torque", "refuse",
+    "settle_periods", "still_periods", "tare_turn", "tare_top", "tare_cycle", "tare_part", "tare_apart", "tare_middle",
+)  # fmt: skip
+
+#: The record of the compiled law; `prior` is the standard deviation of load, level, damping and bristle.
+RECORD = np.dtype([(name, "f8") for name in (*CONSTANTS, *_AXIS)] + [("prior", "f8", (4,))])
+
+
+def share(time: float, period: float) -> float:
+    """Of a first-order filter, per period."""
+    return 1.0 - math.exp(-period / time)
+
+
+def constants_of(axis: dict[str, Any]) -> Any:
+    """The record, filled; times as shares of a filter per period, noises as torques.
+
+    Args:
+        axis: a number for each name of the axis, and `prior`.
+    """
+    record = np.zeros(1, RECORD)[0]
+    for name, value in axis.items():
+        record[name] = value
+    period, noise = axis["period"], axis["noise"]
+    for name, constant in CONSTANTS.items():
+        record[name] = constant.value * (noise if constant.unit == "noises" else 1.0)
+    for name in ("virtual", "follows", "hand_filter"):
+        record[name] = share(CONSTANTS[name].value, period)
+    for name in ("zero_time", "bias_time"):
+        record[name] = period / CONSTANTS[name].value
+    return record
