@@ -13,7 +13,7 @@ from .common import Output, console, output_options
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from idtool.control.tuning import Tuning
+    from idtool.control.admittance.tuning import Tuning
     from idtool.parameters import Parameters
 
 
@@ -78,9 +78,9 @@ def tune(
     ffc-id tune -p params.toml --hand-force 2 --speed 19.2
     ffc-id tune -p params.toml --hand-force 2 --write
     """
+    from idtool.control.admittance.tuning import tune as find
+    from idtool.control.admittance.tuning import tuned
     from idtool.control.force_free import DEFAULT_PERIOD_S, gains
-    from idtool.control.tuning import tune as find
-    from idtool.control.tuning import tuned
     from idtool.errors import InputError, UsageError
     from idtool.guiding.hand import travel_per_position
     from idtool.parameters import Parameters
@@ -136,7 +136,7 @@ def _show(screen: Console, tuning: Tuning, parameters: Parameters) -> None:
     screen.print(
         f"{tuning.torque / ratio:.2f} N at {1e3 * tuning.speed * ratio:.1f} mm/s, of which"
         f" {tuning.doubt / ratio:.2f} N because the model is not certain (after a tare);"
-        f" it starts at {(tuning.start_torque + tuning.doubt) / ratio:.2f} N at most."
+        f" it starts at {tuning.break_away / ratio:.2f} N at most."
     )
     rows = []
     for delay in sorted({m.delay for m in tuning.margins}):

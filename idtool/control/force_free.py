@@ -16,7 +16,7 @@ K_r / T, 20 to 100 on ordinary servos: it vibrates. Here it is solved for its ow
 the command is q + T w: the same steady state, no loop to vibrate. T starts at `servo_time_s` and is
 trimmed while a hand guides.
 
-That is mode "paper". Mode "light" needs a third of the force; its law is in `light`, its gains come from
+That is mode "paper". Mode "light" needs a third of the force; its law is in `admittance`, its gains come from
 `ffc-id tune`.
 
 A hand that lets go is met at once: when the estimate falls so fast that it will be gone within
@@ -30,11 +30,12 @@ import math
 from collections import deque
 from typing import Any
 
+from idtool.control.admittance import AdmittanceLaw, AdmittanceSettings
+from idtool.control.admittance.constants import CONSTANTS
 from idtool.control.button import Hold
 from idtool.control.enabling import EnabledLaw
-from idtool.control.guard import Fault, Guard, Limits, LoadWatch, Measurement, State, Status
+from idtool.control.guard import Fault, Guard, Limits, Measurement, State, Status, check_torque
 from idtool.control.law import WORDS, Law
-from idtool.control.light import LightLaw, LightSettings
 from idtool.control.online import OnlineModel
 from idtool.control.paper import PaperLaw
 from idtool.control.rest_load import RestLoad, Uncertainty, gravity_error
@@ -53,8 +54,9 @@ DEFAULT_PERIOD_S = 0.01
 RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
 #: One step of a DYNAMIXEL's current reading: what a sample is taken to be uncertain by, A.
 CURRENT_NOISE_A = 0.003
-#: A jump of the load below so many of those is not taken for a payload that is lost.
-LOST_NOISES = 8.0
+#: Of the tolerance of the payload that is told, a standard deviation; a tare that finds more than the
+#: tolerance is not used.
+PAYLOAD_SIGMA = 0.75
 #: How far a tare moves, rad (m), and how fast at most, rad/s (m/s).
 TARE_TRAVEL = {"rotary": 0.2, "linear": 0.01}
 TARE_SPEED = {"rotary": 0.4, "linear": 0.02}
@@ -91,7 +93,7 @@ class ForceFreeController:
         start_torque: float | None = None,
         resolution: float | None = None,
         friction_doubt: float = 0.22,
-        payload_doubt_kg: float = 0.08,
+        payload_doubt_kg: float = 0.04,
         correction: Correction | None = None,
     ) -> None:
         """Read the file.
@@ -99,17 +101,19 @@ class ForceFreeController:
         Args:
             parameters: axis with torque constant, gravity and static friction at least.
             period_s: control period, s; None takes the file's, or 0.01.
-            mode: "paper", the published law, or "light" (`idtool.control.light`); None takes the file's.
+            mode: "paper", the published law, or "light" (`idtool.control.admittance`); None takes the file's.
             limits: see `Limits`.
             servo_time_s: first guess of the position loop's time constant, s.
             filter_s: time constant of the filter on the hand's torque, s.
             settle_s: how long it reads the bristle before it follows a hand, s.
             start_torque: a hand below this does not start a motion, N m (N); None takes the file's, or
-                0.3 of the greater friction level ("paper"), 1.4 times the noise of the current ("light").
+                0.3 of the greater friction level ("paper"), 1.4 times the noise of the current beyond what a
+                rest may be wrong by ("light").
             resolution: smallest step of the position sensor, rad (m); None: 4096 a turn, or 10 um.
             friction_doubt: mode "light": by how much friction may differ from the file, relatively, as a
                 standard deviation, on top of the file's own standard errors.
-            payload_doubt_kg: mode "light": by how much the payload may differ from what is told, kg.
+            payload_doubt_kg: mode "light": by how much the payload may differ from what is told, kg; a tare
+                that finds more is not used.
             correction: smooth correction to compensate as well; off unless given.
 
         Raises:
@@ -128,7 +132,7 @@ class ForceFreeController:
         if self.mode not in CONTROLLER_MODES:
             raise InputError(f"unknown mode {self.mode!r}", remedy=nearest(self.mode, CONTROLLER_MODES))
         noise = CURRENT_NOISE_A * self.model.torque_constant
-        least = 0.3 * self.model.friction_bound if self.mode == "paper" else 1.4 * noise
+        least = 0.3 * self.model.friction_bound if self.mode == "paper" else CONSTANTS["start"].value * noise
         self.start_torque = start_torque or chosen.start_torque or least
         per_payload = parameters.gravity.get("per_payload")
         uncertainty = Uncertainty(
@@ -139,22 +143,24 @@ class ForceFreeController:
             noise=noise,
         )
         if self.mode == "light":
-            self.law: Law = LightLaw(
+            self.law: Law = AdmittanceLaw(
                 self.model,
                 self.limits,
                 self.period,
                 self.resolution,
-                LightSettings(
-                    yielding=self.loop_gain,
+                AdmittanceSettings(
+                    gain=self.loop_gain,
                     start_torque=self.start_torque,
-                    level_doubt=_doubt(parameters, "coulomb", friction_doubt),
-                    damping_doubt=_doubt(parameters, "viscous", friction_doubt),
-                    load_doubt=uncertainty.payload,
+                    level=_doubt(parameters, "coulomb", friction_doubt),
+                    damping=_doubt(parameters, "viscous", friction_doubt),
+                    load=PAYLOAD_SIGMA * uncertainty.payload,
+                    refuse=uncertainty.payload or math.inf,
                     noise=noise,
                     servo_time=servo_time_s,
                     settle=settle_s,
                     tare_travel=TARE_TRAVEL[kind],
                     tare_speed=TARE_SPEED[kind],
+                    per_kilogram=per_payload.value if per_payload else 0.0,
                 ),
             )
         else:
@@ -179,7 +185,6 @@ class ForceFreeController:
         )
         self._session = SessionLimits(self.limits, self.period, "m" if kind == "linear" else "rad")
         self._guard = Guard(self.limits, self.period, self.resolution, "m" if kind == "linear" else "rad")
-        self._watch = LoadWatch(self.limits, LOST_NOISES * noise, "N" if kind == "linear" else "N m")
         self._history: deque[Measurement] = deque(maxlen=50)
         self.reset()
 
@@ -195,7 +200,6 @@ class ForceFreeController:
         """Leave a fault: the next sample is trusted again, and the axis stays where it is then."""
         self._guard.reset()
         self._session.reset()
-        self._watch.reset()
         self._history.clear()
         self._fault: Fault | None = None
         self._previous: Measurement | None = None
@@ -258,11 +262,7 @@ class ForceFreeController:
         self._previous = sample
         if around.fault is not None:
             return self._fail(Fault(*around.fault, tuple(self._history)))
-        weight = 0.0
-        # the forces that the paper's law needs are themselves like a lost payload
-        if self.mode == "light" and not around.waits_for_payload:
-            weight = self.model.weight_of(sample.payload, sample.tilt_alpha, sample.tilt_beta)
-        wrong = self._watch.check(law.raw, weight, calm=around.calm)
+        wrong = check_torque(self.limits, law.raw, "N" if self.model.axis.kind == "linear" else "N m")
         wrong = wrong or self._session.check(sample, law.torque, around.state)
         if wrong is not None:
             return self._fail(Fault(*wrong, tuple(self._history)))
@@ -277,7 +277,7 @@ class ForceFreeController:
     @property
     def learned(self) -> tuple[float, float, float] | None:
         """Mode "light": load that nobody told of (N m or N), friction level and damping over the file's."""
-        if not isinstance(self.law, LightLaw):
+        if not isinstance(self.law, AdmittanceLaw):
             return None
         load, level, damping = self.law.learned
         return load + self._around.load_offset, level, damping

@@ -36,7 +36,6 @@ class Reason(StrEnum):
     OUT_OF_RANGE = "out_of_range"
     SURROUNDINGS = "surroundings"
     TORQUE = "torque"
-    LOAD_LOST = "load_lost"
     MISMATCH = "mismatch"
     SPEED_LIMIT = "speed_limit"
     ENERGY = "energy"
@@ -267,56 +266,8 @@ class Guard:
         return None
 
 
-#: A payload that is lost shows within so many periods, as this share of its weight at least (fingers are
-#: slower to close on a grip), and so many periods later the torque is off by its weight, give or take.
-_LOST_PERIODS, _LOST_SHARE = 2, 0.85
-_CONFIRM_PERIODS, _CONFIRM_SHARES = 3, (0.75, 1.3)
-
-
-class LoadWatch:
-    """Watches the torque that is taken for a hand's for what no hand does."""
-
-    def __init__(self, limits: Limits, least: float, unit: str) -> None:
-        """`least`: a jump below this is a hand's, N m (N)."""
-        self._limits = limits
-        self._least = least
-        self._unit = unit
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget what was seen."""
-        self._past = (math.nan,) * _LOST_PERIODS
-        self._before = 0.0
-        self._suspected = 0
-
-    def check(self, torque: float, weight: float, *, calm: bool) -> tuple[Reason, str] | None:
-        """The fault, or None.
-
-        Args:
-            torque: what is taken for the hand's, N m (N).
-            weight: gravity torque of the payload that was told, N m (N); 0 where its loss is not looked for.
-            calm: whether the axis rests or follows a hand; what braking and taring do is not judged.
-        """
-        if abs(torque) > self._limits.torque:
-            return Reason.TORQUE, (
-                f"{torque:.3g} {self._unit} on the axis is beyond {self._limits.torque:.3g} {self._unit}"
-            )
-        if not calm:
-            self.reset()
-            return None
-        way = 1.0 if weight > 0.0 else -1.0
-        before, now = way * self._past[-1], way * torque
-        self._past = (torque, *self._past[:-1])
-        if self._suspected > 0:
-            self._suspected -= 1
-            share = (now - self._before) / abs(weight) if weight != 0.0 else 0.0
-            if self._suspected == 0 and _CONFIRM_SHARES[0] < share < _CONFIRM_SHARES[1]:
-                return Reason.LOAD_LOST, (
-                    f"the load fell by {share * abs(weight):.3g} {self._unit} at once; the payload that was"
-                    f" told weighs {abs(weight):.3g} {self._unit}: it was dropped, or something hit the axis"
-                )
-        elif abs(weight) > self._least and min(now - before, now) > max(
-            _LOST_SHARE * abs(weight), self._least
-        ):
-            self._before, self._suspected = before, _CONFIRM_PERIODS
+def check_torque(limits: Limits, torque: float, unit: str) -> tuple[Reason, str] | None:
+    """The fault of what is taken for the hand's torque, N m (N), or None."""
+    if abs(torque) <= limits.torque:
         return None
+    return Reason.TORQUE, f"{torque:.3g} {unit} on the axis is beyond {limits.torque:.3g} {unit}"

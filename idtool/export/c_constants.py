@@ -6,23 +6,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from idtool.control import (
-    button,
-    certainty,
-    enabling,
-    feel,
-    force_free,
-    guard,
-    law,
-    load,
-    paper,
-    rest_load,
-    sensing,
-    tare,
-)
-from idtool.control.doubt import COVERAGE, FORGETS, LEARN_EVERY, TURNS
+from idtool.control import button, enabling, guard, law, load, paper, rest_load, sensing
+from idtool.control.admittance import AdmittanceLaw, kernel
 from idtool.control.force_free import ForceFreeController
-from idtool.control.light import LightLaw
 from idtool.control.paper import PaperLaw
 from idtool.errors import InputError
 from idtool.export.c_literals import c_float
@@ -63,8 +49,8 @@ def microseconds(seconds: float) -> int:
 def settle_s(controller: ForceFreeController) -> float:
     """How long the controller listens before it follows a hand, s."""
     its = controller.law
-    assert isinstance(its, PaperLaw | LightLaw)
-    return its.settings.settle if isinstance(its, LightLaw) else its._settle
+    assert isinstance(its, PaperLaw | AdmittanceLaw)
+    return its.settings.settle if isinstance(its, AdmittanceLaw) else its._settle
 
 
 def periods(period: float, holds: Callable[[float], bool], start: float = 0.0) -> int:
@@ -78,7 +64,11 @@ def periods(period: float, holds: Callable[[float], bool], start: float = 0.0) -
         time += period
         if holds(time):
             return count
-    raise InputError(
+    raise _too_short(period)
+
+
+def _too_short(period: float) -> InputError:
+    return InputError(
         f"the C cannot count its times in periods of {period:g} s",
         place="controller.period_s",
         remedy="take a longer one",
@@ -106,7 +96,7 @@ def constants(
         counts["DELAY_LENGTH"] = f"{line}u"
     groups.append(("samples and microseconds", counts))
     groups += _enabling(c)
-    if isinstance(c.law, LightLaw):
+    if isinstance(c.law, AdmittanceLaw):
         return groups + _light(c, c.law)
     assert isinstance(c.law, PaperLaw)
     return groups + _paper(c, c.law, window)
@@ -219,121 +209,83 @@ def _paper(c: ForceFreeController, its: PaperLaw, window: int) -> Groups:
     return [numbers, ("law: samples and microseconds", counts)]
 
 
-def _light(c: ForceFreeController, its: LightLaw) -> Groups:
-    period, model, s = c.period, c.model, its.settings
-    noise, bound = s.noise, model.friction_bound
-    count = c.resolution * model.bristle_stiffness
-    stop = min(feel.STOP_COUNTS * count, feel.STOP_BOUND * bound)
-    stall = min(feel.STALL_COUNTS * count, feel.STOP_BOUND * bound)
-    relief = (2.0 * feel.DRIVE_S) ** 2 / (model.inertia * period) if model.inertia > 0.0 else 0.0
-    middle = 0.5 * (c.limits.position_min + c.limits.position_max)
-    prior = dict(zip(("LOAD", "LEVEL", "DAMPING", "BRISTLE"), its.prior, strict=True))
-    assert list(prior) == ["LOAD", "LEVEL", "DAMPING", "BRISTLE"] == _names_of_certainty()
+def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
+    k = its.constants
+
+    def read(**names: str) -> dict[str, float]:
+        return {name: float(k[key]) for name, key in names.items()}
+
+    torques = read(
+        GAIN="gain",
+        NOISE="noise",
+        FLOOR="floor",
+        COVERAGE="coverage",
+        GONE="gone",
+        JUMP="jump",
+        START_TORQUE="start_torque",
+        ZERO_SAMPLES="zero_samples",
+        BIAS_MOST="bias_most",
+    )
+    torques["STOP_VARIANCE"] = float(k["stop_torque"]) ** 2 + float(k["stop_noise"]) ** 2
+    shares = read(
+        VIRTUAL="virtual",
+        FOLLOWS="follows",
+        VELOCITY_GAIN="velocity_gain",
+        HAND_FILTER="hand_filter",
+        ZERO_SHARE="zero_time",
+        BIAS_SHARE="bias_time",
+    )
     numbers = [
+        _group("law: gains, and torques of the hand", **torques),
+        _group("law: shares per period", **shares),
         _group(
-            "light: gains, and torques of the hand",
-            YIELDING=s.yielding,
-            START_TORQUE=s.start_torque,
-            NOISE=noise,
-            COVERAGE=COVERAGE,
-            FORGETS=FORGETS,
-            GATE=feel.GATE * noise,
-            BENT=feel.STOP_BOUND * bound,
-            STEADY=feel.STEADY * noise,
-            FALL=feel.FALL * noise,
-            GONE=feel.GONE,
-            JUMP=feel.JUMP * noise,
-            TRACK_RATE=feel.TRACK_RATE * s.start_torque * period,
-            LEAVE_RATE=period / feel.LEAVE_S,
-            TRACK_MOST=feel.TRACK_SHARE * s.start_torque,
-        ),
-        _group(
-            "light: shares per period of the filters and of the virtual mass",
-            FAST=its._fast,
-            SLOW=its._slow,
-            FOLLOWS=its._follows,
-            VIRTUAL=its._virtual,
-            LATELY=its._lately,
-            VELOCITY_GAIN=feel.VELOCITY_GAIN,
-        ),
-        _group(
-            "light: motion",
-            REST_SPEED=law.REST_COUNTS_PER_S * c.resolution,
-            SLOW_SPEED=feel.SLOW_SPEEDS * its.rest_speed,
-            SERVO_TIME=s.servo_time,
-            TRIM=TURNS * feel.TRIM_RATE * period,
-            TRIM_TARE=LEARN_EVERY * feel.TRIM_RATE * period,
-            TRIM_RANGE=feel.TRIM_RANGE,
-            LEASH=feel.LEASH_S,
+            "law: motion",
+            REST_SPEED=float(k["rest_speed"]),
+            SERVO_TIME=float(k["servo_time"]),
+            TRIM=float(k["trim_rate"]) * c.period,
+            TRIM_RANGE=float(k["trim_range"]),
+            LEASH=float(k["leash"]),
             LEASH_LEAST=4.0 * c.resolution,
-            FOLLOW_SHARE=feel.FOLLOW_SHARE,
-            KICK=feel.KICK_SHARE,
-            COAST=feel.COAST_S,
-            RELIEF=relief,
-            RELIEF_AGAIN=feel.RELIEF_AGAIN,
+            COAST=float(k["coast"]),
         ),
         _group(
-            "light: variances before anything is learned, and what is added to them; as everything of the"
-            " covariance those of the doubt, COVERAGE^2 times as large",
-            **{f"{name}_PRIOR": (COVERAGE * deviation) ** 2 for name, deviation in prior.items()},
-            STOP_DOUBT=COVERAGE * stop,
-            STALL_DOUBT=COVERAGE * stall,
-            LOAD_DRIFT=(COVERAGE * feel.DRIFT_LOAD * noise) ** 2,
-            FRICTION_DRIFT=(COVERAGE * feel.DRIFT_FRICTION) ** 2,
-            NOISE_VARIANCE=(COVERAGE * noise) ** 2,
+            "law: standard deviations before anything is learned",
+            **{
+                f"{name}_PRIOR": float(value)
+                for name, value in zip(("LOAD", "LEVEL", "DAMPING", "BRISTLE"), k["prior"], strict=True)
+            },
         ),
         _group(
-            "light: tare",
-            # no limits: to the right
-            TARE_MIDDLE=math.inf if math.isnan(middle) else middle,
-            TARE_SPEED=its._tare.top,
-            TARE_APART=its._tare.apart / model.torque_constant,
-            TARE_VARIANCE=(COVERAGE * feel.TARE_NOISE * noise) ** 2 / LEARN_EVERY,
-            TARE_LATE=(COVERAGE * feel.TARE_LATE) ** 2 / LEARN_EVERY,
-            TARE_LEFT=(feel.TARE_LEFT * noise) ** 2,
-            TARE_NORMAL=(feel.TARE_NORMAL * noise) ** 2,
+            "law: tare",
+            TARE_MIDDLE=float(k["tare_middle"]),
+            TARE_TOP=float(k["tare_top"]),
+            TARE_APART=float(k["tare_apart"]),
+            TARE_VARIANCE=float(k["tare_noise"]) ** 2,
+            TARE_LATE=float(k["tare_late"]),
+            TARE_LEFT=float(k["tare_left"]) ** 2,
+            **({"REFUSE": float(k["refuse"])} if math.isfinite(k["refuse"]) else {}),
         ),
     ]
-    jump = _group(
-        "light: a payload that is lost, shares of its weight",
-        LOST_LEAST=force_free.LOST_NOISES * noise,
-        LOST_SHARE=guard._LOST_SHARE,
-        CONFIRM_LEAST=guard._CONFIRM_SHARES[0],
-        CONFIRM_MOST=guard._CONFIRM_SHARES[1],
-    )
-    stand, zero = feel.STAND_S, feel.STAND_S + feel.ZERO_S
+    cycle = round(float(k["tare_cycle"]))
     counts = {
-        "START_SAMPLES": feel.START_SAMPLES,
-        "SETTLE": periods(period, lambda t: t >= s.settle),
-        "FOLLOW": periods(period, lambda t: t > feel.FOLLOW_S),
-        "STAND": periods(period, lambda t: t > stand),
-        "STAND_AND_ZERO": periods(period, lambda t: t >= zero),
-        "ZERO_AGAIN": periods(period, lambda t: t >= zero, stand),
-        "LISTEN": periods(period, lambda t: t >= feel.LISTEN_S),
-        "LEAVE": periods(period, lambda t: t >= feel.LEAVE_S),
-        "SOON": periods(period, lambda t: t >= feel.SOON_S),
-        "TRUST": periods(period, lambda t: t > feel.START_S),
-        "TRUST_LATE": periods(period, lambda t: t > feel.SLOW_START_S),
-        "BRAKE": periods(period, lambda t: t >= feel.BRAKE_S),
-        "EASED": periods(period, lambda t: t > feel.EASED_S),
-        "EARLY": periods(period, lambda t: t >= feel.EARLY_S),
-        "FADE": periods(period, lambda t: t > feel.FADE_S),
-        "CALM": periods(period, lambda t: t > feel.CALM_S),
-        "KICK_END": periods(period, lambda t: t >= feel.KICK_S),
-        "RELIEF_END": periods(period, lambda t: t >= feel.KICK_S + period),
-        "RELIEF_LAST": periods(period, lambda t: t >= feel.KICK_S + 2.0 * period),
-        "TARE_TURN": round(2**32 / its._tare.cycle),  # in 1/2^32 of a turn per sample
-        "TARE_PART": its._tare.part,
-        "TARE_PARTS": tare.PARTS,
-        "TARE_CYCLE": its._tare.cycle,
-        "TARE_END": its._tare.samples,
-        "LOST_PERIODS": guard._LOST_PERIODS,
-        "CONFIRM_PERIODS": guard._CONFIRM_PERIODS,
+        "START_SAMPLES": kernel.START_SAMPLES,
+        "SETTLE": _counted(k["settle_periods"], c.period),
+        "STILL": _counted(k["still_periods"], c.period),
+        "TARE_TURN": round(2**32 / cycle),  # in 1/2^32 of a turn per sample
+        "TARE_PART": round(float(k["tare_part"])),
+        "TARE_PARTS": kernel.PARTS,
+        "TARE_CYCLE": cycle,
+        "TARE_END": _counted(kernel.CYCLES * cycle, c.period),
     }
-    return [*numbers, jump, ("light: periods", {name: f"{count}u" for name, count in counts.items()})]
+    return [*numbers, ("law: periods", {name: f"{count}u" for name, count in counts.items()})]
 
 
-def _names_of_certainty() -> list[str]:
-    """The order in which `Certainty` keeps its numbers."""
-    names = ("LOAD", "LEVEL", "DAMPING", "BRISTLE")
-    return sorted(names, key=lambda name: int(getattr(certainty, name)))
+def _counted(number: float, period: float) -> int:
+    """A number of periods that a counter of the C holds.
+
+    Raises:
+        InputError: it is more.
+    """
+    if number < _MOST_PERIODS:
+        return round(float(number))
+    raise _too_short(period)

@@ -7,24 +7,15 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
 (`Effect.in_c`). Which function is which:
 
     guard.c      impossible, check, frozen        Guard._impossible, ._against_last, ._frozen
-                 watch                            LoadWatch.check
     load.c       friction_level, carry            load._level, load.carry
                  advance_bristle                  the lines of `carry` that move the bristle
     sensing.c    delayed                          DelayLine.delayed
-                 remainder_torque                 HandSense._remainder, the middle of LightLaw._observe
+                 remainder_torque                 HandSense._remainder, AdmittanceLaw.wish
     paper.c      listen, settle, feel, rest_friction, rests                       HandSense
                  begin, lead, brake, wish         PaperLaw.begin, ._lead, ._brake, .wish
-    certainty.c  reset_certainty, drift, correction
-                                                  Certainty.reset, .drift, .correction
-                 fade_covariance, half_variance   .fade_covariance, half of .variance
-    doubt.c      take_turn                        Doubt.follow, a stage of .finish at each turn of learning
-                 learn, settle, unsettle, finish  .learn, .settle, .unsettle, .finish
-    light.c      begin, observe, stand            LightLaw.begin, ._observe, ._stand
-                 felt_at_rest, take, zero, calm   ._felt, ._take, ._zero, ._calm
-                 hold, await_zero                 ._rest, the part of it before the zero is taken
-                 guide, follow, brake, relieve    ._guide, ._follow, ._brake, ._relieve
-                 tare, sweep, wish                .tare, ._sweep, .wish
-                 compare_part                     Tare.next
+    admittance.c                                  admittance.kernel, by the same names, and
+                 forget_learned, watch_motion, sense      .reset, .watch, .sense
+                 compare_part, wish                       the middle of .sweep, .act
     enabling.c   arrest                           Hold.command
                  judge_load, watch_load           RestLoad.judge, .watch
                  listen_here, begin_enabling, wish_enabled
@@ -34,8 +25,7 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
 
 Where the C differs in form: times are whole periods (`c_constants.periods` counts them as Python adds
 them up); of the law's own place it keeps how far that is ahead of the measured one, which single
-precision holds better; the bristle is kept as the torque that it holds, the covariance as its upper half
-and COVERAGE^2 times as large.
+precision holds better; the bristle is kept as the torque that it holds.
 """
 
 from __future__ import annotations
@@ -48,11 +38,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from idtool.control import guard, sensing
+from idtool.control import sensing
+from idtool.control.admittance import AdmittanceLaw, kernel
 from idtool.control.force_free import ForceFreeController
 from idtool.control.guard import Limits, Reason
-from idtool.control.light import LightLaw
-from idtool.control.tare import PARTS
 from idtool.effects import registry
 from idtool.errors import InputError, UsageError, nearest, sentence
 from idtool.export.c_constants import constants, microseconds, settle_s, tables
@@ -80,7 +69,6 @@ _REASONS = {
     Reason.OUT_OF_RANGE: "the position is outside the range",
     Reason.SURROUNDINGS: "payload, tilt or temperature is impossible",
     Reason.TORQUE: "more torque on the axis than a hand may give",
-    Reason.LOAD_LOST: "the payload was dropped, or something hit the axis; light mode",
     Reason.MISMATCH: "the axis carries at rest what neither model, friction nor uncertainties explain",
 }
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
@@ -240,13 +228,12 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "delay_length": length,
         "window": window,
         "period_us": microseconds(c.period),
-        "light": isinstance(c.law, LightLaw),
+        "light": isinstance(c.law, AdmittanceLaw),
         "watches_torque": math.isfinite(c.limits.torque),
         "watches_mismatch": c.limits.mismatch != math.inf,
         "mismatch_fixed": c.limits.mismatch is not None,
         "mismatch_of_payload": c.limits.mismatch is None and c.rest_uncertainty.per_payload > 0.0,
-        "watches_load": isinstance(c.law, LightLaw) and c.model.weight_of(1.0, 0.0, 0.0) != 0.0,
-        "lost_periods": guard._LOST_PERIODS,
+        "refuses_load": isinstance(c.law, AdmittanceLaw) and math.isfinite(c.law.settings.refuse),
         "follows_acceleration": any("row->acceleration" in effect.code for effect in effects),
         "settle_ms": round(1e3 * settle_s(c)),
         "arm": parameters.gravity_model == "arm",
@@ -265,11 +252,11 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
 
 def _tare_words(c: ForceFreeController, kind: Units) -> dict[str, str]:
     """How long a tare takes, how far it moves and in how many parts, for the header."""
-    if not isinstance(c.law, LightLaw):
+    if not isinstance(c.law, AdmittanceLaw):
         return {}
-    time = c.law._tare.samples * c.period
+    time = kernel.CYCLES * float(c.law.constants["tare_cycle"]) * c.period
     travel = f"{c.law.settings.tare_travel:g} {unit_text('position', kind)}"
-    return {"tare_s": f"{time:.1f}", "tare_travel": travel, "tare_parts": str(PARTS)}
+    return {"tare_s": f"{time:.1f}", "tare_travel": travel, "tare_parts": str(kernel.PARTS)}
 
 
 def _comment(text: str) -> str:

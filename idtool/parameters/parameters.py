@@ -108,7 +108,7 @@ class Controller:
         loop_gain: K_c, rad/s per N m (m/s per N).
         period: s.
         start_torque: a hand below this starts no motion, N m (N); None: the mode's own.
-        mode: "paper", the published law, or "light" (`idtool.control.light`).
+        mode: "paper", the published law, or "light" (`idtool.control.admittance`).
     """
 
     command_gain: float

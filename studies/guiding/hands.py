@@ -13,7 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from idtool.model.motion import Array
-from studies.guiding.plant import DAMPING, FORCE, GRIP, LEAVE, LOAD, MARK, PLACE, RATE, SCRIPT, STIFFNESS, TARE
+from studies.guiding.plant import (
+    DAMPING,
+    FORCE,
+    GRIP,
+    LEAVE,
+    LOAD,
+    MARK,
+    PLACE,
+    RATE,
+    SCRIPT,
+    STIFFNESS,
+    TARE,
+)
 
 PERIOD = 0.01
 SPEED = 0.0192  # m/s, that of the published experiment
@@ -111,7 +123,7 @@ class Script:
 
 
 def kind(arm: Arm) -> Script:
-    """Four pushes of two seconds (two let go in motion, two after a pause), two slowly rising forces, rest."""
+    """Four pushes (two let go in motion, two after a pause), two slowly rising forces, rest."""
     script = Script().tare()
     length = 2.0 if arm.stiffness > 300.0 else 3.5
     for hold in (0.0, 0.6):

@@ -5,22 +5,22 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from idtool import Log, Parameters, identify
-from idtool.parameters.axis import Axis
 from idtool.effects import registry
 from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
 from idtool.fit.joint import refit
 from idtool.fit.model import JointModel, Spec
-from idtool.verbs.identify import begin, parameters_of
 from idtool.model.motion import Array
+from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 from idtool.signals.recording import record
+from idtool.verbs.identify import begin, parameters_of
 from studies.guiding import plant
 from studies.guiding.plant import ELASTO_PLASTIC, LUGRE, MAXWELL, Plant
 
@@ -209,4 +209,4 @@ def replace_friction(p: Plant, level: float, viscous: float) -> Plant:
     )
 
 
-__all__ = ["PAYLOAD_KG", "STROKE", "Machine", "file_of", "on_a_day", "random_machine", "replace"]
+__all__ = ["PAYLOAD_KG", "STROKE", "Machine", "file_of", "on_a_day", "random_machine"]

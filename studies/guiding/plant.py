@@ -1,6 +1,6 @@
 """A servo axis, its drive and the hand on it, for the study of hand guiding.
 
-Runge-Kutta of fourth order in steps of 0.1 ms. Three friction laws beside viscous friction, so that none is
+Runge-Kutta of fourth order in steps of 0.2 ms. Three friction laws beside viscous friction, so that none is
 the one that the estimator knows: LuGre (Canudas de Wit et al. 1995), elasto-plastic (Dupont et al. 2002), and
 Maxwell slip elements that share a velocity-dependent level (after Al-Bender et al. 2005). The drive is a
 cascade in samples of 1 ms: position P with a limit of acceleration, velocity PI on the filtered difference of
@@ -19,9 +19,9 @@ import numpy as np
 
 from idtool.model.motion import Array
 
-STEP_S = 1e-4
+STEP_S = 2e-4
 #: Steps of the drive's own loop, and of what is kept for readings that come late.
-_DRIVE_STEPS = 10
+_DRIVE_STEPS = 5
 LUGRE, ELASTO_PLASTIC, MAXWELL = range(3)
 #: Where the Maxwell elements slip, in presliding lengths, and the share of the level that each holds.
 _SLIPS = np.array([0.25, 0.5, 0.9, 1.5, 2.6])
@@ -248,12 +248,14 @@ def reading(p: Plant, s: Array, past: Array, noise: Array, apart: int) -> tuple[
 
 
 @numba.njit(cache=True)
-def follow(p: Plant, s: Array, past: Array, before: float, commands: Array, speed_mode: bool, noise: Array) -> Array:  # fmt: skip
+def follow(
+    p: Plant, s: Array, past: Array, before: float, commands: Array, speed_mode: bool, noise: Array
+) -> Array:
     """Readings at the end of every period of 5 ms without a hand, shape (periods, 3)."""
     nobody, kept = np.zeros(SCRIPT), np.empty((KEPT, 5))
     rows = np.empty((len(commands), 3))
     for k in range(len(commands)):
-        advance(p, s, past, nobody, nobody, before, commands[k], speed_mode, 50, kept, 0)
+        advance(p, s, past, nobody, nobody, before, commands[k], speed_mode, round(0.005 / STEP_S), kept, 0)
         before = commands[k]
         rows[k] = reading(p, s, past, noise[k], 2)
     return rows

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from idtool.control.tare import CYCLES, PARTS, Tare
+
 from studies.guided_plants import corner
 from studies.teach import GAINS, PERIOD
 from studies.teach_tare import is_refused, tared

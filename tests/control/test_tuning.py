@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from idtool.control.tuning import doubt_after_tare, margins_of, tune, tuned
 
 from idtool.control.online import OnlineModel
-from idtool.control.tuning import doubt_after_tare, margins_of, tune, tuned
 from idtool.errors import InputError
 from idtool.guiding.hand import travel_per_position
 from idtool.parameters import Controller, Parameter

@@ -60,7 +60,7 @@ int main(void)
             ffc_ready(&controller),
             taring,
 #if FFC_LIGHT
-            controller.tare_disturbed,
+            controller.tare_outcome != FFC_TARE_USED,
 #else
             false,
 #endif
@@ -75,9 +75,9 @@ int main(void)
                 controller.effects,
 #if FFC_LIGHT
                 controller.doubt,
-                controller.mean[0] + controller.load_offset,
-                1.0f + controller.mean[1],
-                1.0f + controller.mean[2],
+                controller.learned[0] + controller.load_offset,
+                1.0f + controller.learned[1],
+                1.0f + controller.learned[2],
 #else
                 0.0f, 0.0f, 1.0f, 1.0f,
 #endif

@@ -33,39 +33,39 @@ class Constant:
 _SCAN = "scan over the margins of `tuning` on identified axes: the greatest gain at both margins"
 _STUDY = "docs/teach.md"
 
+_C = Constant
 CONSTANTS: dict[str, Constant] = {
-    "virtual": Constant(0.15, "s", "time constant of the virtual mass", _SCAN),
-    "follows": Constant(0.025, "s", "lag of the axis' speed behind what the law asked for", _SCAN),
-    "velocity_gain": Constant(0.15, "1", "share of the speed's innovation that the observer takes", _SCAN),
-    "hand_filter": Constant(
-        0.02, "s", "filter of the hand's torque by which it starts, stops and is shown", _STUDY
-    ),
-    "gone": Constant(0.65, "1", "a hand whose torque falls by this share from one sample to the next left", _STUDY),
-    "jump": Constant(5.5, "noises", "and by so much at least", "a hand trembles by 0.5 N: 1 N of the servo of docs/teach.md"),
-    "coverage": Constant(2.0, "1", "standard deviations of the model that are left to the hand", "95 %"),
-    "floor": Constant(1.8, "noises", "and so much at least: the bias estimate and the noise", _STUDY),
-    "start": Constant(1.4, "noises", "beyond what a rest may be wrong by, a motion starts", _STUDY),
-    "stop_counts": Constant(1.5, "counts", "what a stop may leave in the bristle unseen", _STUDY),
-    "stop_noise": Constant(1.0, "noises", "and so much at least", _STUDY),
-    "zero_samples": Constant(12.0, "1", "samples of a rest that the zero is the mean of", "noise / 3.5"),
-    "zero_time": Constant(30.0, "s", "the zero then follows so slowly", "a servo warms within minutes"),
-    "bias_time": Constant(3.0, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
-    "bias_most": Constant(1.0, "noises", "and up to so much: less than `floor`, so that it never moves an axis", _STUDY),
-    "still": Constant(0.05, "s", "an axis that kept its count for so long stands", "6 Hz at one count"),
-    "coast": Constant(0.006, "s", "a braked axis comes to rest where it is so much later", "40 rad/s^2 from 19 mm/s"),
-    "trim_rate": Constant(3.0, "1/s", "how fast the servo's lag is trimmed", "a tenth of the loop's bandwidth"),
-    "trim_range": Constant(4.0, "1", "and by what factor at most", "position gains of 5 to 80 1/s"),
-    "leash": Constant(0.15, "s", "tracking-error limit: the law's place is no farther ahead than it moves in this time", "three lags of the servo"),
-    "tare_noise": Constant(3.0, "noises", "errors of a tare are alike from sample to sample: each counts as this", _STUDY),
-    "tare_late": Constant(0.5, "1", "and what comes late, as a share of the damping", "20 ms of 40 ms"),
-    "tare_left": Constant(4.0, "noises", "a tare that leaves more than this is not used", _STUDY),
-}  # fmt: skip
+    "virtual": _C(0.15, "s", "time constant of the virtual mass", _SCAN),
+    "follows": _C(0.025, "s", "lag of the axis' speed behind what the law asked for", _SCAN),
+    "velocity_gain": _C(0.15, "1", "share of the speed's innovation that the observer takes", _SCAN),
+    "hand_filter": _C(0.02, "s", "filter of the torque by which a motion starts and stops", _STUDY),
+    "gone": _C(0.65, "1", "a hand whose torque falls by this share within a sample has left", _STUDY),
+    "jump": _C(5.5, "noises", "and by so much at least", "more than the 0.5 N of a trembling hand"),
+    "coverage": _C(2.0, "1", "standard deviations of the model that are left to the hand", "95 %"),
+    "floor": _C(1.8, "noises", "and so much at least: the bias estimate and the noise", _STUDY),
+    "start": _C(1.4, "noises", "so far beyond what a rest may be wrong by a motion starts", _STUDY),
+    "stop_counts": _C(1.5, "counts", "what a stop may leave in the bristle unseen", _STUDY),
+    "stop_noise": _C(1.0, "noises", "and so much at least", _STUDY),
+    "zero_samples": _C(12.0, "1", "samples of a rest that the zero is the mean of", "noise / 3.5"),
+    "zero_time": _C(30.0, "s", "the zero then follows so slowly", "a servo warms within minutes"),
+    "bias_time": _C(3.0, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
+    "bias_most": _C(1.0, "noises", "and up to so much, less than `floor`", _STUDY),
+    "still": _C(0.05, "s", "an axis that kept its count for so long stands", "6 Hz at one count"),
+    "coast": _C(0.006, "s", "a braked axis rests where it is so much later", "40 rad/s^2 from 19 mm/s"),
+    "trim_rate": _C(3.0, "1/s", "how fast the servo's lag is trimmed", "a tenth of the bandwidth"),
+    "trim_range": _C(4.0, "1", "and by what factor at most", "position gains of 5 to 80 1/s"),
+    "leash": _C(0.15, "s", "tracking-error limit, over the speed", "three lags of the servo"),
+    "tare_noise": _C(3.0, "noises", "errors of a tare are alike: each sample counts as this", _STUDY),
+    "tare_late": _C(0.5, "1", "and what comes late, as a share of the damping", "20 ms of 40 ms"),
+    "tare_left": _C(4.0, "noises", "a tare that leaves more than this is not used", _STUDY),
+}
 
 #: What an axis brings beside; see `constants_of`.
 _AXIS = (
     "period", "torque_constant", "gain", "noise", "servo_time", "speed", "rest_speed", "resolution",
     "low", "high", "friction_bound", "start_torque", "stop_torque", "refuse",
-    "settle_periods", "still_periods", "tare_turn", "tare_top", "tare_cycle", "tare_part", "tare_apart", "tare_middle",
+    "settle_periods", "still_periods",
+    "tare_turn", "tare_top", "tare_cycle", "tare_part", "tare_apart", "tare_middle",
 )  # fmt: skip
 
 #: The record of the compiled law; `prior` is the standard deviation of load, level, damping and bristle.

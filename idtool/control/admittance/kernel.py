@@ -5,8 +5,8 @@
     T_v dw/dt = K_c f - w,   w = 0 as soon as f no longer pushes the way of w             virtual mass
     q_d      = x + T w,   dx/dt = w                                                       command
 
-So w f >= 0 at every sample: see docs/teach.md. `c` holds the constants (`constants`), `s` the state (`STATE`).
-The exported C has the same functions and names.
+So w f >= 0 at every sample: see docs/teach.md. `c` holds the constants (`constants`), `s` the state
+(`STATE`). The exported C has the same functions and names.
 """
 
 from __future__ import annotations
@@ -21,14 +21,16 @@ from idtool.control.admittance.states import GUIDING, RESTING, STARTING, STOPPIN
 
 #: Parts of a tare's cycle that are compared with those of the cycle before.
 PARTS = 8
+#: So many samples above the starting torque start a motion.
+START_SAMPLES = 2
 #: Cycles of a tare.
 CYCLES = 2
 #: What a tare came to.
 USED, TOUCHED, NOT_EXPLAINED, OTHER_LOAD = range(4)
 LOAD, LEVEL, DAMPING, BRISTLE = range(4)
 
-#: state, samples in it, samples above the starting torque, whether the hand was seen to leave, whether the zero
-#: is being taken, what the last tare came to, whether a speed limit cut; then torques, N m, and the motion.
+#: state; samples in it, and of them when it last moved; samples above the starting torque; whether the hand
+#: was seen to leave; what the last tare came to; whether the speed limit cut; torques, N m; the motion.
 STATE = np.dtype(
     [(name, "i8") for name in ("state", "since", "moved", "pushed", "left", "outcome", "limited", "part")]
     + [
@@ -70,8 +72,8 @@ def begin(c: Any, s: Any, position: float) -> None:
 
 @numba.njit(cache=True)
 def watch(c: Any, s: Any, velocity: float) -> float:
-    """Update the observer of the speed; its change. What the axis was told to do is smooth and in time, what it
-    is measured to do is neither."""
+    """Update the observer of the speed; its change. What the axis was told to do is smooth and in time, what
+    it is measured to do is neither."""
     nominal = c.follows * (s.w - s.nominal)
     s.nominal += nominal
     change = nominal + c.velocity_gain * (velocity - s.seen - nominal)
@@ -155,13 +157,21 @@ def rest(c: Any, s: Any) -> float:
     s.hand += change
     least = max(s.dead, most) + c.start_torque + c.coverage * math.sqrt(s.zero_variance)
     s.pushed = s.pushed + 1 if abs(s.hand) > least else 0
-    if s.pushed >= 2:
+    if s.pushed >= START_SAMPLES:
         s.state = GUIDING
         s.left = 0
         s.x = s.anchor
         s.w = 0.0
         s.way = math.copysign(1.0, s.hand)
     return float(s.anchor)
+
+
+@numba.njit(cache=True)
+def hold(s: Any) -> None:
+    """The axis is held from outside: rest, and start on nothing that was felt so far."""
+    s.state = RESTING
+    s.w = s.hand = 0.0
+    s.pushed = 0
 
 
 @numba.njit(cache=True)
@@ -280,8 +290,8 @@ def sweep(c: Any, s: Any, motor: float) -> float:
             s.information[j, k] += weight * row[j] * row[k]
     s.square += weight * s.plain * s.plain
     s.weight += weight
-    # an axis repeats itself, a hand does not: each part is compared with that of the cycle before, but for the
-    # first, to which the axis came from rest
+    # an axis repeats itself, a hand does not: each part is compared with that of the cycle before, but for
+    # the first, to which the axis came from rest
     s.sum += motor
     s.since += 1
     if s.since % c.tare_part == 0:

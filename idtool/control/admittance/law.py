@@ -11,23 +11,23 @@ import numpy as np
 from idtool.control.admittance import kernel
 from idtool.control.admittance.constants import CONSTANTS, constants_of
 from idtool.control.admittance.states import GUIDING, ORDER, RESTING
-from idtool.control.guard import Limits, Measurement, State
+from idtool.control.guard import Limits, Measurement
 from idtool.control.law import Law
 from idtool.control.online import OnlineModel
 from idtool.control.sensing import DelayLine
 
-#: Share of the friction level that a bristle at rest may hold without our knowing, as a standard deviation: what
-#: is anywhere between -1 and 1 has 0.58.
+#: Share of the friction level that a bristle at rest may hold without our knowing, as a standard deviation:
+#: what is anywhere between -1 and 1 has 0.58.
 BRISTLE_PRIOR = 0.6
-#: Two parts of a tare further apart than this, in torque noises, did not both come from the axis: where nothing
-#: touched they were below 1.7 on 150 axes (20 samples a part) of the study of hand guiding; and what the noise
-#: of few samples adds, over the root of their number.
+#: Two parts of a tare further apart than this, in torque noises, did not both come from the axis: where
+#: nothing touched they were below 1.7 on 150 axes (20 samples a part) of the study of hand guiding; and what
+#: the noise of few samples adds, over the root of their number.
 _APART, _NOISE_APART = 2.0, 2.2
 _WORDS = {
     kernel.TOUCHED: "the tare was disturbed and is not used: keep hands off and call tare() again",
     kernel.NOT_EXPLAINED: (
-        "the tare met more than load and friction can explain, both times alike, and is not used: the axis stays "
-        "heavier; a diagnosis of its logs may find the effect that the parameter file lacks"
+        "the tare met more than load and friction can explain, both times alike, and is not used: the axis"
+        " stays heavier; a diagnosis of its logs may find the effect that the parameter file lacks"
     ),
 }
 
@@ -39,8 +39,8 @@ class AdmittanceSettings:
     Attributes:
         gain: admittance gain K_c, speed per certain torque of the hand, rad/s per N m.
         start_torque: a hand that is not this much beyond what a rest may be wrong by starts no motion.
-        level, damping, load: standard deviation of the friction level and of the damping, relative, and of the
-            load, N m, before a tare.
+        level, damping, load: standard deviation of the friction level and of the damping, relative, and of
+            the load, N m, before a tare.
         refuse: a tare that finds more load than this beside the file and the payload is not used, N m.
         noise: standard deviation of one sample's torque, N m.
         servo_time: first guess of the position loop's time constant, s.
@@ -68,7 +68,12 @@ class AdmittanceLaw(Law):
     """An admittance driven by what is certain of the hand."""
 
     def __init__(
-        self, model: OnlineModel, limits: Limits, period: float, resolution: float, settings: AdmittanceSettings
+        self,
+        model: OnlineModel,
+        limits: Limits,
+        period: float,
+        resolution: float,
+        settings: AdmittanceSettings,
     ) -> None:
         """Everything as in `ForceFreeController`."""
         super().__init__(model, limits, period, resolution)
@@ -99,19 +104,19 @@ class AdmittanceLaw(Law):
         self.torque, self.raw, self.extra = float(s["hand"]), float(s["raw"]), float(s["correction"])
         self.wanted = float(s["w"]) if s["state"] == GUIDING else 0.0
         self.limited = ("speed",) if s["limited"] else ()
+        self.note = self._tare_note()
 
-    @property
-    def note(self) -> str:  # type: ignore[override]
+    def _tare_note(self) -> str:
         """What the last tare came to, if it is not used."""
         outcome = int(self._s["outcome"])
-        if outcome == kernel.OTHER_LOAD:
-            load, per = float(self._s["load"]), self.settings.per_kilogram
-            much = f"{load / per:+.2f} kg" if per else f"{load:+.3g} at the shaft"
-            return (
-                f"the tare found {much} beside what the file and the payload say, and is not used: a hand leant on "
-                "the axis, or its payload is another; hands off, tell the payload, and call tare() again"
-            )
-        return _WORDS.get(outcome, "")
+        if outcome != kernel.OTHER_LOAD:
+            return _WORDS.get(outcome, "")
+        load, per = float(self._s["load"]), self.settings.per_kilogram
+        much = f"{load / per:+.2f} kg" if per else f"{load:+.3g} at the shaft"
+        return (
+            f"the tare found {much} beside what the file and the payload say, and is not used: a hand leant"
+            " on the axis, or its payload is another; hands off, tell the payload, and call tare() again"
+        )
 
     @property
     def doubt(self) -> float:
@@ -134,6 +139,11 @@ class AdmittanceLaw(Law):
         began = bool(kernel.tare(self.constants, self._s))
         self._tell()
         return began
+
+    def rest(self) -> None:
+        """The zero stays as it is."""
+        kernel.hold(self._s)
+        self._tell()
 
     def wish(self, sample: Measurement) -> float:
         """One sample: the command before its limits."""
@@ -219,6 +229,3 @@ def _axis(
             max(BRISTLE_PRIOR * model.friction_bound, 1e-9),
         ),
     }
-
-
-__all__ = ["AdmittanceLaw", "AdmittanceSettings", "State"]

@@ -1,21 +1,20 @@
-"""Gains of the light mode for a wanted feel, with the margins that they leave.
+"""Gains of the admittance law for a wanted feel, with the margins that they leave.
 
-The feel is one force at one speed. What the model may still be wrong by after a tare is left to the hand
-(see `light`), so with D that doubt at this speed
+The feel is one force at one speed. What the model may still be wrong by after a tare, D at this speed, and
+the most that the bias estimate takes of a steady hand, B, are left to the hand, so
 
-    K_c = w / (tau - D).
+    K_c = w / (tau - D - B).
 
-The loop through the hand, with everything that is late in it (d: filters, sampling and the delay of the
-readings; s the Laplace variable), is
+The loop through the hand, with everything that is late in it (d: sampling and the delay of the readings; s
+the Laplace variable), is
 
-    L = K_c / (1 + T_v s) F(s) { Z_h G e^(-d s) - C (N - G e^(-d s)) }
+    L = K_c / (1 + T_v s) { Z_h G e^(-d s) - C (N - G e^(-d s)) }
 
 Z_h = k / s + b is the hand, G the servo's velocity loop, C = J s + damping what the law compensates, N the
-motion that it compensates it for (its own, drawn to the measured one), F the filter. Below some gain the
-loop is stable; it stays so until L crosses the negative real axis at -1, so the least 1 / |L| over those
-crossings is the gain margin (Astrom & Murray, Feedback Systems, section 10.3). It is stated for soft and
-stiff hands, damping off by 15 % either way (what a tare leaves of 30 % and more) and readings late by up to
-20 ms.
+motion that it compensates it for (its own, drawn to the measured one). Below some gain the loop is stable;
+it stays so until L crosses the negative real axis at -1, so the least 1 / |L| over those crossings is the
+gain margin (Astrom & Murray, Feedback Systems, section 10.3). It is stated for soft and stiff hands, damping
+off by 15 % either way (what a tare leaves of 30 % and more) and readings late by up to 20 ms.
 """
 
 from __future__ import annotations
@@ -26,12 +25,12 @@ from typing import Any
 
 import numpy as np
 
-from idtool.control import feel, light
-from idtool.control.certainty import Certainty
-from idtool.control.doubt import COVERAGE, LEARN_EVERY
+from idtool.control.admittance import kernel
+from idtool.control.admittance.constants import CONSTANTS
+from idtool.control.admittance.states import RESTING, TARING
+from idtool.control.admittance.law import AdmittanceLaw
 from idtool.control.force_free import COMMAND_GAIN, ForceFreeController
 from idtool.control.online import OnlineModel
-from idtool.control.tare import Tare
 from idtool.errors import InputError
 from idtool.model.motion import Array
 from idtool.parameters import Controller, Parameters
@@ -43,6 +42,8 @@ DELAYS = (0.0, 0.01, 0.02)
 FRICTION_OFF = 0.15
 #: Gain margin that is asked for with readings late by 10 ms at most, and with the latest.
 LEAST_MARGIN, LEAST_MARGIN_LATE = 1.5, 1.1
+#: What a tare leaves unexplained on most axes of the study, in torque noises.
+_UNEXPLAINED = 0.6
 _FREQUENCIES = np.geomspace(0.5, 400.0, 6000)
 
 
@@ -73,7 +74,7 @@ class Tuning:
         controller: for the file.
         torque, speed: the feel at the shaft, N m and rad/s (N and m/s).
         doubt: torque of it that is left to the hand because the model is not certain, N m (N).
-        start_torque: break-away, N m (N).
+        break_away: torque at which it starts from rest, N m (N).
         margins: of every hand, delay and friction.
         ratio: travel of the moving part per position, m/rad.
     """
@@ -82,7 +83,7 @@ class Tuning:
     torque: float
     speed: float
     doubt: float
-    start_torque: float
+    break_away: float
     margins: tuple[Margin, ...]
     ratio: float
 
@@ -99,13 +100,13 @@ class Tuning:
                 "mode": self.controller.mode,
                 "command_gain_s": self.controller.command_gain,
                 "loop_gain": self.controller.loop_gain,
-                "start_torque": self.start_torque,
+                "start_torque": self.controller.start_torque,
                 "period_s": self.controller.period,
             },
             "force_n": self.torque / self.ratio,
             "speed_mm_s": 1e3 * self.speed * self.ratio,
             "doubt_n": self.doubt / self.ratio,
-            "break_away_n": (self.start_torque + self.doubt) / self.ratio,
+            "break_away_n": self.break_away / self.ratio,
             "margins": [vars(margin) for margin in self.margins],
         }
 
@@ -137,13 +138,15 @@ def tune(
         raise InputError("force, speed, period and bandwidth must be above zero")
     model = OnlineModel(parameters)
     torque, pace = force * ratio, speed / ratio
-    doubt = doubt_after_tare(parameters, pace, period)
-    start = ForceFreeController(parameters, period, mode="light").start_torque
+    law = _law(parameters, period)
+    doubt = uncertainty_after_tare(parameters, pace, period) + float(law.constants["bias_most"])
+    start = law.settings.start_torque
+    rest = _break_away(law)
     floor = f"at {1e3 * speed:.3g} mm/s the model is uncertain by {doubt / ratio:.2g} N even after a tare"
-    if torque <= 1.05 * max(doubt, start):
+    if torque <= 1.05 * max(doubt, rest):
         raise InputError(
-            f"{force:.3g} N cannot move it: {floor}, and noise of the current hides {start / ratio:.2g} N",
-            remedy=f"ask for {1.5 * max(doubt, start) / ratio:.2g} N or more, or identify friction better",
+            f"{force:.3g} N cannot move it: {floor}, and at rest {rest / ratio:.2g} N may be friction's",
+            remedy=f"ask for {1.5 * max(doubt, rest) / ratio:.2g} N or more, or identify friction better",
         )
     gain = pace / (torque - doubt)
     margins = margins_of(model, gain, ratio, period, servo_bandwidth)
@@ -160,7 +163,7 @@ def tune(
         )
     command = parameters.controller.command_gain if parameters.controller else COMMAND_GAIN
     controller = Controller(command, gain, period, start, "light")
-    return Tuning(controller, torque, pace, doubt, start, margins, ratio)
+    return Tuning(controller, torque, pace, doubt, rest, margins, ratio)
 
 
 def tuned(parameters: Parameters, tuning: Tuning) -> Parameters:
@@ -168,41 +171,49 @@ def tuned(parameters: Parameters, tuning: Tuning) -> Parameters:
     return replace(parameters, controller=tuning.controller)
 
 
-def doubt_after_tare(parameters: Parameters, speed: float, period: float) -> float:
+def _law(parameters: Parameters, period: float) -> AdmittanceLaw:
+    law = ForceFreeController(parameters, period, mode="light").law
+    assert isinstance(law, AdmittanceLaw)
+    return law
+
+
+def _break_away(law: AdmittanceLaw) -> float:
+    """Torque at which a tared axis starts, N m (N): as `kernel.rest`."""
+    c, s = law.constants, np.zeros(1, kernel.STATE)[0]
+    s["unexplained"] = _UNEXPLAINED * law.settings.noise
+    return float(max(c["floor"], kernel.rest_bound(c, s)) + c["start_torque"])
+
+
+def uncertainty_after_tare(parameters: Parameters, speed: float, period: float) -> float:
     """What the model may be wrong by at a speed once a tare was made, N m (N).
 
-    The filter of the tare is run over the motion of the tare with this model; its covariance depends on
-    the motion only, not on what is measured.
+    The least squares of the tare are run over its motion with this model; their covariance depends on the
+    motion only, not on what is measured.
     """
-    controller = ForceFreeController(parameters, period, mode="light")
-    law = controller.law
-    assert isinstance(law, light.LightLaw)
-    settings, model = law.settings, OnlineModel(parameters)
-    certainty = Certainty(*law.prior)
-    tare = Tare(settings.tare_travel, settings.tare_speed, period, settings.noise)
-    place = 0.0
-    for k in range(tare.samples + 1):
-        angle = tare.turn * k
-        now = 0.5 * settings.tare_travel * (1.0 - math.cos(angle))
-        load = _move(model, certainty, now, tare.top * math.sin(angle), now - place, k, period)
-        if k % LEARN_EVERY == 0:
-            noise = math.hypot(feel.TARE_NOISE * settings.noise, feel.TARE_LATE * load.damping)
-            certainty.learn(0.0, load.elastic, load.damping, noise / math.sqrt(LEARN_EVERY))
-        place = now
+    law = _law(parameters, period)
+    c, model = law.constants, OnlineModel(parameters)
+    s: Any = np.zeros(1, kernel.STATE)[0]
+    kernel.reset(c, s)
+    kernel.begin(c, s, 0.0)
+    s["state"] = RESTING
+    kernel.tare(c, s)
+    place, k = 0.0, 0
+    while int(s["state"]) == TARING:
+        angle = float(c["tare_turn"]) * k
+        now = 0.5 * law.settings.tare_travel * (1.0 - math.cos(angle))
+        pace = float(c["tare_top"]) * math.sin(angle)
+        load = model.update(k * period, period, now, pace, 0.0, 0.0, 0.0, 0.0, None, now - place)
+        kernel.act(c, s, now, pace, 0.0, 0.0, load.elastic, load.damping, load.kept)
+        place, k = now, k + 1
+    s["unexplained"] = _UNEXPLAINED * law.settings.noise
     # and a push of a second at the speed, in which the bristle bends over
     worst = 0.0
-    for k in range(round(1.0 / period)):
-        load = _move(model, certainty, place, speed, speed * period, k, period)
-        worst = max(worst, certainty.deviation(load.elastic, load.damping))
-    return COVERAGE * worst
-
-
-def _move(
-    model: OnlineModel, certainty: Certainty, place: float, speed: float, travel: float, k: int, period: float
-) -> Any:
-    load = model.update(k * period, period, place, speed, 0.0, 0.0, 0.0, 0.0, None, travel)
-    certainty.fade(load.kept)
-    return load
+    for j in range(round(1.0 / period)):
+        place += speed * period
+        load = model.update((k + j) * period, period, place, speed, 0.0, 0.0, 0.0, 0.0, None, speed * period)
+        s["elastic"], s["damping"] = load.elastic, load.damping
+        worst = max(worst, float(kernel.uncertainty(c, s)))
+    return worst
 
 
 def margins_of(
@@ -257,8 +268,9 @@ def loop_gain(
     drag = model.viscous + model.bristle_damping
     known = model.inertia * s + drag
     true = model.inertia * s + friction * drag
-    pace = -math.log(1.0 - feel.VELOCITY_GAIN) / period
-    nominal = s / (s + pace) / (1.0 + feel.FOLLOWS_S * s) + pace / (s + pace) * servo * late
-    law = gain / (1.0 + feel.VIRTUAL_S * s) / (1.0 + feel.FAST_S * s)
+    gains = {name: constant.value for name, constant in CONSTANTS.items()}
+    pace = -math.log(1.0 - gains["velocity_gain"]) / period
+    nominal = s / (s + pace) / (1.0 + gains["follows"] * s) + pace / (s + pace) * servo * late
+    law = gain / (1.0 + gains["virtual"] * s)
     result: Array = law * ((stiffness / s + damping + true) * servo * late - known * nominal)
     return result
