@@ -63,7 +63,7 @@ study-board: $(VENV)/.ready-dev
 
 study-teach: export OPENBLAS_NUM_THREADS = 1
 study-teach: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.teach
+	$(BIN)/python -m studies.guiding
 
 study-played: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.played

@@ -1,7 +1,7 @@
 """Random axes for the study of hand guiding: what the file says, and what the axis really is.
 
 The file is that of `sim:paper` or `sim:bench`. The axis differs from it by up to 30 % in friction and by up
-to 0.1 kg in its payload, has effects that the file may know or not, a hand that is soft or stiff, and
+to 0.02 kg in its payload, has effects that the file may know or not, a hand that is soft or stiff, and
 readings that come late.
 """
 
@@ -216,7 +216,7 @@ def random_case(rng: np.random.Generator, controller: Controller, *, effects: st
         name=name,
         truth=truth,
         file=file,
-        payload=PAYLOAD_KG + float(rng.uniform(-0.1, 0.1)),
+        payload=PAYLOAD_KG + float(rng.uniform(-0.02, 0.02)),
         bristle=float(rng.uniform(-0.9, 0.9)),
         stiffness=stiffness,
         damping=10.0 * (stiffness / 200.0) ** 0.6,
@@ -250,7 +250,7 @@ def corner(
         name=axis,
         truth=replace(plant, friction=friction),
         file=file_of(plant, controller),
-        payload=PAYLOAD_KG + 0.1 * load,
+        payload=PAYLOAD_KG + 0.02 * load,
         bristle=0.9,
         stiffness=2000.0 if stiff else 200.0,
         damping=40.0 if stiff else 10.0,

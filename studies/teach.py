@@ -1,4 +1,4 @@
-"""Monte-Carlo study of hand guiding in the light mode: `make study-teach` writes docs/teach.md.
+"""Hand guiding on the axes of the simulated rig: what the tests of the law push (the study is `guiding`).
 
 Every axis is pushed both ways and let go while moving, pushed both ways and held before it is let go,
 pushed by a slowly rising force until it moves, and left alone; once as it is switched on, once after
@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
-import click
 import numpy as np
 
 from idtool.control import ForceFreeController, Limits, State
@@ -22,12 +20,12 @@ from idtool.rig import plant
 from idtool.rig.base import TrialSetup
 from idtool.rig.numbers import plant_numbers
 from studies.guided_axis import NO_HAND, Grip, GuidedAxis, speed_profile
-from studies.guided_plants import AXES, PAYLOAD_KG, Case, corner, random_case
+from studies.guided_plants import AXES, PAYLOAD_KG, Case, corner
 
 SPEED = 0.0192
 COUNT = 2.0 * math.pi / 4096
 PERIOD = 0.01
-GAINS = Controller(2.05, 8.5, PERIOD, mode="light")
+GAINS = Controller(2.05, 8.0, PERIOD, mode="light")
 _REST_S = 1.0
 
 
@@ -263,45 +261,3 @@ def corners() -> list[Case]:
         for stiff in (False, True)
         for delay in (0.0, 0.01, 0.02)
     ]
-
-
-TITLES = {
-    "none": "No effects",
-    "known": "One to three effects that the file holds, each 10 % off",
-    "unknown": "One to three effects that the file does not hold",
-}
-
-
-@click.command()
-@click.option("--axes", default=600, show_default=True, help="How many, in three groups.")
-@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/teach.md"), show_default=True)
-@click.option("--seed", default=0, show_default=True)
-def main(axes: int, out: Path, seed: int) -> None:
-    """Run the study and write its page."""
-    from studies import teach_page, teach_paper, teach_tare
-    from studies.teach_effects import effects_section
-
-    rng = np.random.default_rng(seed)
-    groups: dict[str, dict[bool, list[Guided]]] = {}
-    for kind, title in TITLES.items():
-        cases = [random_case(rng, GAINS, effects=kind) for _ in range(axes // 3)]
-        groups[title] = {tared: [guide(case, tared=tared) for case in cases] for tared in (True, False)}
-        click.echo("\n".join([title, *teach_page.goals_table(groups[title][True])]))
-    ends = [guide(case, tared=True) for case in corners()]
-    click.echo("\n".join(["corners", *teach_page.goals_table(ends)]))
-    some = [run.case for group in groups.values() for run in group[True][::4]]
-    touched = teach_tare.table(some, rng)
-    click.echo("\n".join(touched))
-    images = out.parent / "images"
-    images.mkdir(parents=True, exist_ok=True)
-    teach_page.draw_spread(groups, images / "teach_spread.png")
-    tared = [run for group in groups.values() for run in group[True]]
-    teach_page.draw_run(max(tared, key=lambda r: r.most), images / "teach_worst.png", until=15.0)
-    out.write_text(
-        teach_page.page(groups, ends, teach_paper.section(images), effects_section(), touched),
-        encoding="utf-8",
-    )
-
-
-if __name__ == "__main__":
-    main()

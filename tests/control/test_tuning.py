@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from idtool.control.tuning import doubt_after_tare, margins_of, tune, tuned
 
+from idtool.control.admittance.tuning import margins_of, tune, tuned, uncertainty_after_tare
 from idtool.control.online import OnlineModel
 from idtool.errors import InputError
 from idtool.guiding.hand import travel_per_position
@@ -44,7 +44,7 @@ def test_margins_say_where_it_oscillates(axis: str) -> None:
     for share in (0.6, 1.7):
         gains = Controller(2.05, share * critical, 0.01, mode="light")
         run = guide(replace(base, file=replace(base.file, controller=gains)), tared=True, ramps=False)
-        swings[share] = 99.0 if run.note else run.swing  # a fault: it shook so that a load seemed lost
+        swings[share] = 99.0 if run.note else run.swing  # its tare was disturbed by its own shaking
     assert swings[0.6] < 1.5
     assert swings[1.7] > 3.0
 
@@ -66,4 +66,4 @@ def test_a_less_certain_file_leaves_more_to_the_hand() -> None:
     static = dict(file.static)
     static["coulomb"] = Parameter(0.07, stderr=0.05)
     vague = replace(file, static=static)
-    assert doubt_after_tare(vague, 0.4225, 0.01) > 1.1 * doubt_after_tare(file, 0.4225, 0.01)
+    assert uncertainty_after_tare(vague, 0.4225, 0.01) > 1.1 * uncertainty_after_tare(file, 0.4225, 0.01)

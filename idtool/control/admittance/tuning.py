@@ -27,8 +27,8 @@ import numpy as np
 
 from idtool.control.admittance import kernel
 from idtool.control.admittance.constants import CONSTANTS
-from idtool.control.admittance.states import RESTING, TARING
 from idtool.control.admittance.law import AdmittanceLaw
+from idtool.control.admittance.states import RESTING, TARING
 from idtool.control.force_free import COMMAND_GAIN, ForceFreeController
 from idtool.control.online import OnlineModel
 from idtool.errors import InputError

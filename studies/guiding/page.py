@@ -1,0 +1,185 @@
+"""docs/teach.md from the study of hand guiding."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from idtool.control.admittance.constants import CONSTANTS
+from idtool.control.admittance.states import TRANSITIONS
+
+if TYPE_CHECKING:
+    from studies.guiding.__main__ import Axis
+
+#: What is judged: heading, scenario, figure, what is asked for, whether more is better.
+ROWS: tuple[tuple[str, str, str, float, bool], ...] = (
+    ("hand force at 19.2 mm/s, mean of four pushes, N", "kind", "force", 2.0, False),
+    ("the heaviest of the four, N", "kind", "heaviest", 2.0, False),
+    ("break-away force, N", "kind", "break_away", 1.0, False),
+    ("stop after release, ms", "kind", "stop", 48.0, False),
+    ("drift without a hand, 2 s, counts", "kind", "drift", 1.0, False),
+    ("ripple at rest, counts", "kind", "ripple", 1.0, False),
+    ("speed ripple while pushed, rms, mm/s", "kind", "swing", 2.0, False),
+    ("energy given to the hand over a push, mJ", "kind", "energy", 0.0, False),
+    ("starts without a hand, times", "kind", "starts", 0.0, False),
+    ("pushed back at once or after 0.1 s, let go: stop, ms", "reversing", "turned", 60.0, False),
+    ("and the way until then, mm", "reversing", "beyond", 1.2, False),
+    ("and starts without a hand, times", "reversing", "starts", 0.0, False),
+    ("zero-mean 0.4 N, 0.3 Hz, 20 s: wanders, mm", "breathing", "wander_0.4", 12.0, False),
+    ("zero-mean 0.6 N: wanders, mm", "breathing", "wander_0.6", 12.0, False),
+    ("zero-mean 1.2 N: wanders, mm", "breathing", "wander_1.2", 12.0, False),
+    ("5 N within 20 and 30 ms, 4 N within 10 ms: followed by, mm", "brisk", "followed", 5.0, True),
+    ("0.5 N through the tare, then gone: runs, mm", "leaning_0.5", "ran", 0.5, False),
+    ("0.75 N through the tare, then gone: runs, mm", "leaning_0.75", "ran", 0.5, False),
+    ("1 N through the tare, then gone: runs, mm", "leaning_1", "ran", 0.5, False),
+    ("3 N into the end of the stroke, back with 2.5 N: leaves by, mm", "ending", "left", 5.0, True),
+    ("trembling 0.5 N, 8 to 12 Hz, while led: rms, mm/s", "trembling", "tremble", 3.0, False),
+    ("and pushes in which it stopped, of six", "trembling", "false_stops", 0.0, False),
+)
+
+
+def table(axes: list[Axis]) -> list[str]:
+    """Distribution of every figure, and on how many axes it is as asked."""
+    lines = [
+        "| | median | 95 % | worst | asked for | met by | worst on |",
+        "|---|---:|---:|---:|---:|---:|---|",
+    ]
+    for title, scenario, name, asked, more in ROWS:
+        values = np.array([axis.figures[scenario][name] for axis in axes])
+        sign = -1.0 if more else 1.0
+        worst = int(np.argmax(sign * values))
+        late = sign * float(np.quantile(sign * values, 0.95))
+        met = int(np.sum(sign * values <= sign * asked))
+        lines.append(
+            f"| {title} | {np.median(values):.3g} | {late:.3g} | {values[worst]:.3g} | {asked:g} |"
+            f" {met} of {len(axes)} | {axes[worst].name} |"
+        )
+    return lines
+
+
+def transitions() -> list[str]:
+    """The table of legal changes of state."""
+    lines = ["| from | to | when |", "|---|---|---|"]
+    for state, ways in TRANSITIONS.items():
+        lines += [f"| {state.value} | {to.value} | {when} |" for to, when in ways]
+    return lines
+
+
+def constants() -> list[str]:
+    """The table of constants."""
+    lines = ["| name | value | what it does | from |", "|---|---:|---|---|"]
+    for name, c in CONSTANTS.items():
+        unit = "" if c.unit == "1" else f" {c.unit}"
+        lines.append(f"| `{name}` | {c.value:g}{unit} | {c.meaning} | {c.source} |")
+    return lines
+
+
+def page(axes: list[Axis], images: Path) -> str:
+    """The whole page; its pictures go to `images`."""
+    from studies import teach_paper
+
+    images.mkdir(parents=True, exist_ok=True)
+    above = sum(axis.asked > 2.0 for axis in axes)
+    asked = f"{above} of {len(axes)} axes take up to {max(a.asked for a in axes):.2f} N"
+    machines = len({axis.name.split(",")[0] for axis in axes})
+    text = _TEXT.format(axes=len(axes), machines=machines, asked=asked)
+    for mark, lines in (
+        ("PAPER", teach_paper.section(images)),
+        ("TRANSITIONS", transitions()),
+        ("CONSTANTS", constants()),
+        ("TABLE", table(axes)),
+    ):
+        text = text.replace(f"<{mark}>", "\n".join(lines))
+    return text
+
+
+_TEXT = """# Hand guiding
+
+Made by `make study-teach`. The published law is in `idtool/control/force_free.py`, the admittance law in
+`idtool/control/admittance/`.
+
+<PAPER>
+
+## Lighter: the admittance law
+
+The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned lighter. The light mode
+(`mode = "light"` in `[controller]`, written by `ffc-id tune`) is an admittance that is driven by what is
+*certain* of the hand. Gains for a wanted feel, with their stability margins:
+`ffc-id tune -p params.toml --force 2 --speed 19.2` (N, mm/s). Then `ffc-id teach -p params.toml --tare`, or
+from Python
+
+    controller = ForceFreeController(Parameters.read("params.toml"), period_s=0.01)
+    controller.tare()           # once `controller.ready`; hands off for three seconds of steps
+
+### The law
+
+                         K i
+                          |  -
+      q, w  -> model ---> + -----> + ------> raw ----+---> dead zone D ---> K_c ---> 1/(1 + T_v s) ---> w
+               gravity,   ^        ^                 |                                   ^ reset         |
+               friction,  |        |                 +-> filter -> dead zone -> f -------+               |
+               effects    |        |                     20 ms                 w = 0 unless f w > 0      |
+                          |        |                                                                     |
+              learned o, b, v    zero, bias                                      q_d = x + T w  <--------+
+
+    tau_hand = tau_model + o + b tau_elastic + v tau_damping + zero + bias - K i
+    T_v dw/dt = K_c dead(tau_hand, D) - w,   w = 0 once f = dead(filtered tau_hand, D) does not push its way
+    q_d = x + T w,   dx/dt = w
+
+- **Learned.** A tare moves the axis 9 mm to and fro twice and finds load o, friction level b, damping v and
+  the bristle's unknown start by least squares, with the file's standard errors and the tolerance of the
+  payload as their prior. It is not used if its two cycles differ (something touched the axis), if more is
+  left than the model explains, if a hand is felt when it begins, or if it finds more load than the tolerance
+  of the payload that was told (0.04 kg): the note then says so.
+- **Uncertainty.** D is two standard deviations of the model at this very motion: the covariance of o, b, v,
+  and what the tare could not explain. It is at least 1.8 noises of the current.
+- **Zero.** At rest the bristle of a stiff axis may hold what no encoder count shows: one count is 0.2 to
+  0.4 N. If the hand was seen to leave, what is felt in the next 12 samples is that, up to the bound B of a
+  stop (1.5 counts, and what the tare left). If it eased off, nothing is taken, as it may lean there still.
+- **Start.** A motion starts beyond max(D, B) and 1.4 noises: what a hand that leaves takes away, or what a
+  stop leaves, is less. That is the hysteresis: more to start than D to go on, in force and not in time.
+- **Bias.** While guided, a steady torque is taken for bias, with 3 s, up to one noise. A zero-mean hand so
+  wanders little; a steady one pushes that much more.
+- **Release.** A torque that falls by two thirds from one sample to the next, and by more than a hand
+  trembles, passes the filter at once: w is zero in that sample.
+- **Brake.** The command is the place where the axis comes to rest, until it kept its count for 50 ms.
+
+**Passivity.** While guiding, w has the sign of f or is zero, and f has the sign of the hand's torque: f is
+what is left of the estimate when D is taken off. So wherever the model is wrong by no more than D,
+
+    tau_hand w >= |f| |w| >= 0
+
+at every sample: the axis takes energy from the hand and never gives any, whatever hand, and the virtual mass
+gives none back either, since its speed is dropped and not worked off. What stands beside the proof: the
+drive follows w with a lag of some 25 ms, in which a stop or a turn costs at most the kinetic energy of the
+axis; and where the model is wrong by more than D, the axis may run on at K_c times the excess. The first is
+measured below as energy and stop; D is chosen for the second. The loop through a hand that is a spring is a
+matter of stability, not of passivity: its gain margins are what `tune` computes.
+
+**States.** No other change of state is legal (`idtool/control/admittance/states.py`); a test walks the table.
+
+<TRANSITIONS>
+
+**Constants**, in `idtool/control/admittance/constants.py`; what an axis brings is its file's.
+
+<CONSTANTS>
+
+## What was tried on it
+
+{machines} machines are drawn, half with the published one's soft bristle, half with a stiff one. Their plant
+(`studies/guiding/plant.py`) shares no formula with the law, with the estimator or with `sim:`: LuGre,
+elasto-plastic and Maxwell-slip friction that differs between the directions and along the stroke, a gear
+ripple, Runge-Kutta of 0.2 ms, a drive that is a sampled cascade with a limit of acceleration, readings in a
+DYNAMIXEL's counts that come up to 20 ms late (on two axes of five the current comes in time), a hand with
+mass and skin. A session is recorded on each machine and a file fitted to it; `tune --force 2` gives the gain
+({asked}, where 2 N would leave less than the margin that `tune` asks for). Then come the days: friction level
+and friction that goes with speed off by up to 30 % each, the payload by up to 20 g, a hand of 200 to
+2000 N/m. {axes} axes are such days; on each, every hand below comes, after a tare.
+
+<TABLE>
+
+What wanders is the middle of the swing, from the first breath to the last. A payload of 0.4 kg that is hung
+on untold is a hand to a law without a teach button; with one it is held and named.
+"""
