@@ -225,6 +225,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         START_TORQUE="start_torque",
         ZERO_SAMPLES="zero_samples",
         BIAS_MOST="bias_most",
+        ZERO_MOST="zero_most",
     )
     torques["STOP_VARIANCE"] = float(k["stop_torque"]) ** 2 + float(k["stop_noise"]) ** 2
     shares = read(

@@ -63,7 +63,7 @@ CONSTANTS: dict[str, Constant] = {
 #: What an axis brings beside; see `constants_of`.
 _AXIS = (
     "period", "torque_constant", "gain", "noise", "servo_time", "speed", "rest_speed", "resolution",
-    "low", "high", "friction_bound", "start_torque", "stop_torque", "refuse",
+    "low", "high", "zero_most", "start_torque", "stop_torque", "refuse",
     "settle_periods", "still_periods",
     "tare_turn", "tare_top", "tare_cycle", "tare_part", "tare_apart", "tare_middle",
 )  # fmt: skip

@@ -242,7 +242,7 @@ def listen(c: Any, s: Any) -> float:
     s.sum += s.raw
     s.hand = 0.0
     if s.since >= c.settle_periods:
-        s.zero = min(max(-s.sum / s.since, -c.friction_bound), c.friction_bound)
+        s.zero = min(max(-s.sum / s.since, -c.zero_most), c.zero_most)
         s.zero_before = s.zero
         s.state = RESTING
     return float(s.anchor)

@@ -210,7 +210,8 @@ def _axis(
         "resolution": resolution,
         "low": limits.position_min,
         "high": limits.position_max,
-        "friction_bound": model.friction_bound,
+        # friction may be above the file's: its level and what that may be off by
+        "zero_most": model.friction_bound * (1.0 + CONSTANTS["coverage"].value * settings.level),
         "start_torque": settings.start_torque,
         "stop_torque": min(stop, model.friction_bound),
         "refuse": settings.refuse,
