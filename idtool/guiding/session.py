@@ -37,7 +37,7 @@ _LOG_EVERY = 25
 #: No tare takes longer, s.
 _TARE_AT_MOST_S = 30.0
 #: Faults that no sensor is to blame for.
-_NO_SENSOR_S = (Reason.MISMATCH, Reason.SPEED_LIMIT, Reason.ENERGY, Reason.LOAD_LOST)
+_NO_SENSOR_S = (Reason.MISMATCH, Reason.SPEED_LIMIT, Reason.ENERGY)
 _NOT_TARED = (
     "the axis was not tared: it is heavier than it need be, and where the file's friction is wrong a push "
     "may run on; let it learn with --tare, hands off"

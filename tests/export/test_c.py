@@ -137,7 +137,7 @@ def test_a_clock_that_wraps_is_no_fault(tmp_path: Path) -> None:
 
 
 #: Looked for by the light mode, and where a limit on the torque is given (test_c_light.py).
-NOT_IN_C = {"torque", "load_lost", "mismatch", "speed_limit", "energy"}
+NOT_IN_C = {"torque", "mismatch", "speed_limit", "energy"}
 
 
 def _break(samples: Samples, seed: int) -> Samples:
