@@ -270,6 +270,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
     cycle = round(float(k["tare_cycle"]))
     counts = {
         "START_SAMPLES": kernel.START_SAMPLES,
+        "LEAVE_SAMPLES": kernel.LEAVE_SAMPLES,
         "SETTLE": _counted(k["settle_periods"], c.period),
         "STILL": _counted(k["still_periods"], c.period),
         "TARE_TURN": round(2**32 / cycle),  # in 1/2^32 of a turn per sample

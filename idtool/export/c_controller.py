@@ -16,6 +16,7 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
     admittance.c                                  admittance.kernel, by the same names, and
                  forget_learned, watch_motion, sense      .reset, .watch, .sense
                  compare_part, wish                       the middle of .sweep, .act
+                 least_to_start, pushes_on                those lines of .rest and .guide
     enabling.c   arrest                           Hold.command
                  judge_load, watch_load           RestLoad.judge, .watch
                  listen_here, begin_enabling, wish_enabled
@@ -80,7 +81,7 @@ class ExportedC:
     """What was written.
 
     Attributes:
-        files: header, source and sketch.
+        files: header, source, the servo's packets, and sketch.
         effects: those that the C carries.
         notes: what it leaves out or the user must know, each a sentence without a full stop.
     """
@@ -101,7 +102,7 @@ def export_c(
     source: str = "",
     force: bool = False,
 ) -> ExportedC:
-    """Write NAME.h, NAME.c and an Arduino sketch into `folder`, all or none.
+    """Write NAME.h, NAME.c, an Arduino sketch and its NAME_servo.h into `folder`, all or none.
 
     Args:
         parameters: what `ForceFreeController` takes.
@@ -178,6 +179,7 @@ def generate_c(
     templates = {
         f"{name}.h": "controller.h.jinja",
         f"{name}.c": "controller.c.jinja",
+        f"{name}_servo.h": "servo.h.jinja",
         sketch: "sketch.ino.jinja",
     }
     texts = {file: environment.get_template(template).render(context) for file, template in templates.items()}
@@ -269,4 +271,4 @@ def _sketch_name(folder: Path, name: str) -> tuple[str, str]:
     own = folder.resolve().name
     if _SKETCH.fullmatch(own):
         return f"{own}.ino", ""
-    return f"{name}.ino", f"the Arduino IDE wants the sketch in a folder named {name}: move the three files"
+    return f"{name}.ino", f"the Arduino IDE wants the sketch in a folder named {name}: move the files"

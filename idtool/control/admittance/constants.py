@@ -39,7 +39,7 @@ CONSTANTS: dict[str, Constant] = {
     "follows": _C(0.025, "s", "lag of the axis' speed behind what the law asked for", _SCAN),
     "velocity_gain": _C(0.15, "1", "share of the speed's innovation that the observer takes", _SCAN),
     "hand_filter": _C(0.02, "s", "filter of the torque by which a motion starts and stops", _STUDY),
-    "gone": _C(0.65, "1", "a hand whose torque falls by this share within a sample has left", _STUDY),
+    "gone": _C(0.5, "1", "a hand whose torque falls by this share within two samples seems to leave", _STUDY),
     "jump": _C(5.5, "noises", "and by so much at least", "more than the 0.5 N of a trembling hand"),
     "coverage": _C(2.0, "1", "standard deviations of the model that are left to the hand", "95 %"),
     "floor": _C(1.8, "noises", "and so much at least: the bias estimate and the noise", _STUDY),

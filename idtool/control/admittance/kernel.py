@@ -23,6 +23,8 @@ from idtool.control.admittance.states import GUIDING, RESTING, STARTING, STOPPIN
 PARTS = 8
 #: So many samples above the starting torque start a motion.
 START_SAMPLES = 2
+#: A hand that seems to leave has left, unless it pushes as one that starts for so many samples.
+LEAVE_SAMPLES = 3
 #: Cycles of a tare.
 CYCLES = 2
 #: What a tare came to.
@@ -36,7 +38,7 @@ STATE = np.dtype(
     + [
         (name, "f8")
         for name in (
-            "raw", "hand", "dead", "zero", "zero_before", "zero_variance", "bias", "unexplained",
+            "raw", "hand", "before", "dead", "zero", "zero_before", "zero_variance", "bias", "unexplained",
             "elastic", "damping", "plain", "correction",
             "position", "seen", "nominal", "w", "x", "way", "lead", "anchor",
             "fade", "square", "weight", "sum", "load",
@@ -64,7 +66,7 @@ def begin(c: Any, s: Any, position: float) -> None:
     """The first sample: the bristle is unknown, what was learned of load and friction still holds."""
     s.state = STARTING
     s.since = s.pushed = s.left = s.limited = 0
-    s.raw = s.hand = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
+    s.raw = s.hand = s.before = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
     s.seen = s.nominal = s.w = s.sum = 0.0
     s.position = position
     s.x = s.anchor = min(max(position, c.low), c.high)
@@ -112,11 +114,14 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
         s.correction += s.bias
     s.raw = plain + s.correction
     s.dead = uncertainty(c, s)
-    fell = s.hand - s.raw if s.hand > 0.0 else s.raw - s.hand
-    gone = fell > c.gone * abs(s.hand) and fell > c.jump
+    # a current that is the mean of a period shows a hand that leaves in two samples
+    fell = s.before - s.raw if s.before > 0.0 else s.raw - s.before
+    gone = fell > c.gone * abs(s.before) and fell > c.jump
+    s.before = s.hand
     s.hand += (1.0 if gone else c.hand_filter) * (s.raw - s.hand)
     if gone and s.state == GUIDING:
         s.left = 1
+        s.pushed = 0
     elif gone and s.state == RESTING and s.zero_variance == 0.0:
         s.left = 1
         open_zero(c, s)
@@ -155,6 +160,7 @@ def rest(c: Any, s: Any) -> float:
     change = s.zero_before + min(max(change, -most), most) - s.zero
     s.zero += change
     s.hand += change
+    s.before += change
     least = max(s.dead, most) + c.start_torque + c.coverage * math.sqrt(s.zero_variance)
     s.pushed = s.pushed + 1 if abs(s.hand) > least else 0
     if s.pushed >= START_SAMPLES:
@@ -170,7 +176,7 @@ def rest(c: Any, s: Any) -> float:
 def hold(s: Any) -> None:
     """The axis is held from outside: rest, and start on nothing that was felt so far."""
     s.state = RESTING
-    s.w = s.hand = 0.0
+    s.w = s.hand = s.before = 0.0
     s.pushed = 0
 
 
@@ -198,7 +204,15 @@ def follow(c: Any, s: Any) -> float:
 def guide(c: Any, s: Any, velocity: float) -> float:
     """The admittance."""
     s.bias = min(max(s.bias - c.bias_time * s.raw, -c.bias_most), c.bias_most)
-    if s.way * certain(s.hand, s.dead) <= 0.0:
+    pushes = s.way * certain(s.hand, s.dead) > 0.0
+    if s.left > 0:
+        # what a hand that seems to have left leaves may be the model's error in motion: only one that would
+        # start a motion goes on
+        pushes = s.way * certain(s.raw, max(s.dead, rest_bound(c, s)) + c.start_torque) > 0.0
+        s.pushed += 1
+        if s.pushed >= LEAVE_SAMPLES and pushes:
+            s.left = 0
+    if not pushes:
         s.state = STOPPING
         s.since = s.moved = 0
         s.w = 0.0
@@ -229,7 +243,7 @@ def brake(c: Any, s: Any, velocity: float) -> float:
         s.state = RESTING
         s.anchor = min(max(s.position, c.low), c.high)
         s.pushed = 0
-        s.hand = 0.0
+        s.hand = s.before = 0.0
         open_zero(c, s)
         return float(s.anchor)
     return float(s.position + c.coast * velocity)
@@ -240,7 +254,7 @@ def listen(c: Any, s: Any) -> float:
     """The first moment, hands off: what the model leaves is a bend of the bristle that nobody saw."""
     s.since += 1
     s.sum += s.raw
-    s.hand = 0.0
+    s.hand = s.before = 0.0
     if s.since >= c.settle_periods:
         s.zero = min(max(-s.sum / s.since, -c.zero_most), c.zero_most)
         s.zero_before = s.zero
@@ -307,7 +321,7 @@ def sweep(c: Any, s: Any, motor: float) -> float:
         return float(place)
     learn(c, s)
     s.state = RESTING
-    s.w = s.hand = 0.0
+    s.w = s.hand = s.before = 0.0
     s.left = 1 if s.outcome == USED else 0
     open_zero(c, s)
     return float(s.anchor)
