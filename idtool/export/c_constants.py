@@ -220,7 +220,8 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         NOISE="noise",
         FLOOR="floor",
         COVERAGE="coverage",
-        GONE="gone",
+        LEFT="left",
+        SEEMS="seems",
         JUMP="jump",
         START_TORQUE="start_torque",
         ZERO_SAMPLES="zero_samples",
@@ -234,6 +235,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         VELOCITY_GAIN="velocity_gain",
         HAND_FILTER="hand_filter",
         ZERO_SHARE="zero_time",
+        LEAST_SHARE="least_time",
         BIAS_SHARE="bias_time",
     )
     numbers = [

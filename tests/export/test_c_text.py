@@ -18,7 +18,6 @@ from idtool.errors import InputError, UsageError
 from idtool.export.c_controller import export_c
 from idtool.export.c_literals import c_float
 from idtool.parameters import Controller, Parameter
-from idtool.parameters.axis import Axis
 from tests.control.double import BENCH, parameters
 
 from .twin import FLAGS
@@ -97,29 +96,6 @@ def test_the_same_file_gives_the_same_text(tmp_path: Path) -> None:
     for folder in ("one", "two"):
         export_c(parameters(BENCH), tmp_path / folder)
     assert (tmp_path / "one" / "ffc.c").read_bytes() == (tmp_path / "two" / "ffc.c").read_bytes()
-
-
-@pytest.mark.parametrize("mode", ["paper", "light"])
-@pytest.mark.parametrize("kind", ["rotary", "linear"])
-def test_the_sketch_compiles(kind: str, mode: str, tmp_path: Path) -> None:
-    """Against headers that declare what it uses of the Arduino core and of DynamixelShield."""
-    if shutil.which("g++") is None:
-        pytest.skip("no g++ here")
-    gains = Controller(2.05, 1.68, 0.01, mode=mode)
-    file = replace(parameters(BENCH), axis=Axis(kind, 2.67), controller=gains)  # type: ignore[arg-type]
-    export_c(file, tmp_path)
-    (sketch,) = tmp_path.glob("*.ino")
-    flags = ["-std=c++11", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "-x", "c++", "-I", STUBS]
-
-    def compiled(*more: str) -> subprocess.CompletedProcess[str]:
-        command = ["g++", *flags, "-I", tmp_path, *more, sketch]
-        return subprocess.run(command, capture_output=True, text=True, check=False)
-
-    if kind == "linear":
-        assert "METRES_PER_RAD" in compiled().stderr  # nobody but the user knows it
-    done = compiled(*(["-DMETRES_PER_RAD=0.02f"] if kind == "linear" else []))
-    assert done.returncode == 0, done.stderr
-    assert ("ffc_tare" in sketch.read_text()) == (mode == "light")
 
 
 def test_a_period_too_short_to_count_the_light_mode_s_times_is_refused(tmp_path: Path) -> None:

@@ -39,7 +39,9 @@ CONSTANTS: dict[str, Constant] = {
     "follows": _C(0.025, "s", "lag of the axis' speed behind what the law asked for", _SCAN),
     "velocity_gain": _C(0.15, "1", "share of the speed's innovation that the observer takes", _SCAN),
     "hand_filter": _C(0.02, "s", "filter of the torque by which a motion starts and stops", _STUDY),
-    "gone": _C(0.5, "1", "a hand whose torque falls by this share within two samples seems to leave", _STUDY),
+    "least_time": _C(0.15, "s", "the least push of late is forgotten so slowly", "a tremble of 8 Hz"),
+    "left": _C(0.65, "1", "a hand whose torque falls by this share within a sample has left", _STUDY),
+    "seems": _C(0.55, "1", "one whose least torque of late falls by this within two seems to leave", _STUDY),
     "jump": _C(5.5, "noises", "and by so much at least", "more than the 0.5 N of a trembling hand"),
     "coverage": _C(2.0, "1", "standard deviations of the model that are left to the hand", "95 %"),
     "floor": _C(1.8, "noises", "and so much at least: the bias estimate and the noise", _STUDY),
@@ -48,7 +50,7 @@ CONSTANTS: dict[str, Constant] = {
     "stop_noise": _C(1.0, "noises", "and so much at least", _STUDY),
     "zero_samples": _C(12.0, "1", "samples of a rest that the zero is the mean of", "noise / 3.5"),
     "zero_time": _C(30.0, "s", "the zero then follows so slowly", "a servo warms within minutes"),
-    "bias_time": _C(3.0, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
+    "bias_time": _C(2.5, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
     "bias_most": _C(1.0, "noises", "and up to so much, less than `floor`", _STUDY),
     "still": _C(0.05, "s", "an axis that kept its count for so long stands", "6 Hz at one count"),
     "coast": _C(0.006, "s", "a braked axis rests where it is so much later", "40 rad/s^2 from 19 mm/s"),
@@ -89,7 +91,7 @@ def constants_of(axis: dict[str, Any]) -> Any:
     period, noise = axis["period"], axis["noise"]
     for name, constant in CONSTANTS.items():
         record[name] = constant.value * (noise if constant.unit == "noises" else 1.0)
-    for name in ("virtual", "follows", "hand_filter"):
+    for name in ("virtual", "follows", "hand_filter", "least_time"):
         record[name] = share(CONSTANTS[name].value, period)
     for name in ("zero_time", "bias_time"):
         record[name] = period / CONSTANTS[name].value

@@ -32,13 +32,20 @@ USED, TOUCHED, NOT_EXPLAINED, OTHER_LOAD = range(4)
 LOAD, LEVEL, DAMPING, BRISTLE = range(4)
 
 #: state; samples in it, and of them when it last moved; samples above the starting torque; whether the hand
-#: was seen to leave; what the last tare came to; whether the speed limit cut; torques, N m; the motion.
+#: seems to leave, and was seen to; what the last tare came to; whether the speed limit cut; torques, N m; the
+#: motion.
 STATE = np.dtype(
-    [(name, "i8") for name in ("state", "since", "moved", "pushed", "left", "outcome", "limited", "part")]
+    [
+        (name, "i8")
+        for name in (
+            "state", "since", "moved", "pushed", "seems", "left", "outcome", "limited", "part",
+        )
+    ]
     + [
         (name, "f8")
         for name in (
-            "raw", "hand", "before", "dead", "zero", "zero_before", "zero_variance", "bias", "unexplained",
+            "raw", "hand", "least", "least_1", "least_2", "dead", "zero", "zero_before", "zero_variance",
+            "bias", "unexplained",
             "elastic", "damping", "plain", "correction",
             "position", "seen", "nominal", "w", "x", "way", "lead", "anchor",
             "fade", "square", "weight", "sum", "load",
@@ -65,9 +72,10 @@ def reset(c: Any, s: Any) -> None:
 def begin(c: Any, s: Any, position: float) -> None:
     """The first sample: the bristle is unknown, what was learned of load and friction still holds."""
     s.state = STARTING
-    s.since = s.pushed = s.left = s.limited = 0
-    s.raw = s.hand = s.before = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
+    s.since = s.pushed = s.seems = s.left = s.limited = 0
+    s.raw = s.hand = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
     s.seen = s.nominal = s.w = s.sum = 0.0
+    forget_push(s)
     s.position = position
     s.x = s.anchor = min(max(position, c.low), c.high)
 
@@ -114,17 +122,31 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
         s.correction += s.bias
     s.raw = plain + s.correction
     s.dead = uncertainty(c, s)
-    # a current that is the mean of a period shows a hand that leaves in two samples
-    fell = s.before - s.raw if s.before > 0.0 else s.raw - s.before
-    gone = fell > c.gone * abs(s.before) and fell > c.jump
-    s.before = s.hand
-    s.hand += (1.0 if gone else c.hand_filter) * (s.raw - s.hand)
-    if gone and s.state == GUIDING:
-        s.left = 1
+    size = abs(s.hand)
+    push = s.raw if s.hand > 0.0 else -s.raw
+    left = size - push > c.left * size and size - push > c.jump
+    fell = s.least_2 - push
+    seems = left or (fell > c.seems * s.least_2 and fell > c.jump)
+    s.hand += (1.0 if seems else c.hand_filter) * (s.raw - s.hand)
+    if seems:
+        forget_push(s)
+    else:
+        # a hand that leaves takes two samples of a current that is the mean of a period
+        s.least_2, s.least_1 = s.least_1, s.least
+        s.least = max(min(s.least + c.least_time * (abs(s.hand) - s.least), push), 0.0)
+    if seems and s.state == GUIDING:
+        s.seems = 1
         s.pushed = 0
-    elif gone and s.state == RESTING and s.zero_variance == 0.0:
+        s.left = max(s.left, int(left))
+    elif left and s.state == RESTING and s.zero_variance == 0.0:
         s.left = 1
         open_zero(c, s)
+
+
+@numba.njit(cache=True)
+def forget_push(s: Any) -> None:
+    """No hand has pushed of late."""
+    s.least = s.least_1 = s.least_2 = 0.0
 
 
 @numba.njit(cache=True)
@@ -160,12 +182,11 @@ def rest(c: Any, s: Any) -> float:
     change = s.zero_before + min(max(change, -most), most) - s.zero
     s.zero += change
     s.hand += change
-    s.before += change
     least = max(s.dead, most) + c.start_torque + c.coverage * math.sqrt(s.zero_variance)
     s.pushed = s.pushed + 1 if abs(s.hand) > least else 0
     if s.pushed >= START_SAMPLES:
         s.state = GUIDING
-        s.left = 0
+        s.seems = s.left = 0
         s.x = s.anchor
         s.w = 0.0
         s.way = math.copysign(1.0, s.hand)
@@ -175,8 +196,9 @@ def rest(c: Any, s: Any) -> float:
 @numba.njit(cache=True)
 def hold(s: Any) -> None:
     """The axis is held from outside: rest, and start on nothing that was felt so far."""
+    forget_push(s)
     s.state = RESTING
-    s.w = s.hand = s.before = 0.0
+    s.w = s.hand = 0.0
     s.pushed = 0
 
 
@@ -205,13 +227,13 @@ def guide(c: Any, s: Any, velocity: float) -> float:
     """The admittance."""
     s.bias = min(max(s.bias - c.bias_time * s.raw, -c.bias_most), c.bias_most)
     pushes = s.way * certain(s.hand, s.dead) > 0.0
-    if s.left > 0:
+    if s.seems > 0:
         # what a hand that seems to have left leaves may be the model's error in motion: only one that would
         # start a motion goes on
         pushes = s.way * certain(s.raw, max(s.dead, rest_bound(c, s)) + c.start_torque) > 0.0
         s.pushed += 1
         if s.pushed >= LEAVE_SAMPLES and pushes:
-            s.left = 0
+            s.seems = s.left = 0
     if not pushes:
         s.state = STOPPING
         s.since = s.moved = 0
@@ -243,7 +265,8 @@ def brake(c: Any, s: Any, velocity: float) -> float:
         s.state = RESTING
         s.anchor = min(max(s.position, c.low), c.high)
         s.pushed = 0
-        s.hand = s.before = 0.0
+        s.hand = 0.0
+        forget_push(s)
         open_zero(c, s)
         return float(s.anchor)
     return float(s.position + c.coast * velocity)
@@ -254,7 +277,7 @@ def listen(c: Any, s: Any) -> float:
     """The first moment, hands off: what the model leaves is a bend of the bristle that nobody saw."""
     s.since += 1
     s.sum += s.raw
-    s.hand = s.before = 0.0
+    s.hand = 0.0
     if s.since >= c.settle_periods:
         s.zero = min(max(-s.sum / s.since, -c.zero_most), c.zero_most)
         s.zero_before = s.zero
@@ -320,8 +343,9 @@ def sweep(c: Any, s: Any, motor: float) -> float:
         s.w = s.way * c.tare_top * math.sin(c.tare_turn * s.since)
         return float(place)
     learn(c, s)
+    forget_push(s)
     s.state = RESTING
-    s.w = s.hand = s.before = 0.0
+    s.w = s.hand = 0.0
     s.left = 1 if s.outcome == USED else 0
     open_zero(c, s)
     return float(s.anchor)
