@@ -9,10 +9,15 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+from idtool.control import Limits
 from idtool.export.c_controller import export_c
 from idtool.parameters import Parameters
 
 CLOCK_HZ = 16e6
+#: Builds a sketch against the Uno's real core: beside the project, where it is kept.
+UNO = Path(__file__).parents[3] / "shared" / "arduino" / "build_uno.sh"
+#: Flash of a Uno beside its boot loader, bytes.
+UNO_FLASH = 32_256
 _CHIP = "atmega328p"
 _FIRMWARE = Path(__file__).parent / "firmware.c"
 #: As the Arduino IDE compiles, and whatever is not used is left out.
@@ -20,6 +25,7 @@ _AVR = ("-std=gnu99", "-Os", f"-mmcu={_CHIP}", "-ffunction-sections", "-fdata-se
 _WARNINGS = ("-Wall", "-Wextra", "-Werror")
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _STEP = re.compile(r"^step (\d+) (\d+) (\d+) ([0-9a-f]{8})", re.MULTILINE)
+_SKETCH_FLASH = re.compile(r"^flash (\d+) of", re.MULTILINE)
 _MEMORY = re.compile(r"^stack (\d+) state (\d+)", re.MULTILINE)
 
 
@@ -75,6 +81,26 @@ def measure(parameters: Parameters, folder: Path) -> Figures:
         int(memory[2]),
         int(memory[1]),
     )
+
+
+def sketch_flash(parameters: Parameters, folder: Path) -> int:
+    """Bytes of the whole sketch on an Arduino Uno: core, serial port and controller, as its IDE builds it.
+
+    Raises:
+        RuntimeError: it does not compile.
+    """
+    sketch = folder / "guide"
+    export_c(parameters, sketch, limits=Limits(-1.5, 1.5), force=True)
+    text = _run("bash", UNO, sketch, folder / "build")
+    found = _SKETCH_FLASH.search(text)
+    assert found, text[-500:]
+    return int(found[1])
+
+
+def missing_uno() -> str | None:
+    """What is not here of that which builds a whole sketch; None if all is."""
+    tool = next((tool for tool in ("avr-gcc", "avr-g++", "avr-size", "xz") if shutil.which(tool) is None), None)
+    return tool or (None if UNO.is_file() else f"{UNO.name} with the core of the Uno")
 
 
 def host_commands(folder: Path) -> list[float]:
