@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -45,7 +46,24 @@ if TYPE_CHECKING:
     nargs=2,
     type=float,
     metavar="LOW HIGH",
-    help="Positions that may be commanded, rad or m (default: any).",
+    help="Positions that may be commanded, rad or m; must be told, or --any-position.",
+)
+@click.option("--any-position", is_flag=True, help="Let it command any position: an axis without ends.")
+@click.option(
+    "--max-speed",
+    default=250.0,
+    show_default=True,
+    metavar="MM_S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Speed limit of the session, where the file says how far the axis moves per radian.",
+)
+@click.option(
+    "--idle",
+    default=60.0,
+    show_default=True,
+    metavar="S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Hold the axis after so long without a hand, until the button was up.",
 )
 @force_option
 @output_options
@@ -56,6 +74,9 @@ def export_c(
     without: Sequence[str],
     period: float | None,
     reach: tuple[float, float] | None,
+    any_position: bool,
+    max_speed: float,
+    idle: float,
     force: bool,
     output: Output,
 ) -> None:
@@ -69,12 +90,26 @@ def export_c(
     ffc-id export c -p result/params.toml -o guide --range -1.5 1.5
     """
     from idtool.control import Limits
+    from idtool.errors import UsageError
     from idtool.export.c_controller import export_c as run
+    from idtool.guiding.hand import travel_per_position
+    from idtool.guiding.session import with_session
     from idtool.parameters import Parameters
 
-    limits = None if reach is None else Limits(position_min=reach[0], position_max=reach[1])
+    from .teach import ENERGY_J
+
+    if (reach is None) is not any_position:
+        raise UsageError(
+            "Say what the board may command: --range LOW HIGH (rad or m), or --any-position for an axis"
+            " without ends."
+        )
+    parameters = Parameters.read(params)
+    low, high = reach or (-math.inf, math.inf)
+    ratio = travel_per_position(parameters)
+    speed = math.inf if ratio is None else 1e-3 * max_speed / ratio
+    limits = with_session(Limits(low, high), guided_speed=speed, energy=ENERGY_J, idle_s=idle)
     result = run(
-        Parameters.read(params),
+        parameters,
         folder,
         name=name,
         without=without,

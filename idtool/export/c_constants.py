@@ -171,6 +171,11 @@ def _enabling(c: ForceFreeController) -> Groups:
         numbers["LOAD_ERROR"] = error**2 if uncertainty.per_payload > 0.0 else rest_load.SIGMAS * error
         numbers["PER_PAYLOAD_ERROR"] = uncertainty.per_payload
         numbers["SIGMAS"] = rest_load.SIGMAS
+    limits = c.limits
+    if math.isfinite(limits.guided_speed):
+        numbers["GUIDED_SPEED"] = limits.guided_speed
+    if math.isfinite(limits.energy):
+        numbers["ENERGY"] = limits.energy
     counts = {
         "ARREST": periods(c.period, lambda t: t >= button.BRAKE_S),
         "ARREST_KICK_END": periods(c.period, lambda t: t >= button.KICK_S),
@@ -178,6 +183,8 @@ def _enabling(c: ForceFreeController) -> Groups:
         "STEADY_WINDOWS": rest_load.STEADY_WINDOWS,
         "PATIENCE": enabling.PATIENCE,
     }
+    if math.isfinite(limits.idle_s):
+        counts["IDLE"] = periods(c.period, lambda t: t > limits.idle_s)
     return [
         _group("button and load at rest", **numbers),
         ("button and load at rest: samples", {name: f"{count}u" for name, count in counts.items()}),

@@ -21,6 +21,7 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
                  judge_load, watch_load           RestLoad.judge, .watch
                  listen_here, begin_enabling, wish_enabled
                                                   EnabledLaw._listen, .begin, .wish
+                 begin_session, check_session     SessionLimits.reset, .check
     force_free.c bounded, fail, NAME_reset, NAME_recover, NAME_step, NAME_ready, NAME_tare
                                                   ForceFreeController
 
@@ -71,6 +72,8 @@ _REASONS = {
     Reason.SURROUNDINGS: "payload, tilt or temperature is impossible",
     Reason.TORQUE: "more torque on the axis than a hand may give",
     Reason.MISMATCH: "the axis carries at rest what neither model, friction nor uncertainties explain",
+    Reason.SPEED_LIMIT: "guided faster than the session allows",
+    Reason.ENERGY: "the axis gave energy to a hand that gave it none",
 }
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 _SKETCH = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,62}")
@@ -231,6 +234,10 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "window": window,
         "period_us": microseconds(c.period),
         "light": isinstance(c.law, AdmittanceLaw),
+        "limits_speed": math.isfinite(c.limits.guided_speed),
+        "limits_energy": math.isfinite(c.limits.energy),
+        "limits_idle": math.isfinite(c.limits.idle_s),
+        "limits_session": min(c.limits.guided_speed, c.limits.energy, c.limits.idle_s) < math.inf,
         "watches_torque": math.isfinite(c.limits.torque),
         "watches_mismatch": c.limits.mismatch != math.inf,
         "mismatch_fixed": c.limits.mismatch is not None,

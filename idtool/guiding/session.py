@@ -216,6 +216,23 @@ def _tare(
     return sample, current
 
 
+def with_session(limits: Limits, *, guided_speed: float, energy: float, idle_s: float) -> Limits:
+    """These limits, and those of a session.
+
+    Args:
+        limits: of the controller.
+        guided_speed: rad/s (m/s): the axis yields no faster, and half as fast again stops it.
+        energy, idle_s: as of `Limits`.
+    """
+    return replace(
+        limits,
+        speed=min(limits.speed, guided_speed),
+        guided_speed=(1.0 + _SPEED_TOLERANCE) * guided_speed,
+        energy=energy,
+        idle_s=idle_s,
+    )
+
+
 def limits_of(
     rig: Rig, *, guided_speed: float = math.inf, energy: float = math.inf, idle_s: float = math.inf
 ) -> Limits:
@@ -223,20 +240,17 @@ def limits_of(
 
     Args:
         rig: whose limits they are.
-        guided_speed: of the session, rad/s (m/s): the axis yields no faster, and half as fast again stops it.
-        energy, idle_s: as of `Limits`.
+        guided_speed, energy, idle_s: as of `with_session`.
     """
     low, high = rig.limits.position
-    return Limits(
+    own = Limits(
         position_min=low,
         position_max=high,
-        speed=min(rig.limits.speed, guided_speed),
-        guided_speed=(1.0 + _SPEED_TOLERANCE) * guided_speed,
-        energy=energy,
-        idle_s=idle_s,
+        speed=rig.limits.speed,
         measured_speed=4.0 * rig.limits.speed,
         current=4.0 * rig.limits.current,
     )
+    return with_session(own, guided_speed=guided_speed, energy=energy, idle_s=idle_s)
 
 
 def place_of(rig: Rig) -> float:

@@ -14,8 +14,6 @@ from idtool.export.c_controller import export_c
 from idtool.parameters import Parameters
 
 CLOCK_HZ = 16e6
-#: Builds a sketch against the Uno's real core: beside the project, where it is kept.
-UNO = Path(__file__).parents[3] / "shared" / "arduino" / "build_uno.sh"
 #: Flash of a Uno beside its boot loader, bytes.
 UNO_FLASH = 32_256
 _CHIP = "atmega328p"
@@ -83,24 +81,23 @@ def measure(parameters: Parameters, folder: Path) -> Figures:
     )
 
 
-def sketch_flash(parameters: Parameters, folder: Path) -> int:
+def sketch_flash(parameters: Parameters, folder: Path, builder: Path) -> int:
     """Bytes of the whole sketch on an Arduino Uno: core, serial port and controller, as its IDE builds it.
+
+    Args:
+        parameters: exported with a range.
+        folder: to build in.
+        builder: script that takes the folder of a sketch and one to build in, and prints "flash N of ...".
 
     Raises:
         RuntimeError: it does not compile.
     """
     sketch = folder / "guide"
     export_c(parameters, sketch, limits=Limits(-1.5, 1.5), force=True)
-    text = _run("bash", UNO, sketch, folder / "build")
+    text = _run("bash", builder, sketch, folder / "build")
     found = _SKETCH_FLASH.search(text)
     assert found, text[-500:]
     return int(found[1])
-
-
-def missing_uno() -> str | None:
-    """What is not here of that which builds a whole sketch; None if all is."""
-    tool = next((tool for tool in ("avr-gcc", "avr-g++", "avr-size", "xz") if shutil.which(tool) is None), None)
-    return tool or (None if UNO.is_file() else f"{UNO.name} with the core of the Uno")
 
 
 def host_commands(folder: Path) -> list[float]:

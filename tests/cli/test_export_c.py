@@ -12,6 +12,9 @@ from testbench.board.files import with_effects
 
 from .support import ffc_id
 
+ANY = ["--any-position"]
+FILES = ["ffc.c", "ffc.h", "ffc_servo.h", "guide.ino"]
+
 
 @pytest.fixture
 def params(tmp_path: Path) -> Path:
@@ -23,8 +26,9 @@ def params(tmp_path: Path) -> Path:
 def test_writes_header_source_and_sketch(params: Path, tmp_path: Path) -> None:
     done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", "--range", "-1.5", "1.5")
     assert done.returncode == 0, done.stderr
-    assert sorted(file.name for file in (tmp_path / "guide").iterdir()) == ["ffc.c", "ffc.h", "guide.ino"]
+    assert sorted(file.name for file in (tmp_path / "guide").iterdir()) == FILES
     assert "#define POSITION_MAX 1.5f" in (tmp_path / "guide" / "ffc.c").read_text()
+    assert "#define IDLE 6000u" in (tmp_path / "guide" / "ffc.c").read_text()
     assert "effects: inertia, position_ripple" in done.stdout
 
 
@@ -32,17 +36,17 @@ def test_writes_header_source_and_sketch(params: Path, tmp_path: Path) -> None:
 def test_the_mode_is_that_of_the_file(light: bool, tmp_path: Path) -> None:
     params, header = tmp_path / "params.toml", tmp_path / "guide" / "ffc.h"
     with_effects("inertia", light=light).write(params)
-    done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide")
+    done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", "--any-position")
     assert done.returncode == 0, done.stderr
     assert f"#define FFC_LIGHT {int(light)}\n" in header.read_text()
 
 
 def test_json_is_one_document(params: Path, tmp_path: Path) -> None:
-    arguments = ["--without", "inertia", "--period", "0.005", "--json"]
+    arguments = ["--without", "inertia", "--period", "0.005", "--any-position", "--json"]
     done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", *arguments)
     document = json.loads(done.stdout)
     assert document["effects"] == ["position_ripple"]
-    assert [Path(file).name for file in document["files"]] == ["ffc.h", "ffc.c", "guide.ino"]
+    assert [Path(file).name for file in document["files"]] == ["ffc.h", "ffc.c", "ffc_servo.h", "guide.ino"]
     assert any("inertia" in note for note in document["notes"])
     assert "PERIOD_US 5000UL" in (tmp_path / "guide" / "ffc.h").read_text()
 
@@ -50,10 +54,12 @@ def test_json_is_one_document(params: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (["--name", "Not C"], 2, "C symbols"),
-        (["--without", "inertai"], 2, 'did you mean "inertia"'),
+        ([*ANY, "--name", "Not C"], 2, "C symbols"),
+        ([*ANY, "--without", "inertai"], 2, 'did you mean "inertia"'),
         (["--range", "1", "-1"], 3, "range"),
-        (["--period", "0"], 2, "--period"),
+        ([*ANY, "--period", "0"], 2, "--period"),
+        ([], 2, "--range LOW HIGH"),
+        ([*ANY, "--range", "-1", "1"], 2, "--any-position"),
     ],
 )
 def test_mistakes_are_one_sentence(
@@ -67,10 +73,15 @@ def test_mistakes_are_one_sentence(
 
 
 def test_refuses_to_overwrite_unasked(params: Path, tmp_path: Path) -> None:
-    first, second = (ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide") for _ in range(2))
+    first, second = (
+        ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", "--any-position") for _ in range(2)
+    )
     assert (first.returncode, second.returncode) == (0, 3)
     assert "--force" in second.stderr
-    assert ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", "--force").returncode == 0
+    assert (
+        ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", "--any-position", "--force").returncode
+        == 0
+    )
 
 
 def test_a_file_that_cannot_carry_a_controller_says_what_it_lacks(tmp_path: Path) -> None:
@@ -79,7 +90,7 @@ def test_a_file_that_cannot_carry_a_controller_says_what_it_lacks(tmp_path: Path
     Parameters(
         whole.axis, whole.gravity_model, {n: Parameter(p.value) for n, p in whole.gravity.items()}
     ).write(path)
-    done = ffc_id("export", "c", "-p", path, "-o", tmp_path / "guide")
+    done = ffc_id("export", "c", "-p", path, "-o", tmp_path / "guide", "--any-position")
     assert done.returncode == 3
     assert "friction" in done.stderr
 

@@ -83,6 +83,25 @@ def test_an_arm_and_a_friction_that_an_effect_raises(tmp_path: Path) -> None:
         assert_alike(c, run_python(one, samples, limits=LIMITS))
 
 
+@pytest.mark.parametrize("mode", ["paper", "light"])
+def test_a_session_s_limits(mode: str, tmp_path: Path) -> None:
+    limits = replace(LIMITS, guided_speed=0.8, energy=2e-4, idle_s=0.7)
+    parameters = file(mode, BENCH)
+    program = compile_c(parameters, tmp_path, limits=limits)
+    faults: set[str | None] = set()
+    expired = False
+    for seed in (8, 9):
+        samples = pressed(parameters, BENCH, seed, rows=4000)
+        c = run_c(program, samples)
+        assert_alike(c, run_python(parameters, samples, limits=limits))
+        faults |= set(c.fault)
+        down = ~np.asarray(samples.up)
+        waited = down & np.roll(down, 80) & (np.array(c.state) == "held")
+        expired = expired or bool(np.any(waited[100:]))
+    assert {Reason.SPEED_LIMIT.value, Reason.ENERGY.value} & faults
+    assert expired
+
+
 def test_a_line_that_the_user_draws(tmp_path: Path) -> None:
     limits = replace(LIMITS, mismatch=0.05)
     parameters = file("paper", PAPER)
