@@ -21,6 +21,6 @@ def export() -> None:
     """Turn a parameter file into what other programs and boards use.
 
     \b
-    ffc-id export c -p result/params.toml -o board
+    ffc-id export c -p result/params.toml -o board --range -1.5 1.5
     ffc-id export mujoco -p result/params.toml -o axis.xml sine.csv
     """

@@ -1,0 +1,100 @@
+"""`ffc-id play`, the real program; and a payload that was told and is not mounted."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from idtool.io.toml import load_toml
+from idtool.log import Log
+from idtool.parameters import Parameters
+
+from .support import ffc_id
+from .test_teach import TRAVEL, parameters, run
+
+__all__ = ["parameters"]  # a fixture of the neighbour
+
+
+@pytest.fixture(scope="module")
+def taught(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the simulated hand taught on the paper's axis."""
+    folder = tmp_path_factory.mktemp("taught")
+    parameters.__wrapped__().write(folder / "params.toml")  # type: ignore[attr-defined]
+    done = ffc_id("teach", "-p", "params.toml", "-o", "taught.csv", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_plays_what_was_taught(taught: Path, tmp_path: Path) -> None:
+    arguments = (
+        "--rig",
+        "sim:paper",
+        "-p",
+        str(taught / "params.toml"),
+        "--payload",
+        "0.4",
+        "--speed",
+        "0.5",
+    )
+    done = run(tmp_path, "play", str(taught / "taught.csv"), *arguments, "-o", "played.csv", "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["stopped"] is None
+    assert 0.0 < document["rms_error_mm"] < 0.1
+    hand = Log.read(taught / "taught.csv").frame["position_rad"]
+    played = Log.read(tmp_path / "played.csv").frame["position_rad"]
+    assert np.ptp(played) == pytest.approx(np.ptp(hand), rel=0.02)
+
+
+def test_waypoints_can_be_edited_and_played(taught: Path, tmp_path: Path) -> None:
+    source = str(taught / "taught.csv")
+    done = run(tmp_path, "play", source, "--rig", "sim:paper", "--waypoints", "points.toml")
+    assert done.returncode == 0, done.stderr
+    assert 2 < len(load_toml(tmp_path / "points.toml")["points"]) < 60
+    again = run(tmp_path, "play", "points.toml", "--rig", "sim:paper", "--loop", "2", "--json")
+    assert again.returncode == 0, again.stderr
+    assert json.loads(again.stdout)["stopped"] is None
+
+
+def test_a_contact_without_a_model_is_a_mistake(taught: Path, tmp_path: Path) -> None:
+    done = run(tmp_path, "play", str(taught / "taught.csv"), "--rig", "sim:paper", "--contact", "5")
+    assert done.returncode == 2
+    assert "parameter file" in done.stderr
+
+
+def test_it_stops_at_what_the_model_cannot_explain_and_says_where(taught: Path, tmp_path: Path) -> None:
+    """Told more payload than it carries, it feels the difference once the limit is below that."""
+    arguments = (
+        "--rig",
+        "sim:paper",
+        "-p",
+        str(taught / "params.toml"),
+        "--payload",
+        "0.4",
+        "--contact",
+        "0.2",
+    )
+    done = run(tmp_path, "play", str(taught / "taught.csv"), *arguments, "--speed", "3", "--json")
+    assert done.returncode == 4, done.stdout
+    assert json.loads(done.stdout)["stopped"] is not None
+
+
+def test_a_camera_that_is_not_mounted_makes_the_axis_rise_slowly(
+    tmp_path: Path, parameters: Parameters
+) -> None:
+    """As the paper's: set to its camera's payload, with none there, while the button is down."""
+    parameters.write(tmp_path / "params.toml")
+    common = ("teach", "-p", "params.toml", "--rig", "sim:paper", "--no-hand", "--duration", "5")
+    done = run(tmp_path, *common, "--payload", "0", "--told-payload", "0.4", "-o", "rise.csv")
+    assert done.returncode == 0, done.stderr
+    frame = Log.read(tmp_path / "rise.csv").frame
+    position, time = frame["position_rad"].to_numpy(), frame["time_s"].to_numpy()
+    assert TRAVEL * (position[-1] - position[0]) > 5e-3
+    speed = np.diff(position[::20]) / np.diff(time[::20])
+    assert np.max(np.abs(speed)) < 0.3
+    still = run(tmp_path, *common, "--payload", "0.4", "-o", "still.csv")
+    assert still.returncode == 0, still.stderr
+    assert np.ptp(Log.read(tmp_path / "still.csv").frame["position_rad"]) < 3e-3
