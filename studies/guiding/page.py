@@ -112,7 +112,7 @@ Made by `make study-teach`. The published law is in `idtool/control/force_free.p
 The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned lighter. The light mode
 (`mode = "light"` in `[controller]`, written by `ffc-id tune`) is an admittance that is driven by what is
 *certain* of the hand. Gains for a wanted feel, with their stability margins:
-`ffc-id tune -p params.toml --force 2 --speed 19.2` (N, mm/s). Then `ffc-id teach -p params.toml --tare`, or
+`ffc-id tune -p params.toml --hand-force 2 --speed 19.2 --write` (N, mm/s). Then `ffc-id teach --tare`, or
 from Python
 
     controller = ForceFreeController(Parameters.read("params.toml"), period_s=0.01)
@@ -181,7 +181,7 @@ matter of stability, not of passivity: its gain margins are what `tune` computes
 elasto-plastic and Maxwell-slip friction that differs between the directions and along the stroke, a gear
 ripple, Runge-Kutta of 0.2 ms, a drive that is a sampled cascade with a limit of acceleration, readings in a
 DYNAMIXEL's counts that come up to 20 ms late (on two axes of five the current comes in time), a hand with
-mass and skin. A session is recorded on each machine and a file fitted to it; `tune --force {least}` gives
+mass and skin. A session is recorded on each machine and a file fitted to it; `tune --hand-force {least}` gives
 the gain ({asked}).
 Then come the days: friction level and friction that goes with speed off by up to 30 % each, the payload by
 up to 20 g, a hand of 200 to 2000 N/m. {axes} axes are such days; on each, every hand below comes, after a
