@@ -181,8 +181,8 @@ matter of stability, not of passivity: its gain margins are what `tune` computes
 elasto-plastic and Maxwell-slip friction that differs between the directions and along the stroke, a gear
 ripple, Runge-Kutta of 0.2 ms, a drive that is a sampled cascade with a limit of acceleration, readings in a
 DYNAMIXEL's counts that come up to 20 ms late (on two axes of five the current comes in time), a hand with
-mass and skin. A session is recorded on each machine and a file fitted to it; `tune --hand-force {least}` gives
-the gain ({asked}).
+mass and skin. A session is recorded on each machine and a file fitted to it; `tune --hand-force {least}`
+gives the gain ({asked}).
 Then come the days: friction level and friction that goes with speed off by up to 30 % each, the payload by
 up to 20 g, a hand of 200 to 2000 N/m. {axes} axes are such days; on each, every hand below comes, after a
 tare.
