@@ -28,7 +28,7 @@ def test_writes_header_source_and_sketch(params: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert sorted(file.name for file in (tmp_path / "guide").iterdir()) == FILES
     assert "#define POSITION_MAX 1.5f" in (tmp_path / "guide" / "ffc.c").read_text()
-    assert "#define IDLE 6000u" in (tmp_path / "guide" / "ffc.c").read_text()
+    assert "#define IDLE 600" in (tmp_path / "guide" / "ffc.c").read_text()
     assert "effects: inertia, position_ripple" in done.stdout
 
 
