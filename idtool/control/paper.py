@@ -15,6 +15,8 @@ from idtool.parameters import Controller
 RELEASE_S = 0.04
 #: For how long after that nothing is taken for a hand, s.
 _BRAKE_S = 0.05
+#: Two times closer than this are one, s: half a step of a board's clock, on which the exported C counts.
+_SAME_TIME = 0.5e-6
 #: A fall per period below this share of the starting torque is noise.
 _FALL_NOISE = 0.5
 #: Below this share of the starting torque a guided axis stops; so many samples above it start it.
@@ -88,7 +90,7 @@ class PaperLaw(Law):
     def _wished(self, sample: Measurement) -> float:
         if self.state is State.STARTING:
             self._sense.listen(sample)
-            if sample.time - self._begun_at >= self._settle:
+            if sample.time - self._begun_at > self._settle - _SAME_TIME:
                 self._sense.settle()
                 self.state = State.RESTING
             return self.anchor
@@ -99,7 +101,7 @@ class PaperLaw(Law):
         if self.state is State.RESTING:
             # more than once: a single sample is noise, or what braking left in the filter
             self._pushed = self._pushed + 1 if push > self._start_torque else 0
-            if sample.time < self._brake_until:
+            if sample.time < self._brake_until - _SAME_TIME:
                 # the servo's own loops are still coming to rest: do not pull the axis back
                 self.anchor = self.limits.clip(sample.position)
                 return self.anchor
@@ -141,6 +143,6 @@ class PaperLaw(Law):
             self.state = State.RESTING
             self._pushed = 0
             self.anchor = self.limits.clip(sample.position)
-        elif sample.time > self._brake_until and push > self._start_torque:
+        elif sample.time > self._brake_until + _SAME_TIME and push > self._start_torque:
             self.state = State.GUIDING  # it was a hand that eased off, not one that left
         return sample.position

@@ -270,8 +270,8 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
             TARE_MIDDLE=float(k["tare_middle"]),
             TARE_TOP=float(k["tare_top"]),
             TARE_APART=float(k["tare_apart"]),
-            TARE_VARIANCE=float(k["tare_noise"]) ** 2,
-            TARE_LATE=float(k["tare_late"]),
+            TARE_VARIANCE=float(k["tare_noise"]) ** 2 / kernel.SAMPLES_PER_SUM,
+            TARE_LATE=float(k["tare_late"]) / math.sqrt(kernel.SAMPLES_PER_SUM),
             TARE_LEFT=float(k["tare_left"]) ** 2,
             **({"REFUSE": float(k["refuse"])} if math.isfinite(k["refuse"]) else {}),
         ),
@@ -287,6 +287,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         "TARE_PARTS": kernel.PARTS,
         "TARE_CYCLE": cycle,
         "TARE_END": _counted(kernel.CYCLES * cycle, c.period),
+        "SOLVE_SAMPLES": kernel.SOLVE_SAMPLES,
     }
     return [*numbers, ("law: periods", {name: f"{count}u" for name, count in counts.items()})]
 

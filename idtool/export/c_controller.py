@@ -263,7 +263,7 @@ def _tare_words(c: ForceFreeController, kind: Units) -> dict[str, str]:
     """How long a tare takes, how far it moves and in how many parts, for the header."""
     if not isinstance(c.law, AdmittanceLaw):
         return {}
-    time = kernel.CYCLES * float(c.law.constants["tare_cycle"]) * c.period
+    time = (kernel.CYCLES * float(c.law.constants["tare_cycle"]) + kernel.SOLVE_SAMPLES) * c.period
     travel = f"{c.law.settings.tare_travel:g} {unit_text('position', kind)}"
     return {"tare_s": f"{time:.1f}", "tare_travel": travel, "tare_parts": str(kernel.PARTS)}
 

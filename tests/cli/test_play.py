@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from idtool.io.toml import load_toml
 from idtool.log import Log
 from idtool.parameters import Parameters
 
@@ -23,7 +23,7 @@ def taught(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the simulated hand taught on the paper's axis."""
     folder = tmp_path_factory.mktemp("taught")
     parameters.__wrapped__().write(folder / "params.toml")  # type: ignore[attr-defined]
-    done = ffc_id("teach", "-p", "params.toml", "-o", "taught.csv", cwd=folder)
+    done = ffc_id("teach", "-p", "params.toml", "--rig", "sim:paper", "-o", "taught.csv", cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -53,7 +53,7 @@ def test_waypoints_can_be_edited_and_played(taught: Path, tmp_path: Path) -> Non
     source = str(taught / "taught.csv")
     done = run(tmp_path, "play", source, "--rig", "sim:paper", "--waypoints", "points.toml")
     assert done.returncode == 0, done.stderr
-    assert 2 < len(load_toml(tmp_path / "points.toml")["points"]) < 60
+    assert 2 < len(tomllib.loads((tmp_path / "points.toml").read_text())["points"]) < 60
     again = run(tmp_path, "play", "points.toml", "--rig", "sim:paper", "--loop", "2", "--json")
     assert again.returncode == 0, again.stderr
     assert json.loads(again.stdout)["stopped"] is None

@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
+import numba
 import numpy as np
 
 from idtool.parameters import EffectEntry, Parameter, Parameters
@@ -55,6 +57,36 @@ def parameters(values: dict[str, float] = PAPER, **effects: dict[str, float]) ->
     )
 
 
+_STEP_S = 1e-4
+
+
+def _advance(
+    state: Any, friction: Any, bristle: Any, steps: int, command: float, gain: float,
+    outside: float, inertia: float, extra: Any,
+) -> Any:  # fmt: skip
+    """Explicit Euler; `outside` is the torque of hand and gravity."""
+    q, w, z, integral, motor = state
+    coulomb, static, stribeck = friction
+    stiffness, damping, viscous = bristle
+    for _ in range(steps):
+        wanted = min(max(gain * (command - q), -3.0), 3.0)
+        error = wanted - w
+        integral += 30.0 * error * _STEP_S
+        motor = min(max(1.0 * error + integral, -6.0), 6.0)
+        level = coulomb + (static - coulomb) * math.exp(-((w / stribeck) ** 2))
+        rate = w - stiffness * abs(w) / level * z
+        torque = motor + outside - stiffness * z - damping * rate - viscous * w
+        if extra is not None:
+            torque -= extra(q, w)
+        w += _STEP_S * torque / inertia
+        z += _STEP_S * rate
+        q += _STEP_S * w
+    return q, w, z, integral, motor
+
+
+_advance_compiled = numba.njit(cache=True)(_advance)
+
+
 @dataclass
 class Double(Rig):
     """A rig.
@@ -95,21 +127,15 @@ class Double(Rig):
         self.motor = self.integral
 
     def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:
-        v, h = self.values, 1e-4
-        for _ in range(round(self.period_s / h)):
-            wanted = min(max(self.position_gain * (position_command - self.q), -3.0), 3.0)
-            error = wanted - self.w
-            self.integral += 30.0 * error * h
-            self.motor = min(max(1.0 * error + self.integral, -6.0), 6.0)
-            level = v["coulomb"] + (v["static"] - v["coulomb"]) * math.exp(
-                -((self.w / v["stribeck_velocity"]) ** 2)
-            )
-            rate = self.w - v["bristle_stiffness"] * abs(self.w) / level * self.z
-            friction = v["bristle_stiffness"] * self.z + v["bristle_damping"] * rate + v["viscous"] * self.w
-            other = self.extra(self.q, self.w) if self.extra else 0.0
-            self.w += h * (self.motor + external_torque_nm - self.gravity - friction - other) / self.inertia
-            self.z += h * rate
-            self.q += h * self.w
+        v = self.values
+        friction = (v["coulomb"], v["static"], v["stribeck_velocity"])
+        bristle = (v["bristle_stiffness"], v["bristle_damping"], v["viscous"])
+        state = (self.q, self.w, self.z, self.integral, self.motor)
+        advance = _advance_compiled if self.extra is None else _advance
+        self.q, self.w, self.z, self.integral, self.motor = advance(
+            state, friction, bristle, round(self.period_s / _STEP_S), position_command, self.position_gain,
+            external_torque_nm - self.gravity, self.inertia, self.extra,
+        )  # fmt: skip
         self.time += self.period_s
         q, w, i = self.q, self.w, self.motor / 2.67
         if self.noisy:

@@ -42,7 +42,7 @@ def test_what_single_precision_cannot_hold_is_refused() -> None:
 
 def test_symbols_and_files_begin_with_the_name(tmp_path: Path) -> None:
     result = export_c(parameters(BENCH), tmp_path / "wrist", name="wrist_1")
-    assert [file.name for file in result.files] == ["wrist_1.h", "wrist_1.c", "wrist.ino"]
+    assert [file.name for file in result.files] == ["wrist_1.h", "wrist_1.c", "wrist_1_servo.h", "wrist.ino"]
     assert "ffc_" not in (tmp_path / "wrist" / "wrist_1.h").read_text().replace("ffc_id", "")
 
 

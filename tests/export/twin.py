@@ -87,7 +87,7 @@ def compile_c(
     export_c(parameters, folder, period_s=period_s, limits=limits, without=without, force=True)
     program = folder / "driver"
     checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"] if sanitized else []
-    command = ["gcc", *FLAGS, *checks, "-O2", "-I", folder, DRIVER, folder / "ffc.c", "-lm", "-o", program]
+    command = ["gcc", *FLAGS, *checks, "-O1", "-I", folder, DRIVER, folder / "ffc.c", "-lm", "-o", program]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return program

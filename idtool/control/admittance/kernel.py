@@ -25,8 +25,11 @@ PARTS = 8
 START_SAMPLES = 2
 #: A hand that seems to leave has left, unless it pushes as one that starts for so many samples.
 LEAVE_SAMPLES = 3
-#: Cycles of a tare.
+#: Cycles of a tare, and the samples after them, at rest, in which a small board solves for what they taught.
 CYCLES = 2
+SOLVE_SAMPLES = 9
+#: A tare learns from one sample in so many, which counts for all of them: a small board has no time for more.
+SAMPLES_PER_SUM = 2
 #: What a tare came to.
 USED, TOUCHED, NOT_EXPLAINED, OTHER_LOAD = range(4)
 LOAD, LEVEL, DAMPING, BRISTLE = range(4)
@@ -114,9 +117,15 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
         kept: share of the bristle's deflection that outlived the travel since the last sample.
     """
     s.elastic, s.damping, s.plain = elastic, damping, plain
+    if s.state == TARING:  # hands are off, and what was learned is learned anew
+        s.fade *= kept
+        s.zero_before *= kept
+        s.raw = plain
+        s.correction = 0.0
+        return
     s.zero *= kept
-    s.zero_before *= kept
-    s.fade *= kept
+    if s.state == RESTING:
+        s.zero_before *= kept
     s.correction = s.learned[LOAD] + s.learned[LEVEL] * elastic + s.learned[DAMPING] * damping + s.zero
     if s.state == GUIDING:
         s.correction += s.bias
@@ -293,6 +302,8 @@ def tare(c: Any, s: Any) -> bool:
     if abs(s.hand) > c.start_torque:
         s.outcome = TOUCHED  # a hand is there already
         return False
+    forget_push(s)
+    s.hand = 0.0
     s.state = TARING
     s.since = s.part = 0
     s.way = -1.0 if s.anchor > c.tare_middle else 1.0
@@ -318,19 +329,29 @@ def sweep(c: Any, s: Any, motor: float) -> float:
         c, s: constants and state.
         motor: current of this sample, A.
     """
-    late = c.tare_late * s.damping
-    weight = 1.0 / (c.tare_noise * c.tare_noise + late * late)
-    row = (c.prior[0], c.prior[1] * s.elastic, c.prior[2] * s.damping, c.prior[3] * s.fade)
-    for j in range(4):
-        s.moment[j] -= weight * row[j] * s.plain
-        for k in range(4):
-            s.information[j, k] += weight * row[j] * row[k]
-    s.square += weight * s.plain * s.plain
-    s.weight += weight
+    s.since += 1
+    moving = CYCLES * c.tare_cycle
+    if s.since > moving:
+        if s.since < moving + SOLVE_SAMPLES:
+            return float(s.anchor)
+        learn(c, s)
+        s.state = RESTING
+        s.left = 1 if s.outcome == USED else 0
+        open_zero(c, s)
+        return float(s.anchor)
+    if s.since % SAMPLES_PER_SUM == 1:
+        late = c.tare_late * s.damping
+        weight = SAMPLES_PER_SUM / (c.tare_noise * c.tare_noise + late * late)
+        row = (c.prior[0], c.prior[1] * s.elastic, c.prior[2] * s.damping, c.prior[3] * s.fade)
+        for j in range(4):
+            s.moment[j] -= weight * row[j] * s.plain
+            for k in range(4):
+                s.information[j, k] += weight * row[j] * row[k]
+        s.square += weight * s.plain * s.plain
+        s.weight += weight
     # an axis repeats itself, a hand does not: each part is compared with that of the cycle before, but for
     # the first, to which the axis came from rest
     s.sum += motor
-    s.since += 1
     if s.since % c.tare_part == 0:
         mean = s.sum / c.tare_part
         if s.since > c.tare_cycle and s.part > 0 and abs(mean - s.means[s.part]) > c.tare_apart:
@@ -338,16 +359,11 @@ def sweep(c: Any, s: Any, motor: float) -> float:
         s.means[s.part] = mean
         s.sum = 0.0
         s.part = (s.part + 1) % PARTS
-    if s.since < CYCLES * c.tare_cycle:
+    if s.since < moving:
         place = follow(c, s)
         s.w = s.way * c.tare_top * math.sin(c.tare_turn * s.since)
         return float(place)
-    learn(c, s)
-    forget_push(s)
-    s.state = RESTING
-    s.w = s.hand = 0.0
-    s.left = 1 if s.outcome == USED else 0
-    open_zero(c, s)
+    s.w = 0.0
     return float(s.anchor)
 
 
