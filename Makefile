@@ -8,13 +8,14 @@
 #   make docs-commands, docs-effects, docs-tutorial, docs-architecture, docs-notebook
 #                docs/commands.md from the program; pictures and facts of docs/effects/ (some minutes);
 #                outputs and pictures of docs/tutorial.md
+#   make package wheel and sdist into dist/, checked and tried in fresh environments of every Python that there is
 #   make fuzz    coverage-guided fuzzing of every reader, a minute each (Linux)
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests quick bench fuzz clean study-accuracy study-diagnosis study-measured \
+.PHONY: demo test lint types tests quick bench fuzz package clean study-accuracy study-diagnosis study-measured \
     study-board study-teach study-played study-reliability docs-commands docs-effects \
     docs-tutorial docs-architecture docs-notebook
 .DELETE_ON_ERROR:
@@ -87,6 +88,11 @@ docs-architecture: $(VENV)/.ready-dev
 
 docs-notebook: $(VENV)/.ready-dev
 	$(BIN)/python -m pages.notebook
+
+# Needs the network: what a user would install is installed here.
+package: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet build twine
+	PYTHON=$(BIN)/python .ci/package
 
 # A finding is left as a file crash-*, oom-* or timeout-*.
 fuzz: $(VENV)/.ready-fuzz

@@ -21,8 +21,6 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from idtool.version import __version__
-
 if TYPE_CHECKING:
     from idtool.api.identify import identify
     from idtool.api.result import Result
@@ -31,6 +29,7 @@ if TYPE_CHECKING:
     from idtool.log import Log
     from idtool.parameters import Parameters
     from idtool.parameters.axis import Axis
+    from idtool.version import __version__
 
 _EXPORTS = {
     "Axis": "idtool.parameters.axis",
@@ -40,6 +39,7 @@ _EXPORTS = {
     "Parameters": "idtool.parameters",
     "Result": "idtool.api.result",
     "RigFault": "idtool.errors",
+    "__version__": "idtool.version",
     "identify": "idtool.api.identify",
 }
 __all__ = [

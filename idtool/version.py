@@ -1,3 +1,8 @@
-"""The version of the tool, for those who write it into files."""
+"""The version of the tool, for those who write it into files: that of the installed distribution."""
 
-__version__ = "0.2.0"
+from importlib.metadata import PackageNotFoundError, version
+
+try:
+    __version__ = version("ffc-id")
+except PackageNotFoundError:  # the sources on the path, nothing installed
+    __version__ = "0+unknown"

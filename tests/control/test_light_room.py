@@ -40,12 +40,12 @@ def test_nothing_but_numpy_and_numba_is_loaded(modules: set[str]) -> None:
 
 def test_of_this_package_only_the_rooms_before_the_controller(modules: set[str]) -> None:
     rooms = {name.split(".")[1] for name in modules if name.startswith("idtool.")}
-    assert rooms == {"version", "errors", "io", "model", "effects", "parameters", "control"}
+    assert rooms == {"errors", "io", "model", "effects", "parameters", "control"}
 
 
 def test_the_package_itself_loads_nothing_and_says_what_it_has() -> None:
     script = "import sys, idtool\nassert 'identify' in dir(idtool) and 'Log' in dir(idtool)\n"
-    assert {name for name in loaded(script) if name.startswith("idtool.")} == {"idtool.version"}
+    assert {name for name in loaded(script) if name.startswith("idtool.")} == set()
 
 
 def test_the_verb_stays_the_function(tmp_path: Path) -> None:
