@@ -19,6 +19,7 @@ from .common import (
     told_rig,
 )
 from .guiding import check_axis, inside, payload_option, told_payload
+from .live import live_option, live_page
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -65,11 +66,13 @@ _SPEED_UP_S = 0.25
 )
 @click.option("--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly.")
 @click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
+@live_option
 @seed_option
 @force_option
 @output_options
 def play(
     output: Output,
+    live: bool,
     taught: Path,
     rig: str | None,
     params: Path | None,
@@ -138,7 +141,7 @@ def play(
         setup = TrialSetup(load, alpha, beta, start_position=inside(device, output, move=move_inside))
         if device.simulated:
             setup = replace(setup, start_position=0.5 * (low + high))
-        with Progress(output, "playing") as bar:
+        with live_page(live, device, output) as watch, Progress(output, "playing") as bar:
             played = run(
                 path,
                 device,
@@ -150,6 +153,7 @@ def play(
                 log=log,
                 force=force,
                 progress=lambda share: bar.at(share, 1.0),
+                watch=watch,
             )
     ratio = _ratio(parameters, axis.kind)
     output.result(

@@ -21,6 +21,7 @@ from .common import (
     tilt_deg_option,
     told_rig,
 )
+from .live import live_option, live_page
 from .progress import Progress
 from .words import complete_recipe
 
@@ -58,6 +59,7 @@ class Wishes:
     resume: bool
     yes: bool
     tilt_deg: tuple[float, float] | None
+    live: bool
     output: Output
 
 
@@ -81,6 +83,7 @@ def _shared(command: F) -> F:
         click.option(
             "-o", "--output", "log", required=True, type=click.Path(path_type=Path), help="The log."
         ),
+        live_option,
         tilt_deg_option,
         rig_option,
     ):
@@ -196,6 +199,7 @@ def _run(name: str, wishes: Wishes, experiment: str | None, **changes: Any) -> i
     spec = told_rig(wishes.rig, output, assumed=True)
     with (
         open_rig(spec, seed=wishes.seed) as rig,
+        live_page(wishes.live, rig, output) as watch,
         _Bar(output, recipe.name, timed=False) as bar,
     ):
         summary = run(
@@ -206,6 +210,7 @@ def _run(name: str, wishes: Wishes, experiment: str | None, **changes: Any) -> i
             resume=wishes.resume,
             confirm=bar.ask if rig.by_hand and not wishes.yes else None,
             progress=bar.show if bar.visible else None,
+            watch=watch,
         )
     _tell(summary, recipe, wishes, spec, rig.simulated)
     return 130 if summary.interrupted else 0

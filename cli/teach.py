@@ -20,6 +20,7 @@ from .common import (
 )
 from .guiding import check_axis, inside, payload_option
 from .guiding import told_payload as ask_payload
+from .live import live_option, live_page
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from idtool.guiding import Hand, TeachFigures, TeachResult
     from idtool.parameters import Parameters
     from idtool.parameters.correction import Correction
-    from idtool.rig.base import Rig, TrialSetup
+    from idtool.rig.base import Rig, TrialSetup, Watch
 
 #: Most energy that a guided axis may give to a hand that it has not from it, J.
 ENERGY_J = 0.05
@@ -112,11 +113,13 @@ ENERGY_J = 0.05
 @click.option(
     "--tare", is_flag=True, help="Learn load and friction first: the axis moves 9 mm to and fro, hands off."
 )
+@live_option
 @seed_option
 @force_option
 @output_options
 def teach(
     output: Output,
+    live: bool,
     params: Path,
     rig: str | None,
     correction: Path | None,
@@ -186,7 +189,7 @@ def teach(
             raise UsageError("only the light mode has a tare: write it into the file with `ffc-id tune`")
         simulated = axis.simulated
         start = inside(axis, output, move=move_inside)
-        with open_button(spec) as button:
+        with open_button(spec) as button, live_page(live, axis, output) as watch:
             if button is not None:
                 output.say(f"{button.hint}; up, the axis is held")
             result = _run(
@@ -201,6 +204,7 @@ def teach(
                 log,
                 force,
                 tare,
+                watch,
                 output,
             )
     if figure is not None:
@@ -283,6 +287,7 @@ def _run(
     log: Path | None,
     force: bool,
     tare: bool,
+    watch: Watch | None,
     output: Output,
 ) -> TeachResult:
     from idtool.guiding.session import teach as run
@@ -301,6 +306,7 @@ def _run(
             tare=tare,
             button=button,
             told_payload_kg=told_payload,
+            watch=watch,
         )
 
     if not axis.simulated:

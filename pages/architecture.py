@@ -28,6 +28,7 @@ ROOMS = {
     "signals": "from logs to arrays: smoother, Kalman filter, low-pass, `Recording`",
     "importing": "recordings of other programs into logs",
     "rig": "what moves: the simulated axis, a servo on a bus, a log played back; supervisor and limits",
+    "live": "the page that shows the axis while it moves, served by a process of its own",
     "virtual_servo": "a servo on a virtual bus, to rehearse a session with",
     "experiment": "recipes, trajectories, the runner",
     "guiding": "hand guiding on a rig: session, simulated hand, record, figure",

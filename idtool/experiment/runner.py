@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable
@@ -19,7 +20,7 @@ from idtool.experiment.resume import Done, done_in
 from idtool.io.defer_signals import deferred_signals
 from idtool.log import LogWriter, columns_of
 from idtool.model.motion import Array
-from idtool.rig.base import Block, Rig, Trajectory, TrialSetup
+from idtool.rig.base import Block, Rig, Trajectory, TrialSetup, Watch
 from idtool.rig.supervisor import LoopTime, Supervisor
 
 #: Asks a person to set the axis up: trial (from 1), of how many, its set-up, and the one before.
@@ -78,6 +79,7 @@ def run(
     resume: bool = False,
     confirm: Confirm | None = None,
     progress: Callable[[Progress], None] | None = None,
+    watch: Watch | None = None,
 ) -> RunSummary:
     """Run every trial and log it.
 
@@ -93,6 +95,7 @@ def run(
         confirm: called before every trial whose payload or tilt is another than that of the trial before
             (and before the first), while the axis stands.
         progress: called after every block.
+        watch: called with every sample, while the axis moves.
 
     Raises:
         InputError: the recipe would leave the rig's limits, or the log is none to go on with (nothing has
@@ -112,7 +115,7 @@ def run(
         force=force,
         keep_rows=done.rows if resume and Path(path).exists() else None,
     ) as writer:
-        session = _Session(recipe, watched, writer, done, progress)
+        session = _Session(recipe, watched, writer, done, progress, watch)
         interrupted = False
         try:
             before: TrialSetup | None = None
@@ -156,7 +159,9 @@ class _Session:
         writer: LogWriter,
         done: Done,
         progress: Callable[[Progress], None] | None,
+        watch: Watch | None,
     ) -> None:
+        self._watch = watch
         self._recipe, self._rig, self._writer, self._progress = recipe, rig, writer, progress
         self._every = rows_every(recipe, rig)
         self._total = recipe.duration_s
@@ -181,6 +186,11 @@ class _Session:
                 first = first if seen else float(block.time_s[0]) - rig.period_s
                 passed = float(block.time_s[-1]) - first
                 self._played = before + min(passed, trial.motion.duration_s)
+            if self._watch is not None:
+                for time_s, position, current in zip(
+                    block.time_s.tolist(), block.position.tolist(), block.current.tolist(), strict=True
+                ):
+                    self._watch(time_s, position, current, math.nan)
             seen += len(block.time_s)
             self._tell()
         if seen == 0:

@@ -27,7 +27,7 @@ from idtool.io.defer_signals import deferred_signals
 from idtool.log import LogWriter, columns_of
 from idtool.model.motion import Array
 from idtool.parameters import Parameters
-from idtool.rig.base import Rig, Sample, TrialSetup
+from idtool.rig.base import Rig, Sample, TrialSetup, Watch
 from idtool.rig.supervisor import Supervisor
 
 #: Way to the start of a path: speed, rad/s (m/s), and how long it stands there before and after, s.
@@ -131,6 +131,7 @@ def play(
     force: bool = False,
     obstacle: Callable[[Sample], float] | None = None,
     progress: Callable[[float], None] | None = None,
+    watch: Watch | None = None,
 ) -> Played:
     """Play a path.
 
@@ -146,6 +147,7 @@ def play(
         force: overwrite it.
         obstacle: simulated: torque that something puts on the axis, N m (N), from the last sample.
         progress: called with the share done, 0 to 1.
+        watch: called with every sample.
 
     Raises:
         InputError: the log cannot be written.
@@ -153,7 +155,7 @@ def play(
     """
     period = rig.period_s
     rig = Supervisor(rig)
-    player = _Player(rig, path.kind, setup, log, force, obstacle)
+    player = _Player(rig, path.kind, setup, log, force, obstacle, watch)
     interrupted = False
     stopped: Stop | None = None
     lag = LAG_S
@@ -244,8 +246,9 @@ class _Player:
         log: str | os.PathLike[str] | None,
         force: bool,
         obstacle: Callable[[Sample], float] | None,
+        watch: Watch | None,
     ) -> None:
-        self._rig, self._obstacle = rig, obstacle
+        self._rig, self._obstacle, self._watch = rig, obstacle, watch
         self._sample: Sample | None = None
         self.commanded = 0.0
         self.path_rows: list[tuple[float, float, float]] = []
@@ -268,6 +271,8 @@ class _Player:
         torque = self._obstacle(self._sample) if self._obstacle and self._sample else 0.0
         self._sample = sample = self._rig.step(command, torque)
         self.commanded = command
+        if self._watch is not None:
+            self._watch(sample.time_s, sample.position, sample.current, math.nan)
         if wanted is not None:
             self.path_rows.append((sample.time_s, sample.position, wanted))
         if self._writer is not None:

@@ -27,7 +27,7 @@ from idtool.log import LogWriter, columns_of
 from idtool.model.units import file_key
 from idtool.parameters import Parameters
 from idtool.parameters.axis import Axis
-from idtool.rig.base import Rig, Sample, Trajectory, TrialSetup
+from idtool.rig.base import Rig, Sample, Trajectory, TrialSetup, Watch
 from idtool.rig.supervisor import Supervisor
 
 #: A hand may push this much faster (share) than the limit of the rig before it is stopped.
@@ -75,6 +75,7 @@ def teach(
     tare: bool = False,
     button: Callable[[float], bool] | None = None,
     told_payload_kg: float | None = None,
+    watch: Watch | None = None,
 ) -> TeachResult:
     """Run the controller on a rig.
 
@@ -96,6 +97,7 @@ def teach(
         tare: let the controller learn load and friction first, hands off (mode "light"; it moves by itself,
             while the button is down).
         told_payload_kg: what the controller is told instead of the truth, kg; None: the truth.
+        watch: called with every sample and the estimate of the hand.
 
     Raises:
         InputError: the log cannot be written, or a simulated hand was given to a real rig.
@@ -133,6 +135,9 @@ def teach(
             for _ in range(held):
                 push = hand.torque(sample.time_s - begun, sample.position, sample.velocity) if hand else 0.0
                 recorder.add(sample, begun, command, push, controller)
+                if watch is not None:
+                    hand_now = controller.status.external_torque
+                    watch(sample.time_s, sample.position, sample.current, hand_now)
                 sample = rig.step(command, push)
                 current += sample.current / held
             if progress is not None and length < math.inf:

@@ -8,7 +8,7 @@ trial to trial.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Literal, Self
@@ -18,6 +18,9 @@ from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 
 Mode = Literal["velocity", "position"]
+#: Shows a sample to a person and neither waits nor raises: time, position, current, torque of the hand
+#: (NaN if nobody knows it).
+Watch = Callable[[float, float, float, float], None]
 
 
 @dataclass(frozen=True)

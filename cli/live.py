@@ -1,0 +1,36 @@
+"""`--live` of every command that moves an axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from .common import Output
+
+if TYPE_CHECKING:
+    from idtool.rig.base import Rig, Watch
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def live_option(command: F) -> F:
+    """`--live`."""
+    return click.option(
+        "--live", is_flag=True, help="Show the axis while it moves, on a page of this machine."
+    )(command)
+
+
+@contextmanager
+def live_page(wanted: bool, rig: Rig, output: Output) -> Iterator[Watch | None]:
+    """What shows a row on the live page; None if nobody asked for one."""
+    if not wanted:
+        yield None
+        return
+    from idtool.live.view import LiveView
+
+    with LiveView(rig.axis.kind, rig.axis.torque_constant) as view:
+        output.say(f"live: {view.address}")
+        yield view.show
