@@ -3,7 +3,7 @@
 #   make test    lint, types and tests
 #   make quick   the demo and the fast part of the tests, as for another Python:
 #                make quick PYTHON=python3.13 VENV=build/python3.13
-#   make study-accuracy, study-diagnosis, study-measured, study-teach, study-played, study-reliability, study-board
+#   make study-accuracy, study-diagnosis, study-measured, study-teach, study-played, study-reliability, study-fleet, study-board
 #                pages of docs/ from many sessions (minutes to an hour; the last needs avr-gcc, avr-libc, simavr)
 #   make docs-commands, docs-effects, docs-tutorial, docs-architecture, docs-notebook
 #                docs/commands.md from the program; pictures and facts of docs/effects/ (some minutes);
@@ -16,7 +16,7 @@ VENV   ?= .venv
 BIN     = $(VENV)/bin
 
 .PHONY: demo test lint types tests quick bench fuzz package clean study-accuracy study-diagnosis study-measured \
-    study-board study-teach study-played study-reliability docs-commands docs-effects \
+    study-board study-teach study-played study-reliability study-fleet docs-commands docs-effects \
     docs-tutorial docs-architecture docs-notebook
 .DELETE_ON_ERROR:
 
@@ -68,6 +68,10 @@ study-teach: $(VENV)/.ready-dev
 
 study-played: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.played
+
+study-fleet: export OPENBLAS_NUM_THREADS = 1
+study-fleet: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.fleet
 
 study-reliability: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.reliability

@@ -1,8 +1,8 @@
 """Who does the work: processes of this machine, or the workers of a Dask cluster.
 
 Both are `concurrent.futures` executors from here on. A process that dies takes its own session with it
-and no other: on this machine because every session has a process to itself, on a cluster because Dask
-gives the session to another worker.
+and no other: on this machine because a process works at one session at a time and the next one gets a new
+process, on a cluster because Dask gives the session to another worker.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ import gzip
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import resource_tracker
@@ -27,6 +29,8 @@ from idtool.presentation.text import counted
 
 _START_TIMEOUT_S = 10
 _POLL_S = 0.1
+#: After so many sessions a process is replaced.
+_SESSIONS = 200
 _REMEDY = "start it with dask scheduler and dask worker, and check the address"
 
 
@@ -61,9 +65,10 @@ def open_engine(scheduler: str | None, workers: int | None) -> Iterator[Engine]:
 def _local(workers: int) -> Iterator[Engine]:
     threads = ThreadPoolExecutor(workers, initializer=_deaf)
     running: set[Future[Outcome]] = set()
+    processes = _Processes()
 
     def submit(task: Task) -> Future[Outcome]:
-        running.add(future := threads.submit(_alone, task))
+        running.add(future := threads.submit(processes.identify, task))
         future.add_done_callback(running.discard)
         return future
 
@@ -79,13 +84,38 @@ def _local(workers: int) -> Iterator[Engine]:
         raise
     finally:
         threads.shutdown()
+        processes.close()
 
 
-def _alone(task: Task) -> Outcome:
-    """In a process of its own: whatever kills it kills no other."""
-    # not forked: threads of this process may hold locks at any moment
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as process:
-        return process.submit(identify_session, task).result()
+class _Processes:
+    """A process for each thread that asks, kept from session to session: its imports cost more than a short
+    session. It is replaced when it dies, and after `_SESSIONS` so that its memory stays bounded."""
+
+    def __init__(self) -> None:
+        self._own = threading.local()
+        self._all: list[ProcessPoolExecutor] = []
+
+    def identify(self, task: Task) -> Outcome:
+        """In the process of this thread, which works at nothing else: whatever kills it kills no other."""
+        process: ProcessPoolExecutor | None = getattr(self._own, "process", None)
+        if process is None:
+            # not forked: threads of this program may hold locks at any moment
+            context = multiprocessing.get_context("spawn")
+            process = ProcessPoolExecutor(1, mp_context=context, max_tasks_per_child=_SESSIONS)
+            self._own.process = process
+            self._all.append(process)
+        try:
+            return process.submit(identify_session, task).result()
+        except BrokenProcessPool:
+            self._own.process = None
+            self._all.remove(process)
+            process.shutdown(wait=False)
+            raise
+
+    def close(self) -> None:
+        """End the processes."""
+        for process in self._all:
+            process.shutdown()
 
 
 def _deaf() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 _COLUMNS = 2
 #: Units are named under a panel up to this many.
 _MOST_NAMES = 12
+#: Failures, and what stands out, that a tile tells; the table has all.
+_MOST_TOLD = 20
 
 
 @dataclass(frozen=True)
@@ -44,10 +47,14 @@ def page(fleet: Fleet, name: str) -> str:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    script = files("idtool.fleet").joinpath("page.js").read_text("utf-8")
     template = environment.from_string(files("idtool.fleet").joinpath("page.html.jinja").read_text("utf-8"))
     done = [row for row in fleet.sessions if not row.error]
     return template.render(
         style=files("idtool.report").joinpath("page.css").read_text("utf-8"),
+        script=script,
+        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
+        most=_MOST_TOLD,
         name=name,
         version=__version__,
         units=len({row.unit for row in done}),

@@ -1,7 +1,7 @@
 """Identify every session of a folder, keep what was done, and sum it up.
 
     OUT/sessions/NAME/    params.toml, diagnosis.json, evidence.* and session.json, written last
-    OUT/summary.csv       one row per session
+    OUT/summary.csv       one row per session; summary.parquet likewise, where pyarrow is installed
     OUT/summary.json      the same, and the statistics
     OUT/fleet.html        one page
 
@@ -15,8 +15,11 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import asdict, dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+
+import pandas as pd
 
 from idtool.errors import InputError
 from idtool.fleet.engine import Engine, open_engine
@@ -94,12 +97,23 @@ def run_fleet(
                 tell(f"[{len(rows)}/{len(sessions)}] {path.name}: {said}")
                 progress(done, len(pending))
     fleet = summarise([rows[path.name] for path in sessions], out / SESSIONS)
+    rows_of_all = table(fleet)
     with atomic_write(out / "summary.csv") as stream:
-        table(fleet).to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
+        rows_of_all.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
+    _write_parquet(rows_of_all, out / "summary.parquet")
     write_json(out / "summary.json", document(fleet))
     with atomic_write(out / PAGE) as stream:
         stream.write(page(fleet, out.resolve().name))
     return fleet
+
+
+def _write_parquet(rows: pd.DataFrame, file: Path) -> None:
+    """The same table for programs that read many; an old one goes where pyarrow is not installed."""
+    if find_spec("pyarrow") is None:
+        file.unlink(missing_ok=True)
+        return
+    with atomic_write(file, "wb") as stream:
+        rows.to_parquet(stream, index=False)
 
 
 def _unfinished(

@@ -16,7 +16,8 @@ import pytest
 
 from idtool.errors import InputError
 from idtool.fleet import run_fleet
-from tests.fleet.doubles import QUICK, broken, session
+from testbench.fleet import QUICK, session
+from tests.fleet.doubles import broken
 
 distributed = pytest.importorskip("distributed", reason="the extra [fleet] is not installed")
 

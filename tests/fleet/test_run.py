@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import json
+import re
 from pathlib import Path
 
 import pandas as pd
@@ -10,11 +13,14 @@ import pytest
 
 from idtool.errors import InputError
 from idtool.fleet import Options, engine, run_fleet
+from idtool.fleet.page import page
 from idtool.fleet.session import Task, find_sessions, identity, load
+from idtool.fleet.summary import Fleet, SessionRow
 from idtool.fleet.work import identify_session
 from idtool.log import Log
 from idtool.parameters import Parameters
-from tests.fleet.doubles import QUICK, broken, dies_of, session
+from testbench.fleet import QUICK, session
+from tests.fleet.doubles import broken, dies_of, pid_of
 
 
 def test_failures_stop_no_other_and_what_is_done_is_kept(
@@ -155,3 +161,31 @@ def test_refusals(tmp_path: Path) -> None:
         find_sessions(folder / "sine.csv")
     with pytest.raises(InputError, match="is the folder of sessions itself"):
         run_fleet(tmp_path, tmp_path, Options())
+
+
+def test_a_process_serves_many_sessions_and_one_that_died_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for k in range(3):
+        session(tmp_path / "sessions" / f"s{k}", seed=k)
+    (tmp_path / "sessions" / "s1").rename(tmp_path / "sessions" / "s1-dies")
+    monkeypatch.setattr(engine, "identify_session", pid_of)
+    told: list[str] = []
+    run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1, tell=told.append)
+    first, died, last = (line.rpartition(" ")[2] for line in told[1:])
+    assert first.isdigit()
+    assert "killed" in told[2], died
+    assert last.isdigit()
+    assert first != last
+
+
+def test_a_large_page_has_pages_and_a_search_and_short_tiles(tmp_path: Path) -> None:
+    rows = [SessionRow(f"s{k:03d}", error="s: broken." if k < 50 else "", unit="A") for k in range(250)]
+    html = page(Fleet(tuple(rows)), "many")
+    assert html.count("data-failed") == 50
+    assert html.count('<li class="bad">') == 21
+    assert "and 30 more" in html
+    script = re.search(r"<script>(.*)</script>", html, re.DOTALL)
+    assert script is not None
+    digest = base64.b64encode(hashlib.sha256(script[1].encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'" in html
