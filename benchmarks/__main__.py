@@ -23,6 +23,9 @@ _REPORT = Path(__file__).resolve().parent.parent / "docs" / "benchmarks.md"
 
 _HEAD = """# Benchmarks
 
+You get: what each part costs in time and memory, as ratios against named alternatives, and what a short
+command takes.
+
 Written by `make bench` (`python -m benchmarks`; `python -m benchmarks kernel` prints one part). Everything on
 one core; times are those of the processor (of a second process, by the clock). What is compared was run in
 turns, and the shortest of several rounds counts: other work on a machine only ever adds to a time. Ratios

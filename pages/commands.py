@@ -15,6 +15,8 @@ from idtool.cli.commands import ffc_id
 PAGE = Path("docs/commands.md")
 _HEAD = """# Commands
 
+You get: every command with every option and its default.
+
 Made by `make docs-commands` from the program itself; `--help` after a command says the same in the terminal.
 
 {index}

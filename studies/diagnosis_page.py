@@ -15,6 +15,8 @@ from testbench.outcomes import Result
 
 _HEAD = """# What the diagnosis finds, and what it finds that is not there
 
+You get: how often each effect is named when it is there, and how often one is named that is not.
+
 Made by `make study-diagnosis`. Axes are of two kinds. Ours: random axes of the simulated rig
 (`testbench/plants.py`), the packaged gravity, sweep and sine runs (in some the run with pauses too, in some
 ramps ten times as steep), laboratory or DYNAMIXEL sensors, with and without a temperature column; bristles

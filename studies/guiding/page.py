@@ -102,6 +102,8 @@ def page(axes: list[Axis], images: Path) -> str:
 
 _TEXT = """# Hand guiding
 
+You get: the two laws of hand guiding, what a hand feels of them, and how they did on 600 random axes.
+
 Made by `make study-teach`. The published law is in `idtool/control/force_free.py`, the admittance law in
 `idtool/control/admittance/`.
 
