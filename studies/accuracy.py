@@ -156,8 +156,8 @@ def page(results: dict[str, list[Outcome]]) -> str:
     lines = [
         "# How accurate the estimates are, and whether the intervals are honest",
         "",
-        "You get: how far off each parameter is, against what no method can do better, and how often its 95 %",
-        "interval holds the truth, over 400 random axes.",
+        "You get: how far off each parameter is, against what no method can do better, and how often its",
+        "95 % interval holds the truth, over 400 random axes.",
         "",
         "Made by `make study-accuracy`. Every session is a random axis (`testbench/plants.py`: bristles that",
         "bend over 0.01 to 1 rad, rising and falling Stribeck curves), the packaged gravity, sweep and sine",

@@ -306,8 +306,8 @@ def _share(good: list[bool]) -> str:
 _INTRODUCTION = (
     "# What happens when something goes wrong",
     "",
-    "You get: what becomes of axis and data when a cable comes off, a packet is lost, a process dies or a disk",
-    "is full.",
+    "You get: what becomes of axis and data when a cable comes off, a packet is lost, a process dies or a",
+    "disk is full.",
     "",
     "Made by `make study-reliability` (some minutes). The manufacturer's SDK, unchanged, talks Protocol 2.0",
     "to the virtual servo (`ffc-id virtual-servo`), in front of the simulated axis `sim:bench` lying on its",
