@@ -160,6 +160,6 @@ def test_the_picture(tmp_path: Path) -> None:
     result = teach(parameters(), controller(), Double(), SETUP, hand=hand)
     figure = draw(result.record, travel_ratio=0.05)
     labels = [axes.get_ylabel() for axes in figure.axes]
-    assert labels == ["torque (N m)", "stroke (mm)", "hand (N)", "hand (N)"]
+    assert labels == ["Torque, N m", "Stroke, mm", "Hand, N", "Hand, N"]
     figure.savefig(tmp_path / "run.png", dpi=60)
     assert (tmp_path / "run.png").stat().st_size > 5000
