@@ -86,7 +86,7 @@ The summary and the page took {summing:.0f} s at the end. {told};
 {each / 1e3:.0f} kB of results a session. Each session took {1e3 * spent / sessions:.0f} ms of processor time.
 
 From that, {_MANY:,} sessions would need {hours:.1f} hours of one processor for so simple a fit,
-{disk_gb:.0f} GB on disk, {memory_mb / 1e3:.1f} GB in the program that hands out the work, and
+{disk_gb:.0f} GB on disk, {memory_mb / 1e3:.1f} GB in the program while it hands out the work, and
 {page_mb:.0f} MB of page, which no browser likes: split such a fleet into folders by unit or by month,
 and join the Parquet files.
 """

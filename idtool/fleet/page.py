@@ -27,7 +27,7 @@ _COLUMNS = 2
 #: Units are named under a panel up to this many.
 _MOST_NAMES = 12
 #: Failures, and what stands out, that a tile tells; the table has all.
-_MOST_TOLD = 20
+_MOST_TOLD = 8
 
 
 @dataclass(frozen=True)

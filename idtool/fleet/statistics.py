@@ -23,6 +23,8 @@ LEAST_VALUES = 5
 DAYS_PER_YEAR = 365.25
 _SMALL_SAMPLE = {2: 1.196, 3: 1.495, 4: 1.363, 5: 1.206, 6: 1.200, 7: 1.140, 8: 1.129, 9: 1.107}
 _SIMULATED = 20_000
+#: Half of normal values lie within so many standard deviations.
+_HALF = 0.6744897501960817
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,13 @@ def spread(values: Array) -> float:
     if n < 2:
         return float("nan")
     factor = _SMALL_SAMPLE.get(n, n / (n - 0.8))
-    return factor * float(stats.median_abs_deviation(values, scale="normal"))
+    return factor * float(_deviation(values))
+
+
+def _deviation(values: Array) -> Array:
+    """Median absolute deviation along the last axis, as the standard deviation of normal values."""
+    away = np.abs(values - np.median(values, axis=-1, keepdims=True))
+    return np.asarray(np.median(away, axis=-1) / _HALF)
 
 
 @cache
@@ -57,7 +65,7 @@ def limit(count: int) -> float:
     values = rng.standard_normal((repeats, count))
     away = np.abs(values - np.median(values, axis=1, keepdims=True))
     factor = _SMALL_SAMPLE.get(count, count / (count - 0.8))
-    scale = factor * stats.median_abs_deviation(values, axis=1, scale="normal")
+    scale = factor * _deviation(values)
     return float(np.quantile(away.max(axis=1) / scale, 1.0 - FALSE_ALARM))
 
 

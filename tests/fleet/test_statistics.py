@@ -43,7 +43,7 @@ def test_normal_sessions_hardly_ever_stand_out(sizes: tuple[int, ...]) -> None:
     alarms = np.mean(
         [
             any(mask.any() for mask in statistics.odd_sessions([rng.standard_normal(n) for n in sizes]))
-            for _ in range(2000)
+            for _ in range(1000)
         ]
     )
     assert 0.003 < alarms < 0.02
