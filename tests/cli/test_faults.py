@@ -18,7 +18,7 @@ from idtool.cli.main import main
 from idtool import Log
 from idtool.errors import InputError
 from idtool.signals import record
-from tests.fleet.doubles import session
+from testbench.fleet import session
 
 Break = Callable[[Callable[[], Any]], tuple[int, str]]
 

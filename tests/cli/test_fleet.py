@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.fleet.doubles import broken, session
+from testbench.fleet import session
+from tests.fleet.doubles import broken
 
 from .support import PROGRAM, ffc_id
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.fleet.doubles import session
+from testbench.fleet import session
 
 #: Runs `ffc-id ARGUMENTS` and sends itself a signal at the first audit event of that name whose arguments
 #: hold that word (see the table of audit events in the documentation of Python).
