@@ -35,6 +35,7 @@ def test_a_fleet_with_a_bad_session(tmp_path: Path) -> None:
         "sessions",
         "summary.csv",
         "summary.json",
+        "summary.parquet",
     ]
     again = ffc_id("fleet", "sessions", "-o", "out", *QUICK, "--json", "-q", cwd=tmp_path)
     assert (again.returncode, again.stderr) == (3, "")
