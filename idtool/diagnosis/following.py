@@ -176,7 +176,7 @@ def _model_on(fit: JointFit, recipe: Recipe) -> tuple[Array, Array, float]:
     model = JointModel(recording, fit.model.spec, fit.model.constants)
     for name in ("names", "scales"):  # those of the data that the fit is of
         model.__dict__[name] = getattr(fit.model, name)
-    start = np.zeros(motion.trials)
+    start = np.zeros(motion.stretches)
     prediction, jacobian = linearise(
         motion, model.friction(fit.x), model.contribution(fit.x), start, model.directions(fit.x)
     )

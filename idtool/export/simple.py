@@ -57,7 +57,7 @@ def fitted(parameters: Parameters, logs: Sequence[Log]) -> tuple[Parameters, flo
     motion, scales = recording.motion, Scales.of(recording)
     # the sign of the speed, with the start of each reversal no sharper than the position shows
     unit = Friction(1.0, 1.0, scales.slowest, 0.0, 1.0 / scales.shortest_bend, 0.0)
-    sign = predict_torque(motion, unit, Contribution(), np.zeros(motion.trials)).torque
+    sign = predict_torque(motion, unit, Contribution(), np.zeros(motion.stretches)).torque
     columns = recording.filtered_columns(sign, motion.velocity)
     measured = recording.filtered(recording.torque - rest)
     scale = np.linalg.norm(columns, axis=0) + _SMALLEST

@@ -128,9 +128,9 @@ class Evaluation:
 
     Attributes:
         residual: measured minus predicted torque with the best start deflections, (filtered rows,).
-        start: those deflections, (trials,).
-        penalty: root of the prior's weight times each start deflection, (trials,).
-        jacobian: derivative of -residual and -penalty, (filtered rows + trials, coordinates).
+        start: those deflections, (stretches,).
+        penalty: root of the prior's weight times each start deflection, (stretches,).
+        jacobian: derivative of -residual and -penalty, (filtered rows + stretches, coordinates).
     """
 
     residual: Array
@@ -341,7 +341,7 @@ class JointModel:
         """Residual at coordinates `x`, start deflections eliminated; `bend` is the prior's scale."""
         motion, recording = self.recording.motion, self.recording
         friction, effect = self.friction(x), self.contribution(x)
-        zero = np.zeros(motion.trials)
+        zero = np.zeros(motion.stretches)
         prediction = predict(motion, friction, effect, zero)
         both = recording.filtered_columns(prediction.torque, prediction.start_column)
         residual, column = self.measured - both[:, 0], both[:, 1]
@@ -349,7 +349,7 @@ class JointModel:
         # rows that no start explains must not bend the bristle further than it can
         most = _FURTHEST_START * self.bend(x)
         start = np.clip(share[:, 0], -most, most)
-        residual -= column * start[recording.filtered_trial]
+        residual -= column * start[recording.filtered_stretch]
         return Evaluation(residual, start, self._weight(bend) * start)
 
     def differentiate(
@@ -392,10 +392,10 @@ class JointModel:
 
     def eliminate_columns(self, columns: Array, start_column: Array, bend: float) -> tuple[Array, Array]:
         """Columns freed from what the start deflections explain, and how far each moves them."""
-        trial, members = self.recording.filtered_trial, self.recording.members
+        stretch, members = self.recording.filtered_stretch, self.recording.members
         norm = members @ start_column**2 + self._weight(bend) ** 2
         share = (members @ (start_column[:, None] * columns)) / norm[:, None]
-        return columns - start_column[:, None] * share[trial], share
+        return columns - start_column[:, None] * share[stretch], share
 
     def _weight(self, bend: float) -> float:
         """Noise of a filtered row over the prior's standard deviation."""

@@ -103,8 +103,8 @@ class Projection:
             motion.step_velocity,
             motion.step,
             self._over_steps / bend,
-            motion.first,
-            np.zeros(motion.trials),
+            motion.begins,
+            np.zeros(motion.stretches),
         )
         damped = model.spec.friction == "lugre"
         rate = self._over_rows / bend

@@ -58,5 +58,6 @@ def settled(model: JointModel, x: Array, bend: float) -> JointModel:
 def _errors(model: JointModel, x: Array, bend: float) -> Array:
     """Sum of squares of each trial, shape (trials,)."""
     found = model.evaluate(x, bend)
-    rows = np.bincount(model.recording.filtered_trial, found.residual**2, model.recording.trials)
-    return np.asarray(rows + found.penalty**2)
+    recording, trials = model.recording, model.recording.trials
+    rows = np.bincount(recording.filtered_trial, found.residual**2, trials)
+    return rows + np.bincount(recording.motion.trial[recording.motion.begins], found.penalty**2, trials)

@@ -40,11 +40,11 @@ def _propagate(
     decay = np.empty(n)
     state = 0.0
     fade = 1.0
-    trial = -1
+    stretch = -1
     for k in range(n):
         if first[k]:
-            trial += 1
-            state = start[trial]
+            stretch += 1
+            state = start[stretch]
             fade = 1.0
         else:
             x = rho[k] * abs(velocity[k]) * step[k]
@@ -72,11 +72,11 @@ def _propagate_tangents(
     running = np.zeros(m)
     state = 0.0
     fade = 1.0
-    trial = -1
+    stretch = -1
     for k in range(n):
         if first[k]:
-            trial += 1
-            state = start[trial]
+            stretch += 1
+            state = start[stretch]
             fade = 1.0
             for j in range(m):
                 running[j] = 0.0
@@ -110,8 +110,8 @@ def propagate(
         velocity: mean velocity over the step that ends at each row, shape (rows,).
         step: duration of that step, s, shape (rows,).
         rho: sigma0 / g over that step, 1/rad (1/m), above zero, shape (rows,).
-        first: True at the first row of each trial, shape (rows,).
-        start: deflection at the start of each trial, shape (trials,).
+        first: True at the first row of each stretch, shape (rows,).
+        start: deflection at the start of each stretch, shape (stretches,).
 
     Returns:
         Deflection z, rad (m), and the factor by which the start deflection has decayed; (rows,) each.

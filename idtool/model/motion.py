@@ -32,6 +32,8 @@ class Motion:
         load: gravity torque that the axis carries, from the gravity model identified so far.
         load_upright: the same at zero tilt.
         torque_constant: K, N m/A (N/A), or None where the torque itself was logged.
+        restart: last rows of a rest, after which nobody knows how far the bristle bends: friction at rest
+            is whatever the drive pushes with.
     """
 
     time: Array
@@ -47,6 +49,7 @@ class Motion:
     load: Array | None = None
     load_upright: Array | None = None
     torque_constant: float | None = None
+    restart: NDArray[np.bool_] | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -62,6 +65,21 @@ class Motion:
         first = np.ones(len(self), dtype=bool)
         first[1:] = self.trial[1:] != self.trial[:-1]
         return first
+
+    @cached_property
+    def begins(self) -> NDArray[np.bool_]:
+        """True at the first row of each stretch: of a trial, or from a rest on."""
+        return self.first if self.restart is None else self.first | self.restart
+
+    @cached_property
+    def stretch(self) -> NDArray[np.intp]:
+        """Index of the stretch of each row; the bristle's deflection at its start is unknown."""
+        return np.asarray(np.cumsum(self.begins) - 1, dtype=np.intp)
+
+    @cached_property
+    def stretches(self) -> int:
+        """Number of stretches."""
+        return int(np.count_nonzero(self.begins))
 
     @cached_property
     def step(self) -> Array:

@@ -77,7 +77,7 @@ class Prediction:
 
     Attributes:
         torque: predicted measured torque K i.
-        start_column: derivative of `torque` with respect to the start deflection of the row's trial.
+        start_column: derivative of `torque` with respect to the start deflection of the row's stretch.
         bristle: deflection z.
     """
 
@@ -93,11 +93,11 @@ def predict(motion: Motion, friction: Friction, effect: Contribution, start: Arr
         motion: the rows.
         friction: LuGre parameters.
         effect: the sum of gravity and all effects, see `Contribution`.
-        start: bristle deflection at the start of each trial, shape (trials,).
+        start: bristle deflection at the start of each stretch (`Motion.stretch`), shape (stretches,).
     """
     level = _Level(motion.step_velocity, friction, _at_step(effect, motion))
     z, decay = lugre.propagate(
-        motion.step_velocity, motion.step, friction.bristle_stiffness / level.value, motion.first, start
+        motion.step_velocity, motion.step, friction.bristle_stiffness / level.value, motion.begins, start
     )
     at_row = _Level(motion.velocity, friction, effect)
     return _output(motion, effect, _finish(motion, friction, effect, at_row, z, decay), None, ())[0]
@@ -116,7 +116,7 @@ def linearise(
         dlog_rho[:, place] = at_step.dlog_rho(directions[index], step_effect, friction)
     rho_step = friction.bristle_stiffness / at_step.value
     z, decay, tangents = lugre.propagate_tangents(
-        motion.step_velocity, motion.step, rho_step, motion.first, start, dlog_rho
+        motion.step_velocity, motion.step, rho_step, motion.begins, start, dlog_rho
     )
     prediction = _finish(motion, friction, effect, at_row, z, decay)
     rho_speed = friction.bristle_stiffness / at_row.value * np.abs(motion.velocity)

@@ -108,17 +108,22 @@ class Recording:
         return self.motion.trial[self.row]
 
     @cached_property
+    def filtered_stretch(self) -> NDArray[np.intp]:
+        """Stretch of each filtered row (`Motion.stretch`)."""
+        return self.motion.stretch[self.row]
+
+    @cached_property
     def filtered_fold(self) -> NDArray[np.intp]:
         """Fold of each filtered row."""
         return self.filtered_trial if self.fold is None else self.fold[self.row]
 
     @cached_property
     def members(self) -> sparse.csr_matrix:
-        """Which filtered rows each trial has, as a matrix that sums over them, (trials, filtered rows)."""
-        trial = self.filtered_trial
-        pointer = np.searchsorted(trial, np.arange(self.trials + 1))
+        """Which filtered rows each stretch has, as a matrix that sums over them, (stretches, filtered rows)."""
+        stretch, stretches = self.filtered_stretch, self.motion.stretches
+        pointer = np.searchsorted(stretch, np.arange(stretches + 1))
         return sparse.csr_matrix(
-            (np.ones(len(trial)), np.arange(len(trial)), pointer), shape=(self.trials, len(trial))
+            (np.ones(len(stretch)), np.arange(len(stretch)), pointer), shape=(stretches, len(stretch))
         )
 
     @cached_property
@@ -173,7 +178,7 @@ class Recording:
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
         result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
-        for name in ("operator", "row", "filtered_trial", "members"):  # the same rows: keep what was computed
+        for name in ("operator", "row", "filtered_trial", "filtered_stretch", "members"):  # the same rows: keep what was computed
             if name in self.__dict__:
                 result.__dict__[name] = self.__dict__[name]
         return result
@@ -237,6 +242,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
             lost[reason] = lost.get(reason, 0) + rows
     at_rest = standing(motion, joined["position"])
     usable &= ~at_rest
+    motion = replace(motion, restart=at_rest & ~np.append(at_rest[1:] & ~motion.first[1:], False))
     rate = lowpass.common_rate(motion, np.asarray(source)[trial])
     bandwidth, noise = lowpass.bandwidth_and_noise(calm, motion, rate)
     return Recording(

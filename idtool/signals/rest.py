@@ -41,5 +41,10 @@ def standing(motion: Motion, reading: Array | None) -> NDArray[np.bool_]:
         # the ends of a trial are judged by the half of the window that is there
         half = np.maximum(np.abs(position[after] - position), np.abs(position - position[before]))
         reach = np.where(whole, np.maximum(half, np.abs(position[after] - position[before])), half)
-        still[begin:end] = reach < np.where(whole, limit, 0.5 * limit)
+        middle = np.flatnonzero(reach < np.where(whole, limit, 0.5 * limit))
+        # a row stands if any window around it does: the torque may turn round just before the axis leaves
+        edges = np.zeros(len(clock) + 1, dtype=int)
+        np.add.at(edges, before[middle], 1)
+        np.add.at(edges, after[middle] + 1, -1)
+        still[begin:end] = np.cumsum(edges[:-1]) > 0
     return still
