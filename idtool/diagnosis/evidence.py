@@ -25,8 +25,7 @@ class Background:
         jacobian = fit.jacobian[:, fit.free]
         norm = np.linalg.norm(jacobian, axis=0)
         basis = np.linalg.qr(jacobian[:, norm > 0] / norm[norm > 0])[0]
-        penalty = fit.start * (fit.model.filtered_noise / fit.bend)
-        stacked = np.concatenate([fit.residual, penalty])
+        stacked = np.concatenate([fit.residual, fit.penalty])
         return cls(fit, basis, stacked - basis @ (basis.T @ stacked))
 
     def chance(self, left: Array, columns: Array) -> float:

@@ -21,6 +21,9 @@ from idtool.model.torque import predict
 _AT_BOUND = 1e-4
 #: How often the starts of effects with memory and the parameters are fitted in turn.
 _SETTLING = 2
+#: A fit is taken up again with the prior that fits what it found, so many times at most, until that keeps
+#: within this share: what a start may be must not depend on where the fit began.
+_SCALINGS, _SAME_SCALE = 3, 0.05
 
 
 @dataclass(frozen=True)
@@ -31,9 +34,10 @@ class JointFit:
         model: what was fitted.
         x: coordinates.
         bend: scale of the prior of the start deflections.
-        start: start deflection of each trial, (trials,).
+        start: start deflection of each stretch, (stretches,).
         residual: of the filtered rows.
-        jacobian: projected, (filtered rows + trials, coordinates).
+        penalty: of the start deflections, (stretches,).
+        jacobian: projected, (filtered rows + stretches, coordinates).
         evaluations: how often the model was evaluated.
         held: coordinates that were not varied.
         converged: whether nothing more was to be gained; it ran out of evaluations otherwise.
@@ -46,6 +50,7 @@ class JointFit:
     bend: float
     start: Array
     residual: Array
+    penalty: Array
     jacobian: Array
     evaluations: int
     held: frozenset[str] = frozenset()
@@ -144,7 +149,7 @@ def solve(
     Args:
         model: what to fit.
         x: start.
-        bend: scale of the prior of the start deflections; that at `x` if not given.
+        bend: scale of the prior of the start deflections; that of what is found if not given.
         most: how many evaluations to spend at most.
         tolerance: share of the sum of squares, or of the coordinates, that is not worth another step.
         held: coordinates to leave at their start.
@@ -184,10 +189,15 @@ def solve(
         assert result is not None
         return -result
 
-    found = minimise(
-        residual, jacobian, inside[varied], low[varied], high[varied], most=most, tolerance=tolerance
-    )
-    best = whole(found.x)
+    part, evaluations = inside[varied], 0
+    for _ in range(_SCALINGS):
+        found = minimise(residual, jacobian, part, low[varied], high[varied], most=most, tolerance=tolerance)
+        part, evaluations = found.x, evaluations + found.evaluations
+        best = whole(part)
+        now = min(model.bend(best), model.longest_bend)
+        if bend is not None or abs(now - scale) < _SAME_SCALE * scale:
+            break
+        scale = now
     evaluation = model.evaluate(best, scale)
     last = model.differentiate(best, scale, evaluation.start)
     assert last.jacobian is not None
@@ -197,8 +207,9 @@ def solve(
         scale,
         evaluation.start,
         evaluation.residual,
+        evaluation.penalty,
         last.jacobian,
-        found.evaluations,
+        evaluations,
         held,
         found.converged,
     )
@@ -240,7 +251,13 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
     evaluation = model.evaluate(fit.x, fit.bend)
     empty = np.zeros((0, len(fit.x)))
     return replace(
-        fit, model=model, start=evaluation.start, residual=evaluation.residual, jacobian=empty, evaluations=1
+        fit,
+        model=model,
+        start=evaluation.start,
+        residual=evaluation.residual,
+        penalty=evaluation.penalty,
+        jacobian=empty,
+        evaluations=1,
     )
 
 

@@ -41,6 +41,8 @@ _SOFT_BEND = 20.0
 _MOST_FRICTION = 2.0
 #: No bristle bends further than to its level, which an effect may raise by so much.
 _FURTHEST_START = 1.5
+#: The least that is unknown of a start, as a share of the bend's variance: no start is known exactly.
+_NO_BEND = 1e-6
 #: The bristle is damped in turns only, where the axis is slow: at top speed it may be so many times this.
 _MOST_DAMPING = 10.0
 #: Coordinates that are logarithms.
@@ -345,12 +347,13 @@ class JointModel:
         prediction = predict(motion, friction, effect, zero)
         both = recording.filtered_columns(prediction.torque, prediction.start_column)
         residual, column = self.measured - both[:, 0], both[:, 1]
-        _, share = self.eliminate_columns(residual[:, None], column, bend)
+        weight = self.weight(bend)
+        _, share = self.eliminate_columns(residual[:, None], column, weight)
         # rows that no start explains must not bend the bristle further than it can
         most = _FURTHEST_START * self.bend(x)
         start = np.clip(share[:, 0], -most, most)
         residual -= column * start[recording.filtered_stretch]
-        return Evaluation(residual, start, self._weight(bend) * start)
+        return Evaluation(residual, start, weight * start)
 
     def differentiate(
         self, x: Array, bend: float, start: Array, varied: NDArray[np.bool_] | None = None
@@ -375,9 +378,10 @@ class JointModel:
         for place, direction in enumerate(directions):
             adds = apart and direction.only_adds
             columns[:, place] = self._added(direction) if adds else next(following)
-        projected, moved = self.eliminate_columns(columns, filtered[:, 1], bend)
-        penalty = self._weight(bend) * start
-        return Evaluation(residual, start, penalty, np.vstack([projected, -self._weight(bend) * moved]))
+        weight = self.weight(bend)
+        projected, moved = self.eliminate_columns(columns, filtered[:, 1], weight)
+        jacobian = np.vstack([projected, -weight[:, None] * moved])
+        return Evaluation(residual, start, weight * start, jacobian)
 
     def _added(self, direction: Direction) -> Array:
         """Filtered torque of a direction that only adds one; the last one of each origin is kept."""
@@ -390,16 +394,28 @@ class JointModel:
             known = self.recording.added[name] = (depends_on, self.recording.filtered(torque))
         return known[1]
 
-    def eliminate_columns(self, columns: Array, start_column: Array, bend: float) -> tuple[Array, Array]:
-        """Columns freed from what the start deflections explain, and how far each moves them."""
+    def eliminate_columns(self, columns: Array, start_column: Array, weight: Array) -> tuple[Array, Array]:
+        """Columns freed from what the start deflections explain, and how far each moves them; `weight` is
+        that of each stretch's prior."""
         stretch, members = self.recording.filtered_stretch, self.recording.members
-        norm = members @ start_column**2 + self._weight(bend) ** 2
+        norm = members @ start_column**2 + weight**2
         share = (members @ (start_column[:, None] * columns)) / norm[:, None]
         return columns - start_column[:, None] * share[stretch], share
 
-    def _weight(self, bend: float) -> float:
-        """Noise of a filtered row over the prior's standard deviation."""
-        return self.filtered_noise / bend
+    def weight(self, bend: float) -> Array:
+        """Noise of a filtered row over the prior's standard deviation of each start, shape (stretches,).
+
+        Before a trial the bristle bent anywhere up to `bend`, which sliding forgets; in a rest the axis may
+        have moved as far as its position cannot show (`Recording.unseen`).
+        """
+        motion, unseen = self.recording.motion, self.recording.unseen
+        if motion.restart is None or motion.stretches == motion.trials:
+            return np.full(motion.stretches, self.filtered_noise / bend)
+        kept = np.exp(-2.0 * motion.travels / bend).tolist()
+        variance = np.empty(motion.stretches)
+        for k, starts_trial in enumerate(motion.first[motion.begins].tolist()):
+            variance[k] = bend**2 if starts_trial else variance[k - 1] * kept[k - 1] + unseen**2
+        return np.asarray(self.filtered_noise / np.sqrt(variance + _NO_BEND * bend**2))
 
     @cached_property
     def filtered_noise(self) -> float:

@@ -99,13 +99,8 @@ class Projection:
             self._curve = curve
             self._over_steps = 1.0 / level(motion.step_velocity, *curve)
             self._over_rows = np.abs(motion.velocity) / level(motion.velocity, *curve)
-        z, decay = lugre.propagate(
-            motion.step_velocity,
-            motion.step,
-            self._over_steps / bend,
-            motion.begins,
-            np.zeros(motion.stretches),
-        )
+        along = motion.step_velocity, motion.step, self._over_steps / bend, motion.first
+        z, decay = lugre.propagate(*along, np.zeros(motion.stretches), motion.restart)
         damped = model.spec.friction == "lugre"
         rate = self._over_rows / bend
         columns = [z, decay, motion.velocity - rate * z, rate * decay] if damped else [z, decay]
@@ -119,7 +114,7 @@ class Projection:
             regressors.append(new[:, 2:3])
             names.append("bristle_damping")
         everything = np.column_stack([target, *regressors, self._fixed])
-        reach = max(curve[:2]) * bend * self._typical
+        weight = model.weight(max(curve[:2]) * bend * self._typical)
         names += self._names
         values: dict[str, float] = {}
         # the start deflection passes through sigma1 too: a first pass finds it, the second uses it
@@ -127,7 +122,7 @@ class Projection:
             start = new[:, 1]
             if values:
                 start = start - values["bristle_damping"] / self._level(values, held) * new[:, 3]
-            free, _ = model.eliminate_columns(everything, start, reach)
+            free, _ = model.eliminate_columns(everything, start, weight)
             cost, solution = _not_negative(free[:, 1:], free[:, 0], len(names) - len(self._names) + 1)
             values = dict(zip(names, solution.tolist(), strict=True))
         scale = self._level(values, held)

@@ -33,76 +33,97 @@ _SMALL = 1e-5  # below this x, 1 - exp(-x) - x exp(-x) loses its digits and x*x/
 
 @numba.njit(cache=True, fastmath=False)
 def _propagate(
-    velocity: Array, step: Array, rho: Array, first: NDArray[np.bool_], start: Array
+    velocity: Array,
+    step: Array,
+    rho: Array,
+    first: NDArray[np.bool_],
+    restart: NDArray[np.bool_],
+    start: Array,
 ) -> tuple[Array, Array]:
     n = velocity.shape[0]
     z = np.empty(n)
     decay = np.empty(n)
-    state = 0.0
+    forced = 0.0  # the state from the trial's start on, had every start been zero
     fade = 1.0
     stretch = -1
     for k in range(n):
         if first[k]:
-            stretch += 1
-            state = start[stretch]
-            fade = 1.0
+            forced = 0.0
         else:
             x = rho[k] * abs(velocity[k]) * step[k]
             e = math.exp(-x)
             if x > _SMALL:
-                forced = math.copysign((1.0 - e) / rho[k], velocity[k])
+                forced = e * forced + math.copysign((1.0 - e) / rho[k], velocity[k])
             else:
-                forced = velocity[k] * step[k] * (1.0 - 0.5 * x)
-            state = e * state + forced
+                forced = e * forced + velocity[k] * step[k] * (1.0 - 0.5 * x)
             fade *= e
-        z[k] = state
+        if first[k] or restart[k]:
+            stretch += 1
+            fade = 1.0
+        z[k] = forced + fade * start[stretch]
         decay[k] = fade
     return z, decay
 
 
 @numba.njit(cache=True, fastmath=False)
 def _propagate_tangents(
-    velocity: Array, step: Array, rho: Array, first: NDArray[np.bool_], start: Array, dlog_rho: Array
+    velocity: Array,
+    step: Array,
+    rho: Array,
+    first: NDArray[np.bool_],
+    restart: NDArray[np.bool_],
+    start: Array,
+    dlog_rho: Array,
 ) -> tuple[Array, Array, Array]:
     n = velocity.shape[0]
     m = dlog_rho.shape[1]
     z = np.empty(n)
     decay = np.empty(n)
     tangents = np.empty((n, m))
-    running = np.zeros(m)
-    state = 0.0
+    running = np.zeros(m)  # of the forced state
+    fading = np.zeros(m)  # of -ln(fade)
+    forced = 0.0
     fade = 1.0
     stretch = -1
     for k in range(n):
         if first[k]:
-            stretch += 1
-            state = start[stretch]
-            fade = 1.0
+            forced = 0.0
             for j in range(m):
                 running[j] = 0.0
         else:
             x = rho[k] * abs(velocity[k]) * step[k]
             e = math.exp(-x)
+            sensitivity = -x * e * forced
             if x > _SMALL:
-                forced = math.copysign((1.0 - e) / rho[k], velocity[k])
-                sensitivity = -math.copysign((1.0 - e - x * e) / rho[k], velocity[k])
+                forced = e * forced + math.copysign((1.0 - e) / rho[k], velocity[k])
+                sensitivity -= math.copysign((1.0 - e - x * e) / rho[k], velocity[k])
             else:
-                forced = velocity[k] * step[k] * (1.0 - 0.5 * x)
-                sensitivity = -0.5 * x * velocity[k] * step[k]
-            sensitivity -= x * e * state
+                forced = e * forced + velocity[k] * step[k] * (1.0 - 0.5 * x)
+                sensitivity -= 0.5 * x * velocity[k] * step[k]
             for j in range(m):
                 running[j] = e * running[j] + sensitivity * dlog_rho[k, j]
-            state = e * state + forced
+                fading[j] += x * dlog_rho[k, j]
             fade *= e
-        z[k] = state
+        if first[k] or restart[k]:
+            stretch += 1
+            fade = 1.0
+            for j in range(m):
+                fading[j] = 0.0
+        left = fade * start[stretch]
+        z[k] = forced + left
         decay[k] = fade
         for j in range(m):
-            tangents[k, j] = running[j]
+            tangents[k, j] = running[j] - left * fading[j]
     return z, decay, tangents
 
 
 def propagate(
-    velocity: Array, step: Array, rho: Array, first: NDArray[np.bool_], start: Array
+    velocity: Array,
+    step: Array,
+    rho: Array,
+    first: NDArray[np.bool_],
+    start: Array,
+    restart: NDArray[np.bool_] | None = None,
 ) -> tuple[Array, Array]:
     """Bristle deflection of every row.
 
@@ -110,18 +131,26 @@ def propagate(
         velocity: mean velocity over the step that ends at each row, shape (rows,).
         step: duration of that step, s, shape (rows,).
         rho: sigma0 / g over that step, 1/rad (1/m), above zero, shape (rows,).
-        first: True at the first row of each stretch, shape (rows,).
-        start: deflection at the start of each stretch, shape (stretches,).
+        first: True at the first row of each trial, shape (rows,).
+        start: deflection at the start of each stretch: that of a trial, and from each restart on the
+            deflection beside that of a trial that started at zero, shape (stretches,).
+        restart: True where a rest ends, shape (rows,); None: nowhere.
 
     Returns:
-        Deflection z, rad (m), and the factor by which the start deflection has decayed; (rows,) each.
+        Deflection z, rad (m), and the factor by which the stretch's start has decayed; (rows,) each.
     """
-    z, decay = _propagate(velocity, step, rho, first, start)
+    z, decay = _propagate(velocity, step, rho, first, _nowhere(first, restart), start)
     return z, decay
 
 
 def propagate_tangents(
-    velocity: Array, step: Array, rho: Array, first: NDArray[np.bool_], start: Array, dlog_rho: Array
+    velocity: Array,
+    step: Array,
+    rho: Array,
+    first: NDArray[np.bool_],
+    start: Array,
+    dlog_rho: Array,
+    restart: NDArray[np.bool_] | None = None,
 ) -> tuple[Array, Array, Array]:
     """As `propagate`, with derivatives.
 
@@ -132,5 +161,10 @@ def propagate_tangents(
     Returns:
         z, decay, and dz with shape (rows, parameters).
     """
-    z, decay, tangents = _propagate_tangents(velocity, step, rho, first, start, dlog_rho)
+    at = _nowhere(first, restart)
+    z, decay, tangents = _propagate_tangents(velocity, step, rho, first, at, start, dlog_rho)
     return z, decay, tangents
+
+
+def _nowhere(first: NDArray[np.bool_], restart: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+    return np.zeros(len(first), dtype=bool) if restart is None else restart

@@ -82,6 +82,11 @@ class Motion:
         return int(np.count_nonzero(self.begins))
 
     @cached_property
+    def travels(self) -> Array:
+        """How far the axis moves in each stretch, there and back, rad (m), shape (stretches,)."""
+        return np.bincount(self.stretch, np.abs(self.step_velocity) * self.step, self.stretches)
+
+    @cached_property
     def step(self) -> Array:
         """Time since the row before, s; 0 at the first row of a trial."""
         step = np.zeros(len(self))

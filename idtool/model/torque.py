@@ -9,7 +9,7 @@ to one parameter. `predict` evaluates, `linearise` evaluates and propagates ever
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numba
 import numpy as np
@@ -93,12 +93,12 @@ def predict(motion: Motion, friction: Friction, effect: Contribution, start: Arr
         motion: the rows.
         friction: LuGre parameters.
         effect: the sum of gravity and all effects, see `Contribution`.
-        start: bristle deflection at the start of each stretch (`Motion.stretch`), shape (stretches,).
+        start: bristle deflection at the start of each stretch (`lugre.propagate`), shape (stretches,).
     """
     level = _Level(motion.step_velocity, friction, _at_step(effect, motion))
-    z, decay = lugre.propagate(
-        motion.step_velocity, motion.step, friction.bristle_stiffness / level.value, motion.begins, start
-    )
+    rho = friction.bristle_stiffness / level.value
+    along = motion.step_velocity, motion.step, rho, motion.first
+    z, decay = lugre.propagate(*along, start, motion.restart)
     at_row = _Level(motion.velocity, friction, effect)
     return _output(motion, effect, _finish(motion, friction, effect, at_row, z, decay), None, ())[0]
 
@@ -115,9 +115,8 @@ def linearise(
         step_effect = _at_step(directions[index].effect, motion)
         dlog_rho[:, place] = at_step.dlog_rho(directions[index], step_effect, friction)
     rho_step = friction.bristle_stiffness / at_step.value
-    z, decay, tangents = lugre.propagate_tangents(
-        motion.step_velocity, motion.step, rho_step, motion.begins, start, dlog_rho
-    )
+    along = motion.step_velocity, motion.step, rho_step, motion.first
+    z, decay, tangents = lugre.propagate_tangents(*along, start, dlog_rho, motion.restart)
     prediction = _finish(motion, friction, effect, at_row, z, decay)
     rho_speed = friction.bristle_stiffness / at_row.value * np.abs(motion.velocity)
     z_rate = motion.velocity - rho_speed * z
@@ -249,7 +248,7 @@ def _output(
             if not is_zero(direction.effect.saturation):
                 derivative[:, index] += gain * np.abs(measured) * measured * direction.effect.saturation
         torque, start_column = measured, start_column * gain
-    return Prediction(torque, start_column, prediction.bristle), derivative
+    return replace(prediction, torque=torque, start_column=start_column), derivative
 
 
 @numba.njit(cache=True)

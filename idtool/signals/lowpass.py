@@ -106,7 +106,7 @@ def design(bandwidth: float, rate: float) -> Filter:
 
 
 def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> sparse.csr_matrix:
-    """Filter and decimation as one matrix, shape (filtered rows, rows); no row is blurred across trials.
+    """Filter and decimation as one matrix, shape (filtered rows, rows); no row is blurred across stretches.
 
     Raises:
         InputError: no row has enough usable rows around it.
@@ -122,7 +122,7 @@ def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> spars
     columns = centres[:, None] + offsets[None, :]
     inside = (columns >= 0) & (columns < len(motion))
     columns = np.clip(columns, 0, len(motion) - 1)
-    inside &= motion.trial[columns] == motion.trial[centres][:, None]
+    inside &= motion.stretch[columns] == motion.stretch[centres][:, None]
     inside &= usable[columns]
     values = np.where(inside, weights[None, :], 0.0)
     total = values.sum(axis=1)

@@ -64,6 +64,7 @@ class Recording:
         wiring: of each log, sentences on columns that contradict each other.
         fold: what is left out together when a model is judged on what it did not see, (rows,); None is the
             trial.
+        unseen: how far the axis may move in a rest without its position showing it, rad (m).
         by_voltage: the torque is the motor's voltage, with its back-EMF in it unless the axis tells R.
     """
 
@@ -83,6 +84,7 @@ class Recording:
     impossible: tuple[tuple[Reading, ...], ...] = ()
     wiring: tuple[tuple[str, ...], ...] = ()
     fold: NDArray[np.intp] | None = None
+    unseen: float = 0.0
     by_voltage: bool = False
 
     @cached_property
@@ -178,7 +180,13 @@ class Recording:
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
         result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
-        for name in ("operator", "row", "filtered_trial", "filtered_stretch", "members"):  # the same rows: keep what was computed
+        for name in (
+            "operator",
+            "row",
+            "filtered_trial",
+            "filtered_stretch",
+            "members",
+        ):  # the same rows: keep what was computed
             if name in self.__dict__:
                 result.__dict__[name] = self.__dict__[name]
         return result
@@ -240,7 +248,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     for one in repaired:
         for reason, rows in one.dropped.items():
             lost[reason] = lost.get(reason, 0) + rows
-    at_rest = standing(motion, joined["position"])
+    at_rest, unseen = standing(motion, joined["position"])
     usable &= ~at_rest
     motion = replace(motion, restart=at_rest & ~np.append(at_rest[1:] & ~motion.first[1:], False))
     rate = lowpass.common_rate(motion, np.asarray(source)[trial])
@@ -261,6 +269,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         tuple(remark for one in repaired for remark in one.remarks),
         tuple(one.impossible for one in repaired),
         tuple(one.wiring for one in repaired),
+        unseen=unseen,
         by_voltage=any(effort.column == "duty" for effort in efforts),
     )
 

@@ -19,17 +19,20 @@ _SHARE = 2e-5
 _WINDOW_S = 0.5
 
 
-def standing(motion: Motion, reading: Array | None) -> NDArray[np.bool_]:
-    """Rows at which the axis stands, as far as its sensor can tell.
+def standing(motion: Motion, reading: Array | None) -> tuple[NDArray[np.bool_], float]:
+    """Rows at which the axis stands, as far as its sensor can tell, and how far it may move unseen.
 
     Args:
         motion: the smoothed motion.
         reading: the position as it was read, shape (rows,); None where it was not logged, and nothing is
             said to stand then.
+
+    Returns:
+        The rows, shape (rows,), and the distance, rad (m).
     """
     still = np.zeros(len(motion), dtype=bool)
     if reading is None:
-        return still
+        return still, 0.0
     grain = np.sqrt(12.0 * reading_variance(reading, motion.first))
     limit = max(_GRAINS * grain, _SHARE * float(np.ptp(motion.position)))
     ends = np.append(motion.starts[1:], len(motion))
@@ -41,10 +44,5 @@ def standing(motion: Motion, reading: Array | None) -> NDArray[np.bool_]:
         # the ends of a trial are judged by the half of the window that is there
         half = np.maximum(np.abs(position[after] - position), np.abs(position - position[before]))
         reach = np.where(whole, np.maximum(half, np.abs(position[after] - position[before])), half)
-        middle = np.flatnonzero(reach < np.where(whole, limit, 0.5 * limit))
-        # a row stands if any window around it does: the torque may turn round just before the axis leaves
-        edges = np.zeros(len(clock) + 1, dtype=int)
-        np.add.at(edges, before[middle], 1)
-        np.add.at(edges, after[middle] + 1, -1)
-        still[begin:end] = np.cumsum(edges[:-1]) > 0
-    return still
+        still[begin:end] = reach < np.where(whole, limit, 0.5 * limit)
+    return still, limit

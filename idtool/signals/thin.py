@@ -44,7 +44,9 @@ def thin(recording: Recording) -> Recording:
     }
     if motion.restart is not None:  # at the first row that is left of it
         arrays["restart"] = np.zeros(len(rows), dtype=bool)
-        arrays["restart"][np.searchsorted(rows, np.flatnonzero(motion.restart)).clip(max=len(rows) - 1)] = True
+        arrays["restart"][np.searchsorted(rows, np.flatnonzero(motion.restart)).clip(max=len(rows) - 1)] = (
+            True
+        )
     weights = signal.savgol_coeffs(length, 3)
     return replace(
         recording,

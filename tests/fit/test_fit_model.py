@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,6 +10,8 @@ import numpy as np
 from benchmarks.sessions import log_of, truth
 from idtool.effects import registry
 from idtool.fit.model import JointModel, Spec
+from idtool.model.motion import Array
+from idtool.model.torque import predict
 from idtool.signals import Recording, record
 
 
@@ -48,16 +51,75 @@ def test_jacobian_of_some_coordinates_is_that_part_of_the_whole() -> None:
     np.testing.assert_allclose(part, whole[:, varied], rtol=1e-12, atol=1e-15)
 
 
-def test_starts_are_eliminated_trial_by_trial() -> None:
+def test_starts_are_eliminated_stretch_by_stretch() -> None:
     joint, rng = model(), np.random.default_rng(1)
-    trial = recording().filtered_trial
-    columns, start = rng.normal(size=(len(trial), 3)), rng.normal(size=len(trial))
-    left, share = joint.eliminate_columns(columns, start, 0.5)
-    weight = joint.filtered_noise / 0.5
-    for t in range(recording().trials):
-        mine = trial == t
-        expected = start[mine] @ columns[mine] / (start[mine] @ start[mine] + weight**2)
+    stretch = recording().filtered_stretch
+    columns, start = rng.normal(size=(len(stretch), 3)), rng.normal(size=len(stretch))
+    weight = joint.weight(0.5)
+    left, share = joint.eliminate_columns(columns, start, weight)
+    for t in range(recording().motion.stretches):
+        mine = stretch == t
+        expected = start[mine] @ columns[mine] / (start[mine] @ start[mine] + weight[t] ** 2)
         np.testing.assert_allclose(share[t], expected, rtol=1e-12, atol=1e-14)
         np.testing.assert_allclose(
             left[mine], columns[mine] - np.outer(start[mine], expected), rtol=1e-12, atol=1e-14
         )
+
+
+def rested() -> JointModel:
+    """The same with two rests in the middle of trials."""
+    rec = recording()
+    restart = np.zeros(len(rec.motion), dtype=bool)
+    restart[[rec.motion.starts[1] + 150, rec.motion.starts[1] + 300]] = True
+    rec = replace(rec, motion=replace(rec.motion, restart=restart), unseen=2e-3)
+    return JointModel.build(rec, model().spec)
+
+
+def test_derivatives_beyond_a_rest() -> None:
+    """What is fitted and its Jacobian are of one model, whatever the starts of the stretches are."""
+    joint = rested()
+    x = joint.coordinates({**truth(), "inertia.inertia": truth()["inertia"]})
+    bend = joint.bend(x)
+    start = joint.evaluate(x, bend).start
+    assert len(start) == joint.recording.trials + 2
+    base = joint.project(x, bend, 0.3 * start, [])
+    found = joint.differentiate(x, bend, 0.3 * start)
+    assert found.jacobian is not None
+    np.testing.assert_array_equal(base.residual, found.residual)
+    n = len(found.residual)
+    for index, name in enumerate(joint.names):
+        step = np.zeros(len(x))
+        step[index] = 1e-6 * max(1.0, abs(x[index]))
+        ends = [joint.project(x + sign * step, bend, 0.3 * start, []).residual for sign in (1.0, -1.0)]
+        slope = -(ends[0] - ends[1]) / (2.0 * step[index])
+        # the projected column lacks what the starts can do: put it back
+        through = start_columns(joint, x) @ (-found.jacobian[n:, index] / joint.weight(bend))
+        np.testing.assert_allclose(
+            found.jacobian[:n, index] + through,
+            slope,
+            rtol=2e-4,
+            atol=2e-5 * np.abs(slope).max(),
+            err_msg=name,
+        )
+
+
+def start_columns(joint: JointModel, x: Array) -> Array:
+    """Filtered torque per start deflection, (filtered rows, stretches)."""
+    motion = joint.recording.motion
+    zero = np.zeros(motion.stretches)
+    plain = predict(motion, joint.friction(x), joint.contribution(x), zero)
+    column = joint.recording.filtered(plain.start_column)
+    return column[:, None] * (joint.recording.filtered_stretch[:, None] == np.arange(motion.stretches))
+
+
+def test_what_a_rest_leaves_unknown() -> None:
+    """A start before a trial is forgotten by sliding; a rest hides as much as the position cannot show."""
+    joint = rested()
+    motion = joint.recording.motion
+    short, wide = 1e-4 * float(motion.travels.min()), 1e4 * float(motion.travels.max())
+    rest = ~motion.first[motion.begins]
+    noise = joint.filtered_noise
+    spread = noise / joint.weight(short)
+    np.testing.assert_allclose(spread[~rest], short, rtol=1e-5)
+    np.testing.assert_allclose(spread[rest], 2e-3, rtol=1e-5)
+    np.testing.assert_allclose(noise / joint.weight(wide), wide, rtol=1e-3)

@@ -24,19 +24,20 @@ def moving(velocity: Array, grain: float = 1e-3) -> tuple[Motion, Array]:
 def test_a_pause_between_two_moves() -> None:
     velocity = np.concatenate([np.full(200, 1.0), np.zeros(300), np.full(200, -1.0)])
     motion, reading = moving(velocity)
-    found = standing(motion, reading)
+    found, unseen = standing(motion, reading)
     assert found[240:460].all()
     assert not found[:170].any()
     assert not found[530:].any()
+    assert unseen == pytest.approx(1.5 * STEP)  # the smallest step that was read
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.2])
 def test_slow_is_not_still(speed: float) -> None:
     """At 0.02 rad/s the reading changes every fifth row."""
     motion, reading = moving(np.full(1000, speed))
-    assert not standing(motion, reading).any()
+    assert not standing(motion, reading)[0].any()
 
 
 def test_without_a_position_nothing_is_said_to_stand() -> None:
     motion, _ = moving(np.zeros(500))
-    assert not standing(motion, None).any()
+    assert not standing(motion, None)[0].any()
