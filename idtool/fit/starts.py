@@ -60,4 +60,5 @@ def _errors(model: JointModel, x: Array, bend: float) -> Array:
     found = model.evaluate(x, bend)
     recording, trials = model.recording, model.recording.trials
     rows = np.bincount(recording.filtered_trial, found.residual**2, trials)
-    return rows + np.bincount(recording.motion.trial[recording.motion.begins], found.penalty**2, trials)
+    starts = np.bincount(recording.motion.trial[recording.motion.begins], found.penalty**2, trials)
+    return np.asarray(rows + starts)

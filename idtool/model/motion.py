@@ -84,7 +84,8 @@ class Motion:
     @cached_property
     def travels(self) -> Array:
         """How far the axis moves in each stretch, there and back, rad (m), shape (stretches,)."""
-        return np.bincount(self.stretch, np.abs(self.step_velocity) * self.step, self.stretches)
+        moved = np.bincount(self.stretch, np.abs(self.step_velocity) * self.step, self.stretches)
+        return np.asarray(moved, dtype=float)
 
     @cached_property
     def step(self) -> Array:

@@ -121,7 +121,7 @@ class Recording:
 
     @cached_property
     def members(self) -> sparse.csr_matrix:
-        """Which filtered rows each stretch has, as a matrix that sums over them, (stretches, filtered rows)."""
+        """Which filtered rows each stretch has: a matrix that sums over them, (stretches, filtered rows)."""
         stretch, stretches = self.filtered_stretch, self.motion.stretches
         pointer = np.searchsorted(stretch, np.arange(stretches + 1))
         return sparse.csr_matrix(

@@ -43,7 +43,8 @@ def thin(recording: Recording) -> Recording:
         if isinstance(value := getattr(motion, name), np.ndarray)
     }
     if motion.restart is not None:  # at the first row that is left of it
-        arrays["restart"] = np.zeros(len(rows), dtype=bool)
+        left = np.searchsorted(rows, np.flatnonzero(motion.restart))
+        arrays["restart"] = np.isin(np.arange(len(rows)), left)
         arrays["restart"][np.searchsorted(rows, np.flatnonzero(motion.restart)).clip(max=len(rows) - 1)] = (
             True
         )

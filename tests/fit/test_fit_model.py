@@ -94,13 +94,8 @@ def test_derivatives_beyond_a_rest() -> None:
         slope = -(ends[0] - ends[1]) / (2.0 * step[index])
         # the projected column lacks what the starts can do: put it back
         through = start_columns(joint, x) @ (-found.jacobian[n:, index] / joint.weight(bend))
-        np.testing.assert_allclose(
-            found.jacobian[:n, index] + through,
-            slope,
-            rtol=2e-4,
-            atol=2e-5 * np.abs(slope).max(),
-            err_msg=name,
-        )
+        far = np.abs(found.jacobian[:n, index] + through - slope).max()
+        assert far < 1e-4 * np.abs(slope).max(), name
 
 
 def start_columns(joint: JointModel, x: Array) -> Array:
