@@ -180,13 +180,8 @@ class Recording:
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
         result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
-        for name in (
-            "operator",
-            "row",
-            "filtered_trial",
-            "filtered_stretch",
-            "members",
-        ):  # the same rows: keep what was computed
+        # the same rows: keep what was computed
+        for name in ("operator", "row", "filtered_trial", "filtered_stretch", "members"):
             if name in self.__dict__:
                 result.__dict__[name] = self.__dict__[name]
         return result

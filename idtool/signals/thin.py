@@ -45,9 +45,6 @@ def thin(recording: Recording) -> Recording:
     if motion.restart is not None:  # at the first row that is left of it
         left = np.searchsorted(rows, np.flatnonzero(motion.restart))
         arrays["restart"] = np.isin(np.arange(len(rows)), left)
-        arrays["restart"][np.searchsorted(rows, np.flatnonzero(motion.restart)).clip(max=len(rows) - 1)] = (
-            True
-        )
     weights = signal.savgol_coeffs(length, 3)
     return replace(
         recording,
