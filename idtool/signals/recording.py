@@ -243,7 +243,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     for one in repaired:
         for reason, rows in one.dropped.items():
             lost[reason] = lost.get(reason, 0) + rows
-    at_rest, unseen = standing(motion, joined["position"])
+    at_rest, unseen = standing(motion, joined["position"], calm)
     usable &= ~at_rest
     motion = replace(motion, restart=at_rest & ~np.append(at_rest[1:] & ~motion.first[1:], False))
     rate = lowpass.common_rate(motion, np.asarray(source)[trial])

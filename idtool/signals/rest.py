@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from idtool.model.motion import Array, Motion
 from idtool.signals.smoother import reading_variance
@@ -17,20 +18,26 @@ _GRAINS = 1.5
 #: ... and within this share of the stroke, over this long, s.
 _SHARE = 2e-5
 _WINDOW_S = 0.5
+#: Where the torque swings by this share of what moves the axis and the position shows nothing, the bristle
+#: bends by less than the position can hide: nothing is known of it until the axis leaves.
+_SWING = 1.0
+#: Rows over which the torque is averaged for that, against its noise.
+_CALMED = 15
 
 
-def standing(motion: Motion, reading: Array | None) -> tuple[NDArray[np.bool_], float]:
+def standing(motion: Motion, reading: Array | None, torque: Array) -> tuple[NDArray[np.bool_], float]:
     """Rows at which the axis stands, as far as its sensor can tell, and how far it may move unseen.
 
     Args:
         motion: the smoothed motion.
         reading: the position as it was read, shape (rows,); None where it was not logged, and nothing is
             said to stand then.
+        torque: as measured, shape (rows,).
 
     Returns:
         The rows, shape (rows,), and the distance, rad (m).
     """
-    still = np.zeros(len(motion), dtype=bool)
+    still, near = np.zeros(len(motion), dtype=bool), np.zeros(len(motion), dtype=bool)
     if reading is None:
         return still, 0.0
     grain = np.sqrt(12.0 * reading_variance(reading, motion.first))
@@ -44,5 +51,23 @@ def standing(motion: Motion, reading: Array | None) -> tuple[NDArray[np.bool_], 
         # the ends of a trial are judged by the half of the window that is there
         half = np.maximum(np.abs(position[after] - position), np.abs(position - position[before]))
         reach = np.where(whole, np.maximum(half, np.abs(position[after] - position[before])), half)
-        still[begin:end] = reach < np.where(whole, limit, 0.5 * limit)
-    return still, limit
+        found = reach < np.where(whole, limit, 0.5 * limit)
+        edges = np.zeros(len(clock) + 1, dtype=int)
+        np.add.at(edges, before[found], 1)
+        np.add.at(edges, after[found] + 1, -1)
+        still[begin:end], near[begin:end] = found, np.cumsum(edges[:-1]) > 0
+    return still | _unwitnessed(near, torque, motion.first), limit
+
+
+def _unwitnessed(near: NDArray[np.bool_], torque: Array, first: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Of the rows within a window of standing, those of rests in which the torque swings unseen."""
+    if not near.any() or near.all():
+        return near
+    begins = np.flatnonzero(near & (first | ~np.append(False, near[:-1])))
+    rest = np.cumsum(np.isin(np.arange(len(near)), begins)) - 1
+    torque = uniform_filter1d(torque, _CALMED)
+    swing = np.full(len(begins), -np.inf), np.full(len(begins), np.inf)
+    np.maximum.at(swing[0], rest[near], torque[near])
+    np.minimum.at(swing[1], rest[near], torque[near])
+    blind = swing[0] - swing[1] > _SWING * float(np.median(np.abs(torque[~near])))
+    return np.asarray(near & blind[rest])
