@@ -34,7 +34,7 @@ types: $(VENV)/.ready-dev
 
 tests: export OPENBLAS_NUM_THREADS = 1
 tests: $(VENV)/.ready-dev
-	$(BIN)/pytest -n 2 --dist loadfile
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # A part of every room, what parses, computes, moves and prints; under a minute.
 quick: export OPENBLAS_NUM_THREADS = 1
