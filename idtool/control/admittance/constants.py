@@ -54,6 +54,7 @@ CONSTANTS: dict[str, Constant] = {
     "bias_most": _C(1.0, "noises", "and up to so much, less than `floor`", _STUDY),
     "still": _C(0.05, "s", "an axis that kept its count for so long stands", "6 Hz at one count"),
     "coast": _C(0.006, "s", "a braked axis rests where it is so much later", "40 rad/s^2 from 19 mm/s"),
+    "brake": _C(0.04, "s", "and is held at one place after so long", _STUDY),
     "trim_rate": _C(3.0, "1/s", "how fast the servo's lag is trimmed", "a tenth of the bandwidth"),
     "trim_range": _C(4.0, "1", "and by what factor at most", "position gains of 5 to 80 1/s"),
     "leash": _C(0.15, "s", "tracking-error limit, over the speed", "three lags of the servo"),
@@ -66,7 +67,7 @@ CONSTANTS: dict[str, Constant] = {
 _AXIS = (
     "period", "torque_constant", "gain", "noise", "servo_time", "speed", "rest_speed", "resolution",
     "low", "high", "zero_most", "start_torque", "stop_torque", "refuse",
-    "settle_periods", "still_periods",
+    "settle_periods", "still_periods", "brake_periods",
     "tare_turn", "tare_top", "tare_cycle", "tare_part", "tare_apart", "tare_middle",
 )  # fmt: skip
 

@@ -265,7 +265,7 @@ def guide(c: Any, s: Any, velocity: float) -> float:
 
 @numba.njit(cache=True)
 def brake(c: Any, s: Any, velocity: float) -> float:
-    """Ask for the place where the axis comes to rest, until it stands."""
+    """Ask for the place where the axis comes to rest; once it is slow, for one place, until it stands."""
     if s.since == 0 or abs(s.position - s.anchor) > 1.01 * c.resolution:
         s.anchor = s.position
         s.moved = s.since
@@ -278,7 +278,9 @@ def brake(c: Any, s: Any, velocity: float) -> float:
         forget_push(s)
         open_zero(c, s)
         return float(s.anchor)
-    return float(s.position + c.coast * velocity)
+    if s.since <= c.brake_periods or abs(velocity) > 4.0 * c.rest_speed:
+        s.x = s.position + c.coast * velocity
+    return float(s.x)
 
 
 @numba.njit(cache=True)

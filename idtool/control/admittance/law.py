@@ -217,6 +217,7 @@ def _axis(
         "refuse": settings.refuse,
         "settle_periods": max(1, round(settings.settle / period)),
         "still_periods": max(1, round(CONSTANTS["still"].value / period)),
+        "brake_periods": max(1, round(CONSTANTS["brake"].value / period)),
         "tare_turn": turn,
         "tare_top": reach * turn / period,
         "tare_cycle": cycle,
