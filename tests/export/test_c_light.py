@@ -96,7 +96,7 @@ def off(values: dict[str, float], seed: int) -> dict[str, float]:
     return {k: v * (rng.uniform(0.7, 1.3) if k in friction else 1.0) for k, v in values.items()}
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_guided_and_tared_as_python(seed: int, tmp_path: Path) -> None:
     file = light()
     samples = guided(file, off(BENCH, seed), STEPS, seed, limits=RANGE)
@@ -119,12 +119,20 @@ def recorded() -> Samples:
     return samples
 
 
+def first(samples: Samples, rows: int) -> Samples:
+    """The first rows."""
+    return replace(
+        samples, x=samples.x[:rows], time_us=samples.time_us[:rows], request=samples.request[:rows]
+    )
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_effects_step_as_python_does(case: str, recorded: Samples, tmp_path: Path) -> None:
     """The law at work with every effect: the torque of one that the axis lacks is to it a hand's."""
     file = light(**CASES[case])
-    c = run_c(compile_c(file, tmp_path), recorded)
-    python = run_python(file, recorded)
+    samples = first(recorded, STEPS // 2)
+    c = run_c(compile_c(file, tmp_path), samples)
+    python = run_python(file, samples)
     assert_alike(c, python)
     assert min(Counter(python.state)[state] for state in ("resting", "guiding", "stopping")) > 10
 
