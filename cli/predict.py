@@ -38,8 +38,8 @@ def predict(
 ) -> None:
     """Predict the torque of logs: per row trial, time, measured and predicted torque.
 
-    Prints the error per experiment over all rows. One number per trial, the start deflection of the
-    bristle, is taken from the measured torque. With several logs the rows follow one another and the
+    Prints the error per experiment over all rows. One number per trial and rest, the start deflection of
+    the bristle, is taken from the measured torque. With several logs the rows follow one another and the
     trial numbers run on.
 
     \b

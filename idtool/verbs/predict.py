@@ -1,7 +1,7 @@
 """Predict the torque of logs with a parameter file.
 
-The model is evaluated as it stands. One number per trial comes from the measured torque: the deflection
-of the bristle at the start of the trial, which nothing else tells.
+The model is evaluated as it stands. One number per trial and rest comes from the measured torque: the
+deflection of the bristle at its start, which nothing else tells.
 """
 
 from __future__ import annotations
@@ -267,7 +267,7 @@ def _errors(recording: Recording, torque: Array) -> dict[str, dict[str, Any]]:
 
 
 def _notes(parameters: Parameters) -> list[str]:
-    notes = ["the start deflection of the bristle, one number per trial, was taken from the measured torque."]
+    notes = ["the start deflection of the bristle, one number per trial and rest, was taken from the measured torque."]
     if not parameters.gravity:
         notes.append("the parameter file has no [gravity]: gravity was left out.")
     if not parameters.static:
