@@ -267,9 +267,7 @@ def _errors(recording: Recording, torque: Array) -> dict[str, dict[str, Any]]:
 
 
 def _notes(parameters: Parameters) -> list[str]:
-    notes = [
-        "the start deflection of the bristle, one number per trial and rest, was taken from the measured torque."
-    ]
+    notes = ["the bristle's start, one number per trial and rest, was taken from the measured torque."]
     if not parameters.gravity:
         notes.append("the parameter file has no [gravity]: gravity was left out.")
     if not parameters.static:
