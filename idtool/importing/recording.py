@@ -129,8 +129,17 @@ def import_recording(
 
 
 def _meaning(source: Table, name: str) -> Meaning | None:
-    """What a column means: as its format says, else as its name does."""
-    return source.meanings.get(name) or meaning(name)
+    """What a column means: as its format says, else as its name and the unit beside it do."""
+    found = source.meanings.get(name) or meaning(name)
+    if found is None or found.unit:
+        return found
+    return replace(found, unit=_stated_unit(source, name, found.role))
+
+
+def _stated_unit(source: Table, name: str, role: str) -> str:
+    """The unit that the recording states beside a column's name, "" if none of the role's."""
+    unit = source.units.get(name, "")
+    return unit if any(named_unit(unit, role, kind) for kind in ("rotary", "linear")) else ""
 
 
 def _given(
@@ -147,7 +156,8 @@ def _given(
             stated[f"--map {left}"] = implied
         told = _meaning(table_source, source)
         same = told is not None and told.role == role.removesuffix("_command")
-        unit = told.unit if told and same else unit_at_end(source, role)
+        ends = unit_at_end(source, role) or _stated_unit(table_source, source, role)
+        unit = told.unit if told and same else ends
         chosen[role] = Meaning(source, role, unit, bool(told and told.commanded))
     return chosen, {item.source for item in chosen.values()}
 

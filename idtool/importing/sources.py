@@ -58,9 +58,9 @@ def _read_file(file: Path) -> Table:
         return Table(matlab.read_matlab(raw, file, notes), notes=notes)
     if raw.lstrip()[:1] == b"{":
         return bam.read(raw, file)
-    frame, header = text.read_csv(raw, file, cut, notes)
+    frame, header, units = text.read_csv(raw, file, cut, notes)
     meanings, presumed = dynamixel.interpret(frame, notes)
-    return Table(frame, header, notes, meanings, presumed)
+    return Table(frame, header, notes, meanings, presumed, units)
 
 
 def _parquet(raw: bytes, file: Path) -> pd.DataFrame:

@@ -22,6 +22,7 @@ class Table:
         notes: what a person should know, one sentence each without a full stop.
         meanings: columns whose meaning the format fixes, whatever their names look like.
         presumed: column -> unit that such files usually have, to be confirmed with --unit.
+        units: column -> unit that the recording states beside its names.
         single: columns that tell one axis from another; a log holds one value of each.
         experiment: what the recording says it is, "" if nothing.
         facts: further facts that the recording states, for the header of the log.
@@ -32,6 +33,7 @@ class Table:
     notes: list[str] = field(default_factory=list)
     meanings: Mapping[str, Meaning] = field(default_factory=dict)
     presumed: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     single: tuple[str, ...] = ()
     experiment: str = ""
     facts: dict[str, Any] = field(default_factory=dict)

@@ -15,8 +15,10 @@ from idtool.errors import InputError
 from idtool.log.format import parse_header
 
 
-def read_csv(raw: bytes, file: Path, cut: bool, notes: list[str]) -> tuple[pd.DataFrame, dict[str, Any]]:
-    """The table and, if it is a log of ours, its header.
+def read_csv(
+    raw: bytes, file: Path, cut: bool, notes: list[str]
+) -> tuple[pd.DataFrame, dict[str, Any], dict[str, str]]:
+    """The table, its header if it is a log of ours, and column -> unit if a row under the names tells.
 
     Args:
         raw: the unpacked bytes.
@@ -61,9 +63,28 @@ def read_csv(raw: bytes, file: Path, cut: bool, notes: list[str]) -> tuple[pd.Da
         body.pop()
         notes.append("dropped a half-written last row")
     names = [name or f"unnamed_{index + 1}" for index, name in enumerate(names)]
+    units = _row_of_units(names, body, delimiter)
+    if units:
+        body = body[1:]
+        notes.append("the row under the column names was read as their units")
     if not body:
         raise InputError("has no data rows", file=file, remedy="record it again")
-    return _table(names, body, delimiter, file, len(lines) - len(body)), header
+    return _table(names, body, delimiter, file, len(lines) - len(body)), header, units
+
+
+def _row_of_units(names: list[str], body: list[str], delimiter: str) -> dict[str, str]:
+    """Column -> unit, if the first row holds words only and the next one numbers."""
+    if len(body) < 2:
+        return {}
+    first, second = (
+        [field.replace(",", ".") if delimiter != "," else field for field in _fields(line, delimiter)]
+        for line in body[:2]
+    )
+    if len(first) != len(names) or any(map(_number, first)) or not any(map(_number, second)):
+        return {}
+    return {
+        name: text.strip("[]() ") for name, text in zip(names, first, strict=True) if text.strip("[]() -")
+    }
 
 
 def _decode(raw: bytes, file: Path) -> str:

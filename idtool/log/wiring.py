@@ -33,6 +33,10 @@ _FACTORS = {
 _CERTAIN = 5.0
 _BLOCKS = 10
 _SHARE = 0.1
+#: A torque is of one sign if it is on this share of the moving rows; that of gravity alone is too, but then
+#: friction takes more than this share of the power, unless the load is twenty times the friction.
+_ONE_SIGN = 0.995
+_NO_POWER = 0.05
 #: A way made of less than this share of all the ways to and fro is a dither.
 _PURPOSE = 0.8
 #: Rows slower than this share of the top speed say nothing on friction in motion.
@@ -112,5 +116,11 @@ def _power(steps: Array, together: NDArray[np.bool_], position: Array, effort: A
         return [
             "the torque pushes along with the motion, so that friction would drive the axis: the current or "
             "the position is inverted, or something else moved the axis"
+        ]
+    one_way = max(float(np.mean(torque > 0)), float(np.mean(torque < 0))) > _ONE_SIGN
+    if one_way and abs(mean) < _NO_POWER * float(np.mean(np.abs(torque * w))):
+        return [
+            "the torque has one sign whichever way the axis moves, and friction takes no power: the current "
+            "was recorded without its sign"
         ]
     return []

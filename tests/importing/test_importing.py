@@ -229,6 +229,19 @@ def test_text_however_it_was_saved(tmp_path: Path, content: str | bytes) -> None
     assert frame["torque_nm"].tolist() == [2, 2, 3]
 
 
+@pytest.mark.parametrize("row", ["ms;deg;Nmm;A", "[ms];[deg];[Nmm];[A]", "ms;(deg);Nmm;-"])
+def test_a_row_of_units_under_the_names(tmp_path: Path, row: str) -> None:
+    text = f"t;q;tau;fan\n{row}\n" + "0;180;2000;1,5\n10;90;2000;1,5\n20;0;3000;1,5\n"
+    found = import_recording(put(tmp_path, text))
+    np.testing.assert_allclose(found.log.frame["time_s"], [0.0, 0.01, 0.02])
+    np.testing.assert_allclose(found.log.frame["position_rad"], [np.pi, np.pi / 2, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found.log.frame["torque_nm"], [2.0, 2.0, 3.0])
+    assert {item.why for item in found.taken if item.role != "trial"} == {"named"}
+    assert any("units" in note for note in found.notes)
+    mapped = import_recording(put(tmp_path, text.replace("tau", "x12")), mapping={"torque_nm": "x12"})
+    np.testing.assert_allclose(mapped.log.frame["torque_nm"], [2.0, 2.0, 3.0])
+
+
 def test_parquet_and_matlab(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     time = np.arange(50) * 1e-3

@@ -46,6 +46,14 @@ def spoilt(log: Log, column: str, factor: float) -> Log:
     return replace(log, frame=log.frame.assign(**{column: log.frame[column] * factor}))
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_current_without_its_sign(session: list[Log], sign: float) -> None:
+    for log in session[1:]:
+        bad = replace(log, frame=log.frame.assign(current_a=sign * log.frame["current_a"].abs()))
+        (said,) = record([bad]).wiring[0]
+        assert said.endswith("the current was recorded without its sign")
+
+
 @pytest.mark.parametrize(
     ("column", "factor", "expected"),
     [
