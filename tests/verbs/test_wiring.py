@@ -51,7 +51,7 @@ def test_a_current_without_its_sign(session: list[Log], sign: float) -> None:
     for log in session[1:]:
         bad = replace(log, frame=log.frame.assign(current_a=sign * log.frame["current_a"].abs()))
         (said,) = record([bad]).wiring[0]
-        assert said.endswith("the current was recorded without its sign")
+        assert said.endswith("the current was recorded without its sign.")
 
 
 @pytest.mark.parametrize(
