@@ -29,6 +29,7 @@ from idtool.export.c_controller import export_c
 from idtool.importing import import_recording
 from idtool.io import entry_points
 from idtool.parameters import Controller
+from idtool.presentation.mathml import typeset
 from idtool.report import write_report
 from idtool.report.result_folder import write_results
 from idtool.rig import forms, open_rig
@@ -112,7 +113,7 @@ def test_the_effect_goes_from_the_fit_to_the_board(tmp_path: Path) -> None:
     write_report(folder)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "<h3>imbalance</h3>" in page
-    assert "a sin(q) + b cos(q)" in page
+    assert typeset("a sin(q) + b cos(q)") in page
     assert 'href="https://example.org/imbalance"' in page
     without = replace(parameters, effects=tuple(e for e in parameters.effects if e.name != "imbalance"))
     more = predict(logs[1:], parameters).frame["torque_predicted_nm"]

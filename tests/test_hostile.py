@@ -178,4 +178,6 @@ def test_nothing_is_evaluated_unpickled_or_handed_to_a_shell() -> None:
             names = [alias.name for alias in node.names] if imports else []
             if isinstance(node, ast.ImportFrom) and node.module:
                 names.append(node.module)
-            assert not modules & {name.partition(".")[0] for name in names}, file
+            found = modules & {name.partition(".")[0] for name in names}
+            # the live page is served by a process of its own: this program, by its path, without a shell
+            assert found <= ({"subprocess"} if file.name == "view.py" else set()), file

@@ -95,8 +95,10 @@ def minimise(
         damping, raise_by = damping * max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 2.0
         gained = (cost - new) / cost
         moved = float(np.linalg.norm(step * scale)) / max(float(np.linalg.norm(x * scale)), 1e-300)
+        # what has only now come to a bound may turn back as soon as the others have followed
+        arrived = bool(np.any(((tried <= low) & (x > low)) | ((tried >= high) & (x < high))))
         x, r, cost = tried, r_tried, new
-        if gained < tolerance or moved < tolerance or cost == 0.0:
+        if cost == 0.0 or (not arrived and (gained < tolerance or moved < tolerance)):
             return Minimum(x, evaluations, True)
     return Minimum(x, evaluations, False)
 

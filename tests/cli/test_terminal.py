@@ -250,7 +250,17 @@ def test_a_terminal_without_greek_letters_gets_question_marks(files: Path) -> No
         (["virtual-servo", "--plant", "papr"], 'did you mean "paper"?'),
         (["virtual-servo", "--fault", "slent@2"], 'did you mean "silent@SECONDS"?'),
         (
-            ["export", "c", "-p", "a.toml", "-o", "board", "--without", "load_dependant_friction"],
+            [
+                "export",
+                "c",
+                "-p",
+                "a.toml",
+                "-o",
+                "b",
+                "--any-position",
+                "--without",
+                "load_dependant_friction",
+            ],
             'did you mean "load_dependent_friction"?',
         ),
         (["import", "a.csv", "-o", "y.csv", "--unit", "positon=deg"], 'did you mean "position"?'),
