@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import Output, force_option, output_options
+from .guiding import idle_option, max_speed_option, session_limits
 from .words import complete_effect
 
 if TYPE_CHECKING:
@@ -49,22 +50,8 @@ if TYPE_CHECKING:
     help="Positions that may be commanded, rad or m; must be told, or --any-position.",
 )
 @click.option("--any-position", is_flag=True, help="Let it command any position: an axis without ends.")
-@click.option(
-    "--max-speed",
-    default=250.0,
-    show_default=True,
-    metavar="MM_S",
-    type=click.FloatRange(0.0, min_open=True),
-    help="Speed limit of the session, where the file says how far the axis moves per radian.",
-)
-@click.option(
-    "--idle",
-    default=60.0,
-    show_default=True,
-    metavar="S",
-    type=click.FloatRange(0.0, min_open=True),
-    help="Hold the axis after so long without a hand, until the button was up.",
-)
+@max_speed_option
+@idle_option
 @force_option
 @output_options
 def export_c(
@@ -92,11 +79,7 @@ def export_c(
     from idtool.control import Limits
     from idtool.errors import UsageError
     from idtool.export.c_controller import export_c as run
-    from idtool.guiding.hand import travel_per_position
-    from idtool.guiding.session import with_session
     from idtool.parameters import Parameters
-
-    from .teach import ENERGY_J
 
     if (reach is None) is not any_position:
         raise UsageError(
@@ -105,9 +88,7 @@ def export_c(
         )
     parameters = Parameters.read(params)
     low, high = reach or (-math.inf, math.inf)
-    ratio = travel_per_position(parameters)
-    speed = math.inf if ratio is None else 1e-3 * max_speed / ratio
-    limits = with_session(Limits(low, high), guided_speed=speed, energy=ENERGY_J, idle_s=idle)
+    limits = session_limits(parameters, Limits(low, high), max_speed, idle)
     result = run(
         parameters,
         folder,

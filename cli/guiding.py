@@ -1,7 +1,8 @@
-"""What `teach` and `play` share: payload, file of which axis, start from a stop."""
+"""What commands of hand guiding share: payload, limits, file of which axis, start from a stop."""
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ import click
 from .common import Output
 
 if TYPE_CHECKING:
+    from idtool.control import Limits
     from idtool.parameters import Parameters
     from idtool.rig.base import Rig
 
@@ -22,12 +24,42 @@ _OTHER_AXIS, _WORTH_A_WORD = 1.5, 0.05
 #: So far inside its limit an axis is brought that lies beyond it, share of the range; at most, rad (m).
 _INSIDE, _INSIDE_MOST = 0.05, 0.1
 
+#: Most energy that a guided axis may give to a hand that it has not from it, J.
+ENERGY_J = 0.05
+
 payload_option = click.option(
     "--payload",
     metavar="KG",
     type=click.FloatRange(0.0),
     help="What the axis carries [simulated: 0.4; a real axis: asked for].",
 )
+
+max_speed_option = click.option(
+    "--max-speed",
+    default=250.0,
+    show_default=True,
+    metavar="MM_S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Speed limit of the session, where the file says how far the axis moves per radian.",
+)
+idle_option = click.option(
+    "--idle",
+    default=60.0,
+    show_default=True,
+    metavar="S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Hold the axis after so long without a hand, until the button was up.",
+)
+
+
+def session_limits(parameters: Parameters, limits: Limits, max_speed_mm_s: float, idle_s: float) -> Limits:
+    """These limits, and those of a session with a hand."""
+    from idtool.guiding.hand import travel_per_position
+    from idtool.guiding.session import with_session
+
+    ratio = travel_per_position(parameters)
+    speed = math.inf if ratio is None else 1e-3 * max_speed_mm_s / ratio
+    return with_session(limits, guided_speed=speed, energy=ENERGY_J, idle_s=idle_s)
 
 
 def told_payload(payload: float | None, parameters: Parameters, axis: Rig) -> float:

@@ -18,7 +18,7 @@ from .common import (
     tilt_deg_option,
     told_rig,
 )
-from .guiding import check_axis, inside, payload_option
+from .guiding import check_axis, idle_option, inside, max_speed_option, payload_option, session_limits
 from .guiding import told_payload as ask_payload
 from .live import live_option, live_page
 from .progress import Progress
@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     from idtool.parameters import Parameters
     from idtool.parameters.correction import Correction
     from idtool.rig.base import Rig, TrialSetup, Watch
-
-#: Most energy that a guided axis may give to a hand that it has not from it, J.
-ENERGY_J = 0.05
 
 
 @click.command()
@@ -64,22 +61,8 @@ ENERGY_J = 0.05
     help="Teach button: key (space bar held), key:toggle, gpio:PIN, serial:DEVICE, none; "
     "sim presses it after 0.5 s [default: key on a real axis; simulated: none, sim with --told-payload].",
 )
-@click.option(
-    "--max-speed",
-    default=250.0,
-    show_default=True,
-    metavar="MM_S",
-    type=click.FloatRange(0.0, min_open=True),
-    help="Speed limit of the session, where the file says how far the axis moves per radian.",
-)
-@click.option(
-    "--idle",
-    default=60.0,
-    show_default=True,
-    metavar="S",
-    type=click.FloatRange(0.0, min_open=True),
-    help="Hold the axis after so long without a hand, until the button was up.",
-)
+@max_speed_option
+@idle_option
 @click.option("--no-hand", is_flag=True, help="Simulated: nobody touches the axis (with --duration).")
 @click.option("--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly.")
 @click.option(
@@ -159,6 +142,7 @@ def teach(
     """
     from idtool.errors import UsageError
     from idtool.guiding.button import open_button
+    from idtool.guiding.session import limits_of
     from idtool.io.atomic import refuse_existing
     from idtool.parameters import Parameters
     from idtool.parameters.correction import Correction
@@ -175,7 +159,8 @@ def teach(
         check_axis(parameters, params, axis, output)
         usual = "key" if not axis.simulated else "none" if told_payload is None else "sim"
         spec = button_spec or usual
-        limits = session_limits(parameters, axis, max_speed, idle if spec != "none" else math.inf)
+        own = limits_of(axis)
+        limits = session_limits(parameters, own, max_speed, idle if spec != "none" else math.inf)
         controller = _controller(parameters, params, axis, limits, smooth)
         if told_payload is not None and not axis.simulated:
             raise UsageError("--told-payload is for simulated axes; a real one is told its --payload.")
@@ -236,16 +221,6 @@ def _controller(
         return ForceFreeController(parameters, period, limits=limits, correction=correction)
     except InputError as error:
         raise InputError(str(error).removesuffix("."), file=file) from error
-
-
-def session_limits(parameters: Parameters, axis: Rig, max_speed_mm_s: float, idle_s: float) -> Limits:
-    """The limits of a session on a rig."""
-    from idtool.guiding.hand import travel_per_position
-    from idtool.guiding.session import limits_of
-
-    ratio = travel_per_position(parameters)
-    speed = math.inf if ratio is None else 1e-3 * max_speed_mm_s / ratio
-    return limits_of(axis, guided_speed=speed, energy=ENERGY_J, idle_s=idle_s)
 
 
 def setup_of(payload: float, tilt: tuple[float, float], axis: Rig, start: float | None = None) -> TrialSetup:

@@ -238,24 +238,16 @@ def with_session(limits: Limits, *, guided_speed: float, energy: float, idle_s: 
     )
 
 
-def limits_of(
-    rig: Rig, *, guided_speed: float = math.inf, energy: float = math.inf, idle_s: float = math.inf
-) -> Limits:
-    """The controller's limits on a rig: its range and speed; what it may report goes well beyond them.
-
-    Args:
-        rig: whose limits they are.
-        guided_speed, energy, idle_s: as of `with_session`.
-    """
+def limits_of(rig: Rig) -> Limits:
+    """The controller's limits on a rig: its range and speed; what it may report goes well beyond them."""
     low, high = rig.limits.position
-    own = Limits(
+    return Limits(
         position_min=low,
         position_max=high,
         speed=rig.limits.speed,
         measured_speed=4.0 * rig.limits.speed,
         current=4.0 * rig.limits.current,
     )
-    return with_session(own, guided_speed=guided_speed, energy=energy, idle_s=idle_s)
 
 
 def place_of(rig: Rig) -> float:

@@ -63,11 +63,11 @@ def _unwitnessed(near: NDArray[np.bool_], torque: Array, first: NDArray[np.bool_
     """Of the rows within a window of standing, those of rests in which the torque swings unseen."""
     if not near.any() or near.all():
         return near
-    begins = np.flatnonzero(near & (first | ~np.append(False, near[:-1])))
-    rest = np.cumsum(np.isin(np.arange(len(near)), begins)) - 1
+    begins = near & (first | ~np.append(False, near[:-1]))
+    rest = np.cumsum(begins) - 1
     torque = uniform_filter1d(torque, _CALMED)
-    swing = np.full(len(begins), -np.inf), np.full(len(begins), np.inf)
-    np.maximum.at(swing[0], rest[near], torque[near])
-    np.minimum.at(swing[1], rest[near], torque[near])
-    blind = swing[0] - swing[1] > _SWING * float(np.median(np.abs(torque[~near])))
+    most, least = np.full(begins.sum(), -np.inf), np.full(begins.sum(), np.inf)
+    np.maximum.at(most, rest[near], torque[near])
+    np.minimum.at(least, rest[near], torque[near])
+    blind = most - least > _SWING * float(np.median(np.abs(torque[~near])))
     return np.asarray(near & blind[rest])

@@ -28,25 +28,21 @@ def taught(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def played(taught: Path, speed: str) -> tuple[str, ...]:
+    """The command that plays it with its parameter file, so many times as fast."""
+    rig = ("--rig", "sim:paper", "-p", str(taught / "params.toml"), "--payload", "0.4")
+    return ("play", str(taught / "taught.csv"), *rig, "--speed", speed)
+
+
 def test_plays_what_was_taught(taught: Path, tmp_path: Path) -> None:
-    arguments = (
-        "--rig",
-        "sim:paper",
-        "-p",
-        str(taught / "params.toml"),
-        "--payload",
-        "0.4",
-        "--speed",
-        "0.5",
-    )
-    done = run(tmp_path, "play", str(taught / "taught.csv"), *arguments, "-o", "played.csv", "--json")
+    done = run(tmp_path, *played(taught, "0.5"), "-o", "played.csv", "--json")
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
     assert document["stopped"] is None
     assert 0.0 < document["rms_error_mm"] < 0.1
     hand = Log.read(taught / "taught.csv").frame["position_rad"]
-    played = Log.read(tmp_path / "played.csv").frame["position_rad"]
-    assert np.ptp(played) == pytest.approx(np.ptp(hand), rel=0.02)
+    repeated = Log.read(tmp_path / "played.csv").frame["position_rad"]
+    assert np.ptp(repeated) == pytest.approx(np.ptp(hand), rel=0.02)
 
 
 def test_waypoints_can_be_edited_and_played(taught: Path, tmp_path: Path) -> None:
@@ -67,17 +63,7 @@ def test_a_contact_without_a_model_is_a_mistake(taught: Path, tmp_path: Path) ->
 
 def test_it_stops_at_what_the_model_cannot_explain_and_says_where(taught: Path, tmp_path: Path) -> None:
     """Told more payload than it carries, it feels the difference once the limit is below that."""
-    arguments = (
-        "--rig",
-        "sim:paper",
-        "-p",
-        str(taught / "params.toml"),
-        "--payload",
-        "0.4",
-        "--contact",
-        "0.2",
-    )
-    done = run(tmp_path, "play", str(taught / "taught.csv"), *arguments, "--speed", "3", "--json")
+    done = run(tmp_path, *played(taught, "3"), "--contact", "0.2", "--json")
     assert done.returncode == 4, done.stdout
     assert json.loads(done.stdout)["stopped"] is not None
 
