@@ -125,7 +125,7 @@ def _pass(log: Log, stages: dict[str, int]) -> dict[str, float]:
     recording = timed("record", lambda: record([log]))
     spec = _SPEC.adding(registry.get("inertia"))
     model = JointModel.build(recording, spec)
-    timed("filter", lambda: (model.measured, recording.members))
+    timed("filter", lambda: (model.measured, recording.stretch_pointer))
     x = model.coordinates(_VALUES)
     bend = model.bend(x)
     evaluation = timed("evaluate", lambda: model.evaluate(x, bend))

@@ -13,6 +13,7 @@ from idtool.diagnosis.residual import motion_columns
 from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect, derivative
 from idtool.fit import noise
+from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.left_out import prediction_errors
 from idtool.fit.model import JointModel
@@ -220,8 +221,7 @@ def chance_of(fit: JointFit, effect: Effect) -> float:
     own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
     n = len(fit.residual)
     rest = fit.jacobian[:n, fit.free & ~own]
-    size = np.linalg.norm(rest, axis=0)
-    basis = np.linalg.qr(rest[:, size > 0.0] / size[size > 0.0])[0]
+    basis = orthonormal(rest)
     columns = fit.jacobian[:n, own]  # of minus the residual
     without = fit.residual + columns @ fit.x[own]
     trial = fit.model.recording.filtered_trial

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from idtool.fit import noise
+from idtool.fit.basis import beyond, orthonormal
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 
@@ -23,8 +24,7 @@ class Background:
     def of(cls, fit: JointFit) -> Background:
         """Prepare the tests of one fit."""
         jacobian = fit.jacobian[:, fit.free]
-        norm = np.linalg.norm(jacobian, axis=0)
-        basis = np.linalg.qr(jacobian[:, norm > 0] / norm[norm > 0])[0]
+        basis = orthonormal(jacobian)
         stacked = np.concatenate([fit.residual, fit.penalty])
         return cls(fit, basis, stacked - basis @ (basis.T @ stacked))
 
@@ -43,11 +43,7 @@ class Background:
         """The same with what more columns, shape (filtered rows, n), can explain taken out as well."""
         n, rows = len(columns), len(self.basis)
         padded = np.vstack([columns, np.zeros((rows - n, columns.shape[1]))])
-        free = self.free_of_fit(padded)
-        u, s, _ = np.linalg.svd(
-            free / np.maximum(np.linalg.norm(padded, axis=0), 1e-300), full_matrices=False
-        )
-        more = u[:, s > 1e-6 * s[0]]
+        more = beyond(self.basis, padded)
         basis = np.hstack([self.basis, more])
         return Background(self.fit, basis, self.residual - more @ (more.T @ self.residual))
 

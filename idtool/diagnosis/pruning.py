@@ -16,6 +16,7 @@ from idtool.diagnosis.candidates import (
     ties,
 )
 from idtool.effects.base import Effect
+from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.left_out import prediction_errors, root_mean
 from idtool.fit.model import JointModel
@@ -93,8 +94,7 @@ def least_without(fit: JointFit, effect: Effect) -> float:
     alone = model.evaluate(x, fit.bend).residual
     own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
     rest = fit.jacobian[: len(alone), fit.free & ~own]
-    size = np.linalg.norm(rest, axis=0)
-    basis = np.linalg.qr(rest[:, size > 0.0] / size[size > 0.0])[0]
+    basis = orthonormal(rest)
     return float(np.sqrt(np.mean((alone - basis @ (basis.T @ alone)) ** 2)))
 
 

@@ -10,6 +10,7 @@ from scipy import fft, ndimage, special
 
 from idtool.diagnosis.evidence import Background
 from idtool.diagnosis.lines import strongest_line
+from idtool.fit.basis import beyond
 from idtool.fit.covariance import correlation_rows
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
@@ -182,13 +183,10 @@ def _rhythm_test(background: Background) -> ResidualTest:
 
 def _test(background: Background, name: str, columns: Array) -> ResidualTest:
     n = len(columns)
-    basis = background.basis[:n]
-    free = columns - basis @ (basis.T @ columns)
-    norm = np.linalg.norm(free, axis=0)
-    free = free[:, norm > 1e-6 * np.linalg.norm(columns, axis=0)]
     residual = background.residual[:n]
-    if free.shape[1] == 0:
+    span = beyond(background.basis[:n], columns)
+    if span.shape[1] == 0:
         return ResidualTest(name, 0.0, 1.0)
-    left = residual - free @ np.linalg.lstsq(free, residual, rcond=1e-8)[0]
+    left = residual - span @ (span.T @ residual)
     share = max(float(1.0 - left @ left / (residual @ residual)), 0.0)
-    return ResidualTest(name, share, background.chance(left, free))
+    return ResidualTest(name, share, background.chance(left, span))

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.effects.base import Coordinate, Effect, derivative
+from idtool.fit.eliminate import eliminate
 from idtool.model import gravity
 from idtool.model.contribution import Contribution, combine, is_zero
 from idtool.model.motion import Array, Motion
@@ -397,10 +398,13 @@ class JointModel:
     def eliminate_columns(self, columns: Array, start_column: Array, weight: Array) -> tuple[Array, Array]:
         """Columns freed from what the start deflections explain, and how far each moves them; `weight` is
         that of each stretch's prior."""
-        stretch, members = self.recording.filtered_stretch, self.recording.members
-        norm = members @ start_column**2 + weight**2
-        share = (members @ (start_column[:, None] * columns)) / norm[:, None]
-        return columns - start_column[:, None] * share[stretch], share
+        free, share = eliminate(
+            np.ascontiguousarray(columns),
+            np.ascontiguousarray(start_column),
+            self.recording.stretch_pointer,
+            weight,
+        )
+        return free, share
 
     def weight(self, bend: float) -> Array:
         """Noise of a filtered row over the prior's standard deviation of each start, shape (stretches,).

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from idtool.fit.basis import beyond
 from idtool.fit.covariance import block_starts, correlation_rows
 from idtool.model.motion import Array
 
@@ -33,13 +34,10 @@ def p_value(left: Array, trial: NDArray[np.intp], residual: Array, known: Array,
         known: orthonormal columns that the model has already, shape (rows, m).
         columns: what is tested, shape (rows, n).
     """
-    free = columns - known @ (known.T @ columns)
-    alive = np.linalg.norm(free, axis=0) > 1e-6 * np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    if not alive.any():
-        return 1.0
-    u, s, _ = np.linalg.svd(free[:, alive] / np.linalg.norm(free[:, alive], axis=0), full_matrices=False)
-    basis = u[:, s > 1e-6 * s[0]]
+    basis = beyond(known, columns)
     count = basis.shape[1]
+    if count == 0:
+        return 1.0
     products = basis * left[:, None]
     memory = max(correlation_rows(column, trial) for column in products.T)
     starts = block_starts(trial, memory, fewest=2 * count + _SPARE)

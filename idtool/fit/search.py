@@ -18,6 +18,7 @@ import nlopt
 import numpy as np
 
 from idtool.errors import InputError, nearest
+from idtool.fit.eliminate import moments
 from idtool.fit.model import JointModel
 from idtool.model import lugre
 from idtool.model.motion import Array
@@ -40,6 +41,9 @@ _RIVAL = 1.02
 _GRID_SPEEDS = 10
 _GRID_RATIOS = (0.3, 0.6, 0.85, 1.2, 1.7, 3.0)
 _BASINS = 3
+#: What is linear and how the start deflections pass through sigma1 are found in turn, until that keeps
+#: within this share.
+_PASSES, _SAME = 20, 1e-3
 #: Evaluations of a local polish, and its first steps (logarithms).
 _POLISH = 40
 _STEP = {"bend": 0.1, "ratio": 0.2, "stribeck_velocity": 0.3}
@@ -59,6 +63,7 @@ class Projection:
     coulomb: float | None = None
     evaluations: int = 0
     _fixed: Array = field(init=False)
+    _products: Array = field(init=False)
     _names: list[str] = field(init=False)
     _typical: float = field(init=False)
     _curve: tuple[float, float, float] | None = field(init=False, default=None)
@@ -81,7 +86,9 @@ class Projection:
                 if isinstance(at.torque, np.ndarray) and at.only_torque:
                     columns.append(at.torque)
                     self._names.append(f"{effect.name}.{c.name}")
-        self._fixed = self.model.recording.filtered(np.column_stack(columns))
+        fixed = self.model.recording.filtered(np.column_stack(columns))
+        self._fixed = np.column_stack([self.model.measured, fixed])
+        self._products = self._fixed.T @ self._fixed
         self._typical = 0.5 * self.model.friction_sizes[1] if self.coulomb is None else self.coulomb
 
     def solve(self, shape: Mapping[str, float]) -> tuple[float, dict[str, float]]:
@@ -103,32 +110,54 @@ class Projection:
         z, decay = lugre.propagate(*along, np.zeros(motion.stretches), motion.restart)
         damped = model.spec.friction == "lugre"
         rate = self._over_rows / bend
-        columns = [z, decay, motion.velocity - rate * z, rate * decay] if damped else [z, decay]
-        new = model.recording.filtered_columns(*columns)
-        new[:, :2] /= bend
-        held = None if self.coulomb is None else self.coulomb * medium
-        target = model.measured if held is None else model.measured - held * new[:, 0]
-        regressors = [] if held is not None else [new[:, :1]]
-        names = [] if held is not None else ["level"]
-        if damped:
-            regressors.append(new[:, 2:3])
-            names.append("bristle_damping")
-        everything = np.column_stack([target, *regressors, self._fixed])
-        weight = model.weight(max(curve[:2]) * bend * self._typical)
-        names += self._names
-        values: dict[str, float] = {}
-        # the start deflection passes through sigma1 too: a first pass finds it, the second uses it
-        for _ in range(2 if damped else 1):
-            start = new[:, 1]
-            if values:
-                start = start - values["bristle_damping"] / self._level(values, held) * new[:, 3]
-            free, _ = model.eliminate_columns(everything, start, weight)
-            cost, solution = _not_negative(free[:, 1:], free[:, 0], len(names) - len(self._names) + 1)
-            values = dict(zip(names, solution.tolist(), strict=True))
-        scale = self._level(values, held)
-        values.pop("level", None)
+        regressors = [z / bend, motion.velocity - rate * z] if damped else [z / bend]
+        starts = [decay / bend, rate * decay] if damped else [decay / bend]
+        new = model.recording.filtered_columns(*starts, *regressors)
+        weight = model.weight(max(curve[:2]) * bend) / self._typical
+        values = self._linear(new, len(starts), weight, medium)
+        cost, scale = values.pop("cost"), values.pop("level")
         values |= {"coulomb": scale * curve[0], "static": scale * curve[1], "bristle_stiffness": scale / bend}
         return cost, {**values, "stribeck_velocity": shape["stribeck_velocity"]}
+
+    def _linear(self, new: Array, starts: int, weight: Array, medium: float) -> dict[str, float]:
+        """Everything linear, and the "cost", by normal equations: the search passes the rows once.
+
+        Args:
+            new: what a unit of each stretch's start deflection adds through sigma0 and, where there is one,
+                sigma1; then the columns of the level and of sigma1, shape (filtered rows, 2 or 4).
+            starts: how many of these are of the starts.
+            weight: root of the weight of each start's prior, shape (stretches,).
+            medium: friction level at a medium speed over the Coulomb level.
+        """
+        pointer = self.model.recording.stretch_pointer
+        by_stretch = moments(new, np.hstack([new, self._fixed]), pointer)
+        added = by_stretch[:, starts:].sum(axis=0)[:, starts:]
+        mixed = added[:, new.shape[1] - starts :]
+        products = np.block([[added[:, : len(added)], mixed], [mixed.T, self._products]])
+        names = [*("level", "bristle_damping")[: len(added)], "measured", *self._names]
+        # what is held is known, and goes to the other side
+        held = None if self.coulomb is None else self.coulomb * medium
+        order = [names.index("measured"), *(k for k, name in enumerate(names) if name != "measured")]
+        turn = np.eye(len(names))[order]
+        if held is not None:
+            turn[0, 0] = -held
+            turn = np.delete(turn, 1, axis=0)
+        names = [name for name in names if name != "measured" and not (name == "level" and held is not None)]
+        values: dict[str, float] = {}
+        through = 0.0  # sigma1 over the level: the start deflection passes through sigma1 too
+        for _ in range(_PASSES):
+            along = np.array([1.0, -through])[:starts]
+            start = np.tensordot(along, by_stretch[:, :starts], (0, 1))
+            norm = start[:, :starts] @ along + weight**2
+            moved = start[:, starts:] @ turn.T / np.sqrt(norm)[:, None]
+            left = turn @ products @ turn.T - moved.T @ moved
+            cost, solution = _not_negative(left, len(names) - len(self._names) + 1)
+            values = dict(zip(names, solution.tolist(), strict=True)) | {"cost": cost}
+            values["level"] = held or max(values["level"], 1e-3 * self._typical)
+            before, through = through, values.get("bristle_damping", 0.0) / values["level"]
+            if abs(through - before) <= _SAME * through:
+                break
+        return values
 
     def medium_level(self, shape: Mapping[str, float]) -> float:
         """Friction level at a medium speed over the Coulomb level."""
@@ -136,17 +165,22 @@ class Projection:
         medium = np.array([math.sqrt(s.slowest * s.speed)])
         return float(level(medium, 1.0, shape["ratio"], shape["stribeck_velocity"])[0])
 
-    def _level(self, values: Mapping[str, float], held: float | None) -> float:
-        return max(values["level"], 1e-3 * self._typical) if held is None else held
 
+def _not_negative(products: Array, count: int) -> tuple[float, Array]:
+    """Least squares whose first `count` unknowns (friction) are not below zero.
 
-def _not_negative(columns: Array, target: Array, count: int) -> tuple[float, Array]:
-    """Least squares whose first `count` unknowns (friction) are not below zero."""
-    information, correlation = columns.T @ columns, columns.T @ target
-    size = np.sqrt(np.diag(information))
+    Args:
+        products: of the target and the columns with each other, the target first, shape (1 + n, 1 + n).
+        count: how many.
+
+    Returns:
+        Sum of squares, and the unknowns, shape (n,).
+    """
+    information, correlation = products[1:, 1:], products[1:, 0]
+    size = np.sqrt(np.maximum(np.diag(information), 0.0))
     size = np.where(size > 0, size, 1.0)
-    solution = np.zeros(columns.shape[1])
-    kept = np.ones(columns.shape[1], dtype=bool)
+    solution = np.zeros(len(correlation))
+    kept = np.ones(len(correlation), dtype=bool)
     for _ in range(count + 1):
         solution[:] = 0.0
         scaled = information[np.ix_(kept, kept)] / np.outer(size[kept], size[kept])
@@ -157,8 +191,8 @@ def _not_negative(columns: Array, target: Array, count: int) -> tuple[float, Arr
         if not negative.any():
             break
         kept &= ~negative
-    residual = target - columns @ solution
-    return float(residual @ residual), solution
+    cost = products[0, 0] - 2.0 * correlation @ solution + solution @ information @ solution
+    return max(float(cost), 1e-15 * float(products[0, 0])), solution
 
 
 @dataclass(frozen=True)

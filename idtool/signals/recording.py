@@ -120,13 +120,9 @@ class Recording:
         return self.filtered_trial if self.fold is None else self.fold[self.row]
 
     @cached_property
-    def members(self) -> sparse.csr_matrix:
-        """Which filtered rows each stretch has: a matrix that sums over them, (stretches, filtered rows)."""
-        stretch, stretches = self.filtered_stretch, self.motion.stretches
-        pointer = np.searchsorted(stretch, np.arange(stretches + 1))
-        return sparse.csr_matrix(
-            (np.ones(len(stretch)), np.arange(len(stretch)), pointer), shape=(stretches, len(stretch))
-        )
+    def stretch_pointer(self) -> NDArray[np.intp]:
+        """First filtered row of each stretch, and the number of rows at its end, (stretches + 1,)."""
+        return np.searchsorted(self.filtered_stretch, np.arange(self.motion.stretches + 1))
 
     @cached_property
     def added(self) -> dict[str, tuple[object, Array]]:
@@ -181,7 +177,7 @@ class Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
         result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
         # the same rows: keep what was computed
-        for name in ("operator", "row", "filtered_trial", "filtered_stretch", "members"):
+        for name in ("operator", "row", "filtered_trial", "filtered_stretch", "stretch_pointer"):
             if name in self.__dict__:
                 result.__dict__[name] = self.__dict__[name]
         return result
