@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 import click
@@ -47,18 +48,19 @@ def rigs(output: Output, scan: str | None) -> int:
 
 def _scan(device: str, output: Output) -> int:
     from idtool.errors import RigFault
-    from idtool.rig.dynamixel.scan import Found, ports, scan
+    from idtool.rig.bus.scan import Found, ports, scan, scanners
 
     devices = [device] if device else ports()
     if not devices:
         raise RigFault("there is no USB serial port; plug the adapter in, or name the device after --scan")
     servos: list[Found] = []
     with Progress(output) as progress:
-        for found in scan(devices, progress=lambda what: progress.say(f"asking {what}")):
-            if isinstance(found, RigFault):
-                output.warn(str(found))
-            else:
-                servos.append(found)
+        for port, scanner in product(devices, scanners()):
+            for found in scan(port, scanner, progress=lambda what: progress.say(f"asking {what}")):
+                if isinstance(found, RigFault):
+                    output.warn(str(found))
+                else:
+                    servos.append(found)
     document = [
         {"rig": s.spec, "device": s.device, "baud": s.baud, "id": s.id}
         | {"model_number": s.model_number, "model": s.model}

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import seed_option
-from .words import complete_plant
+from .words import Choice, complete_plant
 
 if TYPE_CHECKING:
     from idtool.virtual_servo.rehearsal import Rehearsal
@@ -33,9 +33,16 @@ _POLL_S = 0.2
     shell_complete=complete_plant,
     help="The axis behind it: a named rig, or a plant file of yours.",
 )
+@click.option(
+    "--kind",
+    default="dynamixel",
+    show_default=True,
+    type=Choice(["dynamixel", "feetech"]),
+    help="Whose servo it is.",
+)
 @click.option("--id", "id_", default=1, show_default=True, type=click.IntRange(0, 252), help="Its id.")
-@click.option("--baud", default=57600, show_default=True, help="Its baud rate.")
-@click.option("--model", default=1150, show_default=True, metavar="NUMBER", help="Its model number.")
+@click.option("--baud", type=int, help="Its baud rate [57600 or, of a Feetech, 1000000].")
+@click.option("--model", type=int, metavar="NUMBER", help="Its model number [1150 or, of a Feetech, 777].")
 @click.option(
     "--scale",
     default=1.0,
@@ -65,9 +72,10 @@ _POLL_S = 0.2
 @seed_option
 def virtual_servo(
     plant: str,
+    kind: str,
     id_: int,
-    baud: int,
-    model: int,
+    baud: int | None,
+    model: int | None,
     scale: float,
     payload: float,
     tilt: tuple[float, float],
@@ -78,13 +86,14 @@ def virtual_servo(
 ) -> int:
     """Run a virtual servo: a serial device with a simulated axis behind it.
 
-    It answers byte for byte as a servo of the X series does. The first line of its output is its device;
-    another terminal works with that as with a real servo. Meanwhile say here what you do to the axis
+    It answers byte for byte as a DYNAMIXEL or a Feetech STS servo does. The first line of its output is its
+    device; another terminal works with that as with a real servo. Meanwhile say here what you do to the axis
     (payload 0.4, tilt 1.57 0, hand 0.2, fault silent@0, power, status). Ctrl-C ends it.
 
     \b
     ffc-id virtual-servo --plant bench --baud 1000000
     ffc-id run-sweep --rig dynamixel:/dev/pts/7,baud=1000000 -o sweep.csv
+    ffc-id virtual-servo --kind feetech --plant sts3215
     """
     from idtool.errors import RigFault
     from idtool.rig.base import TrialSetup
@@ -101,11 +110,19 @@ def virtual_servo(
     try:
         with (
             Rehearsal(
-                file, id=id_, model=model, baud=baud, scale=scale, faults=faults, setup=setup, seed=seed
+                file,
+                kind=kind,
+                id=id_,
+                model=model,
+                baud=baud,
+                scale=scale,
+                faults=faults,
+                setup=setup,
+                seed=seed,
             ) as servo,
             _linked(link, servo.path),
         ):
-            spec = f"dynamixel:{link or servo.path},id={id_},baud={baud}{scaled}"
+            spec = f"{kind}:{link or servo.path},id={id_},baud={servo.baud}{scaled}"
             click.echo(json.dumps({"device": servo.path, "rig": spec}) if as_json else servo.path)
             sys.stdout.flush()
             click.echo(f"use it with --rig {spec}; Ctrl-C ends it. Commands here:", err=True)

@@ -27,7 +27,7 @@ with atheris.instrument_imports(include=["idtool", "tomllib", "dynamixel_sdk"]):
     from idtool.parameters.axis_file import AxisFile
     from idtool.rig.clock import SkippingClock
     from idtool.rig.plant_file import read_plant_file
-    from idtool.virtual_servo.packet import Decoder, Packet, encode
+    from idtool.virtual_servo.dynamixel.packet import Decoder, Packet, encode
 
 _FOLDER = tempfile.TemporaryDirectory()
 _FILE = Path(_FOLDER.name) / "any"

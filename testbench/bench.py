@@ -1,4 +1,4 @@
-"""A virtual servo on a bench: in this process, on a clock that skips waits, behind the vendor's SDK."""
+"""A virtual servo on a bench: in this process, on a clock that skips waits, behind its vendor's SDK."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from typing import Any
 import numpy as np
 
 from idtool.rig.base import TrialSetup
+from idtool.rig.bus.rig import ServoRig
+from idtool.rig.bus.settings import Settings
 from idtool.rig.clock import SkippingClock
-from idtool.rig.dynamixel.bus import Bus
-from idtool.rig.dynamixel.rig import DynamixelRig
-from idtool.rig.dynamixel.settings import Settings
+from idtool.rig.dynamixel.kind import DYNAMIXEL
+from idtool.rig.feetech.kind import FEETECH
 from idtool.rig.opening import read_plant
-from idtool.virtual_servo.axis import VirtualAxis
+from idtool.virtual_servo.dynamixel.table import FIELDS
 from idtool.virtual_servo.faults import Mishaps, parse_fault
-from idtool.virtual_servo.servo import VirtualServo
-from idtool.virtual_servo.table import FIELDS
+from idtool.virtual_servo.feetech.table import FIELDS as FEETECH_FIELDS
+from idtool.virtual_servo.rehearsal import virtual_servo
 from idtool.virtual_servo.terminal import VirtualTerminal
 
 BAUD = 1_000_000
@@ -24,31 +25,39 @@ FLAT = TrialSetup(tilt_alpha_rad=np.pi / 2)
 #: What a servo measures, and goals: they change with every motion.
 MEASURED = {
     "goal_position", "goal_velocity", "realtime_tick", "present_current", "present_velocity",
-    "present_position", "present_temperature",
+    "present_position", "present_temperature", "present_pwm", "present_input_voltage",
+    "present_speed", "present_load", "present_voltage", "moving", "goal_speed", "acceleration",
 }  # fmt: skip
 
 
 class Bench:
     """A virtual servo and its surroundings."""
 
-    def __init__(self, *faults: str, plant: str = "bench", model: int = 1150, seed: int = 0) -> None:
+    def __init__(
+        self,
+        *faults: str,
+        plant: str = "bench",
+        kind: str = "dynamixel",
+        model: int | None = None,
+        seed: int = 0,
+    ) -> None:
         self.clock = SkippingClock()
-        self.servo = VirtualServo(
-            VirtualAxis(read_plant(plant), seed=seed, setup=FLAT),
-            model=model,
-            baud=BAUD,
-            now=self.clock.now(),
+        self._kind = {"dynamixel": DYNAMIXEL, "feetech": FEETECH}[kind]
+        self._fields = FIELDS if kind == "dynamixel" else FEETECH_FIELDS
+        # any of both kinds: its table holds what a test looks at
+        self.servo: Any = virtual_servo(
+            kind, read_plant(plant), model=model, baud=BAUD, now=self.clock.now(), seed=seed, setup=FLAT
         )
         self.mishaps = Mishaps([parse_fault(word) for word in faults], seed=seed)
         self.terminal = VirtualTerminal(self.servo, mishaps=self.mishaps, clock=self.clock)
 
-    def bus(self, **other: Any) -> Bus:
+    def bus(self, **other: Any) -> Any:
         wanted: dict[str, Any] = {"device": self.terminal.path, "id": 1, "baud": BAUD, "clock": self.clock}
-        return Bus(**(wanted | other))
+        return self._kind.open_bus(*(wanted | other).values())
 
-    def rig(self, **settings: Any) -> DynamixelRig:
+    def rig(self, **settings: Any) -> ServoRig:
         wanted: dict[str, Any] = {"baud": BAUD}
-        return DynamixelRig(self.terminal.path, Settings(**(wanted | settings)), clock=self.clock)
+        return ServoRig(self.terminal.path, Settings(**(wanted | settings)), self._kind, clock=self.clock)
 
     def setup(self, trial: int, trials: int, setup: TrialSetup, before: TrialSetup | None) -> None:
         """What a person does between trials."""
@@ -58,7 +67,7 @@ class Bench:
     def table(self) -> dict[str, int]:
         """The control table without what a motion changes."""
         with self.terminal.lock:
-            return {name: self.servo.table[name] for name in FIELDS if name not in MEASURED}
+            return {name: self.servo.table[name] for name in self._fields if name not in MEASURED}
 
     def later(self, seconds: float) -> tuple[float, float]:
         """Position and speed of the axis after so long in which nobody says anything."""

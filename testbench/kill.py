@@ -17,8 +17,8 @@ from idtool.log import Log
 from idtool.rig.clock import HostClock
 from idtool.rig.opening import read_plant
 from idtool.virtual_servo.axis import VirtualAxis
-from idtool.virtual_servo.packet import Damaged, Packet
-from idtool.virtual_servo.servo import VirtualServo
+from idtool.virtual_servo.dynamixel.packet import Damaged, Packet
+from idtool.virtual_servo.dynamixel.servo import VirtualDynamixel
 from idtool.virtual_servo.terminal import VirtualTerminal
 from testbench.bench import BAUD, FLAT
 
@@ -74,7 +74,7 @@ class _TooBusy(Exception):  # noqa: N818 (no error: the computer's state)
 def _killed(seed: int, scale: float) -> Killed:
     rng = random.Random(seed)
     clock = HostClock(scale)
-    servo = VirtualServo(VirtualAxis(read_plant("bench"), setup=FLAT), baud=BAUD, now=clock.now())
+    servo = VirtualDynamixel(VirtualAxis(read_plant("bench"), setup=FLAT), baud=BAUD, now=clock.now())
     place = _places(servo)
     with VirtualTerminal(servo, clock=clock) as terminal, tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -103,7 +103,7 @@ def _killed(seed: int, scale: float) -> Killed:
         return Killed(max(stood, 0.0), tripped, len(frame), _ends_whole(log), behind)
 
 
-def _places(servo: VirtualServo) -> deque[float]:
+def _places(servo: VirtualDynamixel) -> deque[float]:
     """Where the axis was at the last word that the servo heard, rad; kept up to date."""
     places: deque[float] = deque(maxlen=1)
     answer = servo.answer

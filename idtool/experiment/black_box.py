@@ -64,6 +64,8 @@ def _frame(block: Block, axis: Axis) -> pd.DataFrame:
         "position": block.position,
         "velocity": block.velocity,
         "current": block.current,
+        "bus_current": block.bus_current,
+        "duty": block.duty,
         "temperature": block.temperature,
         "supply_voltage": block.voltage,
     }

@@ -180,17 +180,17 @@ class _Session:
         seen, before, first = 0, self._played, 0.0
         for block in rig.play(Trajectory(rig.period_s, "velocity", trial.motion.command(rig.period_s))):
             # Every n-th sample of the trial, not of the block. Nothing is averaged: a row is a reading.
-            self._log(_rows(block, self._finished, setup)[-seen % self._every :: self._every])
+            self._log(_rows(block, rig, self._finished, setup)[-seen % self._every :: self._every])
             if len(block.time_s):
                 # by the clock: a rig that is late leaves samples out
                 first = first if seen else float(block.time_s[0]) - rig.period_s
                 passed = float(block.time_s[-1]) - first
                 self._played = before + min(passed, trial.motion.duration_s)
             if self._watch is not None:
-                for time_s, position, current in zip(
-                    block.time_s.tolist(), block.position.tolist(), block.current.tolist(), strict=True
+                for time_s, position, effort in zip(
+                    block.time_s.tolist(), block.position.tolist(), block.effort.tolist(), strict=True
                 ):
-                    self._watch(time_s, position, current, math.nan)
+                    self._watch(time_s, position, effort, math.nan)
             seen += len(block.time_s)
             self._tell()
         if seen == 0:
@@ -245,17 +245,18 @@ class _Session:
 
 
 def _columns(rig: Rig) -> list[str]:
-    names = ["trial", "time", "position", "velocity", "current", "velocity_command", "payload"]
+    names = ["trial", "time", "position", "velocity", *rig.effort_readings, "velocity_command", "payload"]
     names += ["tilt_alpha", "tilt_beta"] + (["temperature"] if rig.measures_temperature else [])
     names += ["supply_voltage"] if rig.measures_voltage else []
     roles = columns_of(rig.axis.kind)
     return [roles[name] for name in names]
 
 
-def _rows(block: Block, trial: int, setup: TrialSetup) -> Array:
+def _rows(block: Block, rig: Rig, trial: int, setup: TrialSetup) -> Array:
     """Rows of the log, shape (samples, columns), in the order of `_columns`."""
     n = len(block.time_s)
-    columns = [np.full(n, float(trial)), block.time_s, block.position, block.velocity, block.current]
+    columns = [np.full(n, float(trial)), block.time_s, block.position, block.velocity]
+    columns += [getattr(block, name) for name in rig.effort_readings.values()]
     columns += [block.command, np.full(n, setup.payload_kg)]
     columns += [np.full(n, setup.tilt_alpha_rad), np.full(n, setup.tilt_beta_rad)]
     if block.temperature is not None:

@@ -98,7 +98,7 @@ class ContactSense:
             sample.time_s,
             sample.position,
             sample.velocity,
-            sample.current,
+            sample.effort,
             setup.payload_kg,
             setup.tilt_alpha_rad,
             setup.tilt_beta_rad,
@@ -253,7 +253,7 @@ class _Player:
         self.commanded = 0.0
         self.path_rows: list[tuple[float, float, float]] = []
         roles = columns_of(rig.axis.kind)
-        names = ("trial", "time", "position", "velocity", "current", "position_command", "payload")
+        names = ("trial", "time", "position", "velocity", *rig.step_readings, "position_command", "payload")
         columns = [roles[name] for name in names] + [roles["tilt_alpha"], roles["tilt_beta"]]
         self._start = setup.start_position
         self._surroundings = (setup.payload_kg, setup.tilt_alpha_rad, setup.tilt_beta_rad)
@@ -272,11 +272,12 @@ class _Player:
         self._sample = sample = self._rig.step(command, torque)
         self.commanded = command
         if self._watch is not None:
-            self._watch(sample.time_s, sample.position, sample.current, math.nan)
+            self._watch(sample.time_s, sample.position, sample.effort, math.nan)
         if wanted is not None:
             self.path_rows.append((sample.time_s, sample.position, wanted))
         if self._writer is not None:
-            row = (0, sample.time_s, sample.position, sample.velocity, sample.current, command)
+            efforts = (getattr(sample, name) for name in self._rig.step_readings.values())
+            row = (0, sample.time_s, sample.position, sample.velocity, *efforts, command)
             self._rows.append((*row, *self._surroundings))
             if len(self._rows) >= 25:
                 self._flush(self._writer)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -111,7 +111,7 @@ def teach(
     truth, setup = setup, setup if told_payload_kg is None else replace(setup, payload_kg=told_payload_kg)
     length = duration_s if duration_s is not None else (hand.duration if hand else math.inf)
     held = max(1, round(controller.period / rig.period_s))
-    recorder = _Recorder(parameters.axis, truth, log, force)
+    recorder = _Recorder(parameters.axis, rig, truth, log, force)
     controller.reset()
     interrupted = False
     fault: Fault | None = None
@@ -120,26 +120,26 @@ def teach(
         rig.prepare(truth)
         place = place_of(rig) if setup.start_position is None else setup.start_position
         sample = rig.step(place)
-        current = sample.current
+        effort = sample.effort
         if tare:
-            sample, current = _tare(controller, rig, setup, sample, held, button)
+            sample, effort = _tare(controller, rig, setup, sample, held, button)
             fault = controller.status.fault
         begun = sample.time_s
         while fault is None and sample.time_s - begun < length:
             down = button is None or button(sample.time_s - begun)
-            command = _command(controller, setup, sample, current, enabled=down)
+            command = _command(controller, setup, sample, effort, enabled=down)
             fault = controller.status.fault
             if fault is not None:
                 break  # its sample is in the fault's history, not in the log
-            current = 0.0
+            effort = 0.0
             for _ in range(held):
                 push = hand.torque(sample.time_s - begun, sample.position, sample.velocity) if hand else 0.0
                 recorder.add(sample, begun, command, push, controller)
                 if watch is not None:
                     hand_now = controller.status.external_torque
-                    watch(sample.time_s, sample.position, sample.current, hand_now)
+                    watch(sample.time_s, sample.position, sample.effort, hand_now)
                 sample = rig.step(command, push)
-                current += sample.current / held
+                effort += sample.effort / held
             if progress is not None and length < math.inf:
                 progress(min((sample.time_s - begun) / length, 1.0))
         if fault is not None:
@@ -202,23 +202,23 @@ def _tare(
     The axis moves only while the button is down; one that goes up ends the tare, and it begins anew with the
     next press.
     """
-    current, asked, waited, begun = sample.current, False, 0.0, sample.time_s
+    effort, asked, waited, begun = sample.effort, False, 0.0, sample.time_s
     while waited < _TARE_AT_MOST_S:
         down = button is None or button(sample.time_s - begun)
         waited += controller.period if down else 0.0
         asked = asked and down
-        command = _command(controller, setup, sample, current, enabled=down)
+        command = _command(controller, setup, sample, effort, enabled=down)
         if controller.status.fault is not None:
             break
-        current = 0.0
+        effort = 0.0
         for _ in range(held):
             sample = rig.step(command)
-            current += sample.current / held
+            effort += sample.effort / held
         if not asked:
             asked = controller.tare()
         elif controller.ready:
             break
-    return sample, current
+    return sample, effort
 
 
 def with_session(limits: Limits, *, guided_speed: float, energy: float, idle_s: float) -> Limits:
@@ -260,14 +260,14 @@ def _command(
     controller: ForceFreeController,
     setup: TrialSetup,
     sample: Sample,
-    current: float,
+    effort: float,
     *,
     enabled: bool = True,
 ) -> float:
     return controller.step(
         sample.position,
         sample.velocity,
-        current,
+        effort,
         setup.payload_kg,
         setup.tilt_alpha_rad,
         setup.tilt_beta_rad,
@@ -277,10 +277,16 @@ def _command(
     )
 
 
-def log_columns(axis: Axis, *, temperature: bool) -> list[str]:
-    """Columns of the log of a run: those of any log, and the hand's torque, true and estimated."""
+def log_columns(axis: Axis, *, temperature: bool, effort: Iterable[str] = ("current",)) -> list[str]:
+    """Columns of the log of a run: those of any log, and the hand's torque, true and estimated.
+
+    Args:
+        axis: of the rig.
+        temperature: whether it measures one.
+        effort: roles of what stands for the motor's torque.
+    """
     roles = columns_of(axis.kind)
-    names = ["trial", "time", "position", "velocity", "current", "position_command"]
+    names = ["trial", "time", "position", "velocity", *effort, "position_command"]
     columns = [roles[name] for name in names]
     columns += [file_key(name, "torque", axis.kind) for name in ("hand", "hand_estimated")]
     columns += [roles[name] for name in ("payload", "tilt_alpha", "tilt_beta")]
@@ -291,9 +297,11 @@ class _Recorder:
     """Keeps the rows and, if asked, appends them to a log as they come."""
 
     def __init__(
-        self, axis: Axis, setup: TrialSetup, log: str | os.PathLike[str] | None, force: bool
+        self, axis: Axis, rig: Rig, setup: TrialSetup, log: str | os.PathLike[str] | None, force: bool
     ) -> None:
         self.rows: list[tuple[float, ...]] = []
+        self._readings = rig.step_readings
+        self._efforts: list[tuple[float, ...]] = []
         self.states: list[State] = []
         self.notes: dict[str, None] = {}  # a set that keeps its order
         self._setup = (setup.payload_kg, setup.tilt_alpha_rad, setup.tilt_beta_rad)
@@ -309,7 +317,7 @@ class _Recorder:
     ) -> None:
         if self._log is not None and self._writer is None:
             self._warm = sample.temperature is not None  # a rig without a thermometer gets no such column
-            columns = log_columns(self._axis, temperature=self._warm)
+            columns = log_columns(self._axis, temperature=self._warm, effort=self._readings)
             self._writer = LogWriter(self._log, columns, self._axis, "teach", force=self._force)
         status = controller.status
         self.rows.append(
@@ -317,15 +325,16 @@ class _Recorder:
                 sample.time_s - begun,
                 sample.position,
                 sample.velocity,
-                sample.current,
+                sample.effort,
                 math.nan if sample.temperature is None else sample.temperature,
                 command,
                 push,
                 status.external_torque,
-                controller.model.torque_constant * sample.current,
+                controller.model.torque_constant * sample.effort,
                 status.gravity + status.friction + status.effects,
             )
         )
+        self._efforts.append(tuple(getattr(sample, name) for name in self._readings.values()))
         self.states.append(status.state)
         self.notes.update(dict.fromkeys(status.notes))
         if self._writer is not None and len(self.rows) - self._written >= _LOG_EVERY:
@@ -333,12 +342,13 @@ class _Recorder:
 
     def _flush(self, writer: LogWriter) -> None:
         rows = np.array(self.rows[self._written :], dtype=float)
+        efforts = np.array(self._efforts[self._written :], dtype=float)
         self._written = len(self.rows)
         if not len(rows):
             return
         count = len(rows)
         surroundings = np.tile(self._setup, (count, 1))
-        table = [np.zeros(count), *rows[:, :4].T, *rows[:, 5:8].T, *surroundings.T]
+        table = [np.zeros(count), *rows[:, :3].T, *efforts.T, *rows[:, 5:8].T, *surroundings.T]
         if self._warm:
             table.append(rows[:, 4])
         writer.append(np.column_stack(table))

@@ -7,6 +7,7 @@ trial to trial.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,8 +19,10 @@ from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 
 Mode = Literal["velocity", "position"]
-#: Shows a sample to a person and neither waits nor raises: time, position, current, torque of the hand
-#: (NaN if nobody knows it).
+#: What a rig measures that stands for the motor's torque: its current, A, or the voltage at it, V.
+Measured = Literal["current", "voltage"]
+#: Shows a sample to a person and neither waits nor raises: time, position, effort (A or V), torque of the
+#: hand (NaN if nobody knows it).
 Watch = Callable[[float, float, float, float], None]
 
 
@@ -30,14 +33,16 @@ class Limits:
     Attributes:
         position: lowest and highest position, rad (m).
         speed: rad/s (m/s).
-        current: A.
+        current: A; inf on a rig that measures no current of its motor.
         temperature: degrees Celsius.
+        duty: share of the supply's voltage, on a rig that measures it.
     """
 
     position: tuple[float, float]
     speed: float
-    current: float
+    current: float = math.inf
     temperature: float = 80.0
+    duty: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -79,27 +84,58 @@ class Trajectory:
 class Block:
     """Consecutive samples of one trial, shape (samples,) each; a reading that the rig lacks is None.
 
-    `command` is the command in force when the sample was taken.
+    Attributes:
+        time_s: s.
+        position, velocity: rad (m) and rad/s (m/s).
+        current: of the motor, A.
+        command: in force when the sample was taken.
+        temperature: degrees Celsius.
+        voltage: of the supply, V.
+        duty: share of it that is at the motor, -1 to 1.
+        bus_current: of the supply, A.
     """
 
     time_s: Array
     position: Array
     velocity: Array
-    current: Array
+    current: Array | None
     command: Array
     temperature: Array | None = None
     voltage: Array | None = None
+    duty: Array | None = None
+    bus_current: Array | None = None
+
+    @property
+    def effort(self) -> Array:
+        """What stands for the motor's torque: its current, A, else the voltage at it, V."""
+        if self.current is not None:
+            return self.current
+        assert self.duty is not None
+        assert self.voltage is not None
+        return self.duty * self.voltage
 
 
 @dataclass(frozen=True)
 class Sample:
-    """One sample, as `step` returns it."""
+    """One sample, as `step` returns it; the fields are those of `Block`."""
 
     time_s: float
     position: float
     velocity: float
-    current: float
+    current: float | None
     temperature: float | None = None
+    voltage: float | None = None
+    duty: float | None = None
+    bus_current: float | None = None
+
+    @property
+    def effort(self) -> float:
+        """What stands for the motor's torque: its current, A, else the voltage at it, V."""
+        if self.current is not None:
+            return self.current
+        assert self.duty is not None
+        assert self.voltage is not None
+        return self.duty * self.voltage
 
 
 class Rig(ABC):
@@ -112,7 +148,9 @@ class Rig(ABC):
         speed_step: the drive rounds commanded speeds to multiples of it, rad/s (m/s); 0 is not at all.
         simulated: whether `step` takes the torque of a hand.
         by_hand: whether a person changes payload and tilt.
-        measures_temperature, measures_voltage: whether its blocks hold a temperature, a supply voltage.
+        measures: the motor's current, or where there is no such reading the voltage at it.
+        measures_temperature, measures_voltage, measures_bus_current: whether its blocks hold a temperature,
+            a supply voltage, a current of the supply.
         description: one line for a person; it goes into logs and holds no secret of a simulation.
     """
 
@@ -122,9 +160,22 @@ class Rig(ABC):
     speed_step: float = 0.0
     simulated: bool = False
     by_hand: bool = False
+    measures: Measured = "current"
     measures_temperature: bool = False
     measures_voltage: bool = False
+    measures_bus_current: bool = False
     description: str
+
+    @property
+    def effort_readings(self) -> dict[str, str]:
+        """Role of a log's column -> field of `Block` and `Sample`, for what stands for the motor's torque."""
+        readings = {"current": "current"} if self.measures == "current" else {"duty": "duty"}
+        return readings | ({"bus_current": "bus_current"} if self.measures_bus_current else {})
+
+    @property
+    def step_readings(self) -> dict[str, str]:
+        """As `effort_readings`, with the supply's voltage where it takes part: for a log of samples."""
+        return self.effort_readings | ({} if self.measures == "current" else {"supply_voltage": "voltage"})
 
     @abstractmethod
     def prepare(self, setup: TrialSetup) -> None:

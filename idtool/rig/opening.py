@@ -4,7 +4,8 @@ sim:paper                       a simulated rig that comes with the package
 sim:my_plant.toml               one of your own
 sim:paper,sensors=dynamixel     with other sensors
 replay:sweep.csv                a log played back
-dynamixel:/dev/ttyUSB0,id=1     a servo on a bus; options as in `dynamixel.settings`
+dynamixel:/dev/ttyUSB0,id=1     a servo on a bus; options as in `bus.settings`
+feetech:/dev/ttyACM0,id=1       likewise
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pathlib import Path
 from idtool.errors import InputError, misspelt, nearest
 from idtool.io.entry_points import load, outside
 from idtool.rig.base import Rig
-from idtool.rig.dynamixel.settings import OPTIONS
+from idtool.rig.bus.settings import OPTIONS
 from idtool.rig.plant_file import PlantFile, check_sensors, read_plant_file
 
 _FOLDER = Path(__file__).parent
@@ -94,10 +95,19 @@ def _simulated(target: str, options: Mapping[str, str], seed: int) -> Rig:
 
 
 def _dynamixel(device: str, options: Mapping[str, str], seed: int) -> Rig:
-    from idtool.rig.dynamixel.rig import DynamixelRig
-    from idtool.rig.dynamixel.settings import Settings
+    from idtool.rig.bus.rig import ServoRig
+    from idtool.rig.bus.settings import Settings
+    from idtool.rig.dynamixel.kind import DYNAMIXEL
 
-    return DynamixelRig(device, Settings.read(options))
+    return ServoRig(device, Settings.read(options), DYNAMIXEL)
+
+
+def _feetech(device: str, options: Mapping[str, str], seed: int) -> Rig:
+    from idtool.rig.bus.rig import ServoRig
+    from idtool.rig.bus.settings import Settings
+    from idtool.rig.feetech.kind import FEETECH
+
+    return ServoRig(device, Settings.read(options), FEETECH)
 
 
 def _replay(log: str, options: Mapping[str, str], seed: int) -> Rig:
@@ -114,7 +124,13 @@ _KINDS = {
         ("sensors",),
     ),
     "dynamixel": RigKind(
-        "dynamixel:DEVICE[,id=N]", "a servo on a bus (see docs/hardware.md)", _dynamixel, OPTIONS
+        "dynamixel:DEVICE[,id=N]", "a DYNAMIXEL servo on a bus (see docs/hardware.md)", _dynamixel, OPTIONS
+    ),
+    "feetech": RigKind(
+        "feetech:DEVICE[,id=N]",
+        "a Feetech STS or SMS servo on a bus (see docs/hardware.md)",
+        _feetech,
+        OPTIONS,
     ),
     "replay": RigKind("replay:LOG", "a log played back", _replay, None),
 }

@@ -11,6 +11,7 @@ sensors = "lab"                            # or "dynamixel", "ideal"
               bristle_stiffness_nm_per_rad, bristle_damping_nm_s_per_rad
 [limits]      lowest_rad, highest_rad, speed_rad_s, current_a
 [drive]       optional, see `Drive`
+[motor]       optional: supply_v, resistance_ohm, supply_resistance_ohm, for sensors that read the duty
 [temperature] optional: ambient_degc, rise_k, time_constant_s, sensor
 [[effects]]   any number: name, and its numbers as in `EFFECT_KEYS`
 """
@@ -26,7 +27,7 @@ from idtool.io.read_file import read_bytes
 from idtool.io.toml import is_finite, parse_toml, short
 from idtool.parameters.axis import Axis
 from idtool.parameters.older_files import renamed
-from idtool.rig.sensors import SENSORS
+from idtool.rig.sensors import SENSORS, Motor
 
 #: Integration step of the plant, s. It stands here because reading a file must not load the compiler.
 STEP_S = 1e-4
@@ -98,6 +99,7 @@ _TOP = (
     "friction",
     "limits",
     "drive",
+    "motor",
     "temperature",
     "effects",
 )
@@ -135,6 +137,7 @@ class PlantFile:
     friction: dict[str, float]
     limits: dict[str, float]
     drive: Drive = field(default_factory=Drive)
+    motor: Motor = field(default_factory=lambda: Motor(24.0, 10.0))
     temperature: dict[str, float] = field(default_factory=dict)
     temperature_sensor: bool = False
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -211,6 +214,7 @@ def parse_plant(table: dict[str, Any], file: Path) -> PlantFile:
         friction=friction,
         limits=limits,
         drive=_drive(table, file),
+        motor=_motor(table, axis.torque_constant, limits, file),
         temperature=temperature,
         temperature_sensor=sensor,
         effects=effects,
@@ -257,6 +261,28 @@ def _drive(table: dict[str, Any], file: Path) -> Drive:
     for key, value in numbers.items():
         _above_zero(value, file, f"drive.{key}")
     return Drive(**numbers)
+
+
+#: Supply of a plant that names none, V, and the share of it that its highest current and speed together take.
+_SUPPLY, _USED = 24.0, 0.9
+
+
+def _motor(table: dict[str, Any], constant: float, limits: dict[str, float], file: Path) -> Motor:
+    """The motor; one that the file does not describe has a winding that fits its limits."""
+    given = _table(table, "motor", file, needed=False)
+    supply = given.get("supply_v", _SUPPLY)
+    supply = float(supply) if is_finite(supply) else _SUPPLY  # what is no number is named below
+    left = max(_USED * supply - constant * limits["speed_rad_s"], (1.0 - _USED) * supply)
+    defaults: dict[str, float | None] = {
+        "supply_v": supply,
+        "resistance_ohm": left / limits["current_a"],
+        "supply_resistance_ohm": 0.0,
+    }
+    numbers = _numbers(given, defaults, file, "motor.")
+    for key in ("supply_v", "resistance_ohm"):
+        _above_zero(numbers[key], file, f"motor.{key}")
+    _not_below_zero(numbers["supply_resistance_ohm"], file, "motor.supply_resistance_ohm")
+    return Motor(*numbers.values())
 
 
 def _temperature(table: dict[str, Any], file: Path) -> tuple[dict[str, float], bool]:

@@ -6,6 +6,7 @@ commanded changes nothing.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
 
@@ -26,7 +27,7 @@ class ReplayRig(Rig):
     """A log as a rig.
 
     Args:
-        path: the log; it needs position, velocity and current.
+        path: the log; it needs position, velocity, and current or duty with the supply's voltage.
 
     Raises:
         InputError: it is none, or lacks one of them.
@@ -35,7 +36,10 @@ class ReplayRig(Rig):
     def __init__(self, path: str | os.PathLike[str]) -> None:
         log = Log.read(path)
         self._roles = columns_of(log.axis.kind)
-        for role in ("position", "velocity", "current"):
+        by_duty = all(self._roles[role] in log.frame for role in ("duty", "supply_voltage"))
+        self.measures = "voltage" if by_duty and self._roles["current"] not in log.frame else "current"
+        self.measures_bus_current = self._roles["bus_current"] in log.frame
+        for role in ("position", "velocity", *self.effort_readings):
             if self._roles[role] not in log.frame:
                 raise InputError(
                     f"has no column {self._roles[role]}", file=path, remedy="play back a log that has one"
@@ -64,9 +68,8 @@ class ReplayRig(Rig):
             values = [frame[self._roles[role]], *([] if commanded is None else [commanded])]
             return (1.0 + _ROOM) * max(float(np.nanmax(np.abs(v))) for v in values) + 1e-6
 
-        return Limits(
-            (float(position.min()) - room, float(position.max()) + room), most("velocity"), most("current")
-        )
+        current = most("current") if self.measures == "current" else math.inf
+        return Limits((float(position.min()) - room, float(position.max()) + room), most("velocity"), current)
 
     def prepare(self, setup: TrialSetup) -> None:
         """Go to the next trial of the log, which must have been made with this set-up.
@@ -120,11 +123,8 @@ class ReplayRig(Rig):
             raise RigFault(f"trial {self._index} of {self._source} is over")
         self._at += 1
         row = rows.iloc[0]
-        warm = float(row[self._roles["temperature"]]) if self.measures_temperature else None
-        position, velocity, current = (
-            float(row[self._roles[role]]) for role in ("position", "velocity", "current")
-        )
-        return Sample(float(row["time_s"]), position, velocity, current, warm)
+        readings = {field: float(row[self._roles[role]]) for role, field in self._readings().items()}
+        return Sample(float(row["time_s"]), **({"current": None} | readings))  # type: ignore[arg-type]
 
     def stop(self) -> None:
         """Nothing moves."""
@@ -152,13 +152,15 @@ class ReplayRig(Rig):
             command = np.asarray(trajectory.command, dtype=float)[np.minimum(at, len(trajectory.command) - 1)]
         return Block(
             rows["time_s"].to_numpy(dtype=float),
-            values("position"),
-            values("velocity"),
-            values("current"),
-            command,
-            values("temperature") if self.measures_temperature else None,
-            values("supply_voltage") if self.measures_voltage else None,
+            command=command,
+            **({"current": None} | {field: values(role) for role, field in self._readings().items()}),  # type: ignore[arg-type]
         )
+
+    def _readings(self) -> dict[str, str]:
+        """Role of a column -> field of a block, for every reading that the log has."""
+        readings = {"position": "position", "velocity": "velocity"} | self.effort_readings
+        readings |= {"temperature": "temperature"} if self.measures_temperature else {}
+        return readings | ({"supply_voltage": "voltage"} if self.measures_voltage else {})
 
     def _open(self) -> None:
         if self._closed:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import fields
 
 import numpy as np
 
 from idtool.errors import InputError, RigFault
 from idtool.model.motion import Array
+from idtool.parameters.axis import Axis
 from idtool.rig import plant
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.numbers import plant_numbers
@@ -51,6 +53,11 @@ class SimulatedRig(Rig):
         )
         self._file = file
         self._sensors: Sensors = SENSORS[sensors or file.sensors]
+        if self._sensors.duty_step > 0.0:
+            # nothing leads from its duty to a torque until somebody finds it out
+            self.measures, self.measures_voltage = "voltage", True
+            self.axis = Axis(file.axis.kind, None, file.axis.extra)
+            self.limits = Limits(self.limits.position, self.limits.speed)
         self._rng = np.random.default_rng(seed)
         self._steps = round(file.period_s / STEP_S)
         self._state, self._history = plant.blank_state()
@@ -137,10 +144,9 @@ class SimulatedRig(Rig):
             self._open()
             part = np.ascontiguousarray(command[begin : begin + _BLOCK])
             truth = self._run(part, mode, 0.0)
-            reading = self._sensors.read(truth, self._rng)
             good = self._within(truth[1])
             if good:
-                yield self._block(reading[:, :good], part[:good])
+                yield self._block(truth[:, :good], part[:good])
             if good < len(part):
                 self.stop()
                 raise RigFault("the drive stopped because the axis left its position limits")
@@ -154,8 +160,10 @@ class SimulatedRig(Rig):
         if not self._within(truth[1]):
             self.stop()
             raise RigFault("the drive stopped because the axis left its position limits")
-        time, position, velocity, current, warm = self._sensors.read(truth, self._rng)[:, 0].tolist()
-        return Sample(time, position, velocity, current, warm if self._file.temperature_sensor else None)
+        block = self._block(truth, np.array([position_command]))
+        readings = {field.name: getattr(block, field.name) for field in fields(Sample)}
+        values = {name: None if value is None else float(value[0]) for name, value in readings.items()}
+        return Sample(**values)  # type: ignore[arg-type]
 
     def stop(self) -> None:
         """Stop where the axis is: what moves is braked to rest within a fifth of a second."""
@@ -186,9 +194,15 @@ class SimulatedRig(Rig):
         outside = (position < low - _OVERRUN) | (position > high + _OVERRUN)
         return int(np.argmax(outside)) if outside.any() else len(position)
 
-    def _block(self, reading: Array, command: Array) -> Block:
+    def _block(self, truth: Array, command: Array) -> Block:
+        """What the sensors make of the truth."""
+        reading = self._sensors.read(truth, self._rng)
         warm = reading[4] if self._file.temperature_sensor else None
-        return Block(reading[0], reading[1], reading[2], reading[3], command, warm)
+        if self.measures == "current":
+            return Block(reading[0], reading[1], reading[2], reading[3], command, warm)
+        constant = self._numbers.torque_constant
+        voltage, duty = self._sensors.electrical(truth, self._file.motor, constant, self._rng)
+        return Block(reading[0], reading[1], reading[2], None, command, warm, voltage, duty)
 
     def _open(self) -> None:
         if self._closed:

@@ -61,6 +61,7 @@ class Supervisor(Rig):
         self._speed_tolerance = speed_tolerance
         self.axis, self.limits, self.period_s = rig.axis, rig.limits, rig.period_s
         self.simulated, self.by_hand, self.description = rig.simulated, rig.by_hand, rig.description
+        self.measures, self.measures_bus_current = rig.measures, rig.measures_bus_current
         self.measures_temperature, self.measures_voltage = rig.measures_temperature, rig.measures_voltage
         self.speed_step = rig.speed_step
         self.loop = LoopTime()
@@ -239,8 +240,12 @@ def beyond(block: Block, rig: Rig, speed_tolerance: float = TOLERANCE) -> LimitE
     checks = [
         ("position", block.position, low - margin, high + margin, unit_text("position", kind)),
         ("velocity", block.velocity, -fast, fast, unit_text("velocity", kind)),
-        ("current", block.current, -most, most, "A"),
     ]
+    if block.current is not None:
+        checks.append(("current", block.current, -most, most, "A"))
+    elif block.duty is not None:
+        most = limits.duty + TOLERANCE
+        checks.append(("duty", block.duty, -most, most, "of the supply"))
     if block.temperature is not None:
         checks.append(("temperature", block.temperature, -np.inf, limits.temperature, "°C"))
     remedies = {"temperature": "let it cool down", "position": "lower the travel"}
@@ -256,19 +261,12 @@ def beyond(block: Block, rig: Rig, speed_tolerance: float = TOLERANCE) -> LimitE
 
 
 def _finite(block: Block) -> bool:
-    readings = (block.time_s, block.position, block.velocity, block.current, block.temperature)
+    readings = (getattr(block, field.name) for field in fields(Block) if field.name != "command")
     return all(np.isfinite(values).all() for values in readings if values is not None)
 
 
 def _block(sample: Sample, command: float) -> Block:
-    def one(value: float) -> Array:
-        return np.array([value])
-
-    return Block(
-        one(sample.time_s),
-        one(sample.position),
-        one(sample.velocity),
-        one(sample.current),
-        one(command),
-        None if sample.temperature is None else one(sample.temperature),
-    )
+    """A sample as a block of one row."""
+    readings = {field.name: getattr(sample, field.name) for field in fields(Sample)} | {"command": command}
+    columns = {name: None if value is None else np.array([value]) for name, value in readings.items()}
+    return Block(**columns)  # type: ignore[arg-type]

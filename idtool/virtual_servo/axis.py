@@ -46,12 +46,21 @@ class Drive:
 
 @dataclass(frozen=True)
 class Reading:
-    """What the sensors say: rad, rad/s, A, degrees Celsius."""
+    """What the sensors say: rad, rad/s, A, degrees Celsius.
+
+    Attributes:
+        duty: share of the supply's voltage at the motor.
+        voltage: of the supply, V.
+        bus_current: of the supply, A.
+    """
 
     position: float
     velocity: float
     current: float
     temperature: float
+    duty: float
+    voltage: float
+    bus_current: float
 
 
 class VirtualAxis:
@@ -60,6 +69,7 @@ class VirtualAxis:
     Args:
         file: the truth.
         seed: of the sensors' noise.
+        sensors: name of the sensors.
         setup: payload and tilt at the start.
 
     Attributes:
@@ -67,10 +77,17 @@ class VirtualAxis:
         still_s: how long it has stood still, s.
     """
 
-    def __init__(self, file: PlantFile, *, seed: int = 0, setup: TrialSetup | None = None) -> None:
+    def __init__(
+        self,
+        file: PlantFile,
+        *,
+        seed: int = 0,
+        setup: TrialSetup | None = None,
+        sensors: str = "dynamixel",
+    ) -> None:
         self.file = file
         self._rng = np.random.default_rng(seed)
-        self._sensors = SENSORS["dynamixel"]
+        self._sensors = SENSORS[sensors]
         self._state, self._history = plant.blank_state()
         self._out = np.zeros((5, 1))
         self._drive = Drive()
@@ -138,4 +155,13 @@ class VirtualAxis:
 
     def read(self) -> Reading:
         """The sensors, now."""
-        return Reading(*self._sensors.read(self._out, self._rng)[1:, 0].tolist())
+        voltage, duty = (
+            values[0]
+            for values in self._sensors.electrical(
+                self._out, self.file.motor, self._loaded.torque_constant, self._rng
+            )
+        )
+        position, velocity, current, warm = self._sensors.read(self._out, self._rng)[1:, 0].tolist()
+        # a bridge that is on for a share of the time passes the motor's current to the supply for that share
+        bus = float(self._out[3, 0]) * duty
+        return Reading(position, velocity, current, warm, float(duty), float(voltage), float(bus))

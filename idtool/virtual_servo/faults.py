@@ -11,7 +11,7 @@ A fault is written as a word (the command line's `--fault`, and the tests'):
     overload@2              the servo shuts its motor off
     error@2=4               these bits of the hardware error status are set (4 is overheating)
     stuck@2                 the encoder stands still
-    watchdog@2              the bus watchdog trips
+    watchdog@2              the bus watchdog trips; nothing on a servo that has none
 
 Seconds count from the first time the torque is switched on, on the servo's clock.
 """
@@ -25,7 +25,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from idtool.errors import InputError, misspelt, nearest
-from idtool.virtual_servo.servo import OVERLOAD, VirtualServo
+from idtool.virtual_servo.base import VirtualServo
 
 #: How late a late packet is, s of the host: past the time-out of the SDK.
 LATE_S = 0.06
@@ -135,7 +135,7 @@ class Mishaps:
             servo.stuck = True
         else:
             servo_does: dict[str, Callable[[], None]] = {
-                "overload": lambda: servo.fail(OVERLOAD),
+                "overload": servo.overload,
                 "error": lambda: servo.fail(int(fault.value)),
                 "watchdog": servo.trip_watchdog,
                 "power": servo.lose_power,

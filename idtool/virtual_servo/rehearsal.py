@@ -13,8 +13,11 @@ from idtool.rig.base import TrialSetup
 from idtool.rig.clock import HostClock
 from idtool.rig.plant_file import PlantFile
 from idtool.virtual_servo.axis import VirtualAxis
+from idtool.virtual_servo.base import VirtualServo
+from idtool.virtual_servo.dynamixel import servo as dynamixel
+from idtool.virtual_servo.dynamixel.families import FAMILIES
 from idtool.virtual_servo.faults import Mishaps, parse_fault
-from idtool.virtual_servo.servo import BAUD_RATES, VirtualServo
+from idtool.virtual_servo.feetech import servo as feetech
 from idtool.virtual_servo.terminal import VirtualTerminal
 
 COMMANDS = {
@@ -32,36 +35,36 @@ class Rehearsal:
 
     Args:
         plant: the axis behind it.
-        id, model, baud: of the servo.
+        kind: "dynamixel" or "feetech".
+        id: of the servo.
+        model: its model number; None is an XH540-V150 or an STS3215.
+        baud: None is the rate that such a servo comes with.
         scale: seconds of the servo per second of the computer.
         faults: what goes wrong, as words.
         setup: payload and tilt at the start.
         seed: of noise and of faults.
 
     Raises:
-        InputError: a fault that is none, or a baud rate that the servo has not.
+        InputError: a fault that is none, a model that is not known, or a baud rate that the servo has not.
     """
 
     def __init__(
         self,
         plant: PlantFile,
         *,
+        kind: str = "dynamixel",
         id: int = 1,
-        model: int = 1150,
-        baud: int = 57600,
+        model: int | None = None,
+        baud: int | None = None,
         scale: float = 1.0,
         faults: tuple[str, ...] = (),
         setup: TrialSetup | None = None,
         seed: int = 0,
     ) -> None:
-        if baud not in BAUD_RATES.values():
-            raise InputError(
-                f"the servo has no baud rate {baud}", remedy=f"take one of {sorted(BAUD_RATES.values())}"
-            )
         self._setup = setup or TrialSetup()
         self._clock = clock = HostClock(scale)
-        servo = VirtualServo(
-            VirtualAxis(plant, seed=seed, setup=self._setup), id=id, model=model, baud=baud, now=clock.now()
+        servo = virtual_servo(
+            kind, plant, id=id, model=model, baud=baud, now=clock.now(), seed=seed, setup=self._setup
         )
         mishaps = Mishaps([parse_fault(word) for word in faults], seed=seed)
         self._terminal = VirtualTerminal(servo, mishaps=mishaps, clock=clock)
@@ -70,6 +73,11 @@ class Rehearsal:
     def path(self) -> str:
         """Of the device."""
         return self._terminal.path
+
+    @property
+    def baud(self) -> int:
+        """Its baud rate, bits a second."""
+        return self._terminal.servo.baud
 
     @property
     def unplugged(self) -> bool:
@@ -129,7 +137,7 @@ class Rehearsal:
 
     def _status(self, _: list[str]) -> str:
         servo, counts = self._terminal.servo, self._terminal.mishaps.counts
-        torque = "on" if servo.table["torque_enable"] else "off"
+        torque = "on" if servo.torque else "off"
         struck = ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
         return (
             f"position {servo.axis.position:.3f} rad, speed {servo.axis.velocity:.3f} rad/s, "
@@ -147,6 +155,43 @@ class Rehearsal:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+#: Kind of servo -> sensors of its axis, model and baud rate that it comes with, and its baud rates.
+_KINDS = {
+    "dynamixel": ("dynamixel", 1150, 57600, dynamixel.BAUD_RATES.values()),
+    "feetech": ("feetech", 777, 1_000_000, feetech.BAUD_RATES.values()),
+}
+
+
+def virtual_servo(
+    kind: str,
+    plant: PlantFile,
+    *,
+    id: int = 1,
+    model: int | None = None,
+    baud: int | None = None,
+    now: float = 0.0,
+    seed: int = 0,
+    setup: TrialSetup | None = None,
+) -> VirtualServo:
+    """A virtual servo with an axis; the arguments are those of `Rehearsal`, and the clock's time at the
+    start.
+
+    Raises:
+        InputError: a model that is not known, or a baud rate that the servo has not.
+    """
+    sensors, usual, rate, rates = _KINDS[kind]
+    model, baud = model or usual, baud or rate
+    if baud not in rates:
+        raise InputError(f"the servo has no baud rate {baud}", remedy=f"take one of {sorted(rates)}")
+    axis = VirtualAxis(plant, seed=seed, setup=setup, sensors=sensors)
+    if kind == "feetech":
+        return feetech.VirtualFeetech(axis, id=id, model=model, baud=baud, now=now)
+    if model not in FAMILIES:
+        known = ", ".join(map(str, FAMILIES))
+        raise InputError(f"no virtual servo has model number {model}", remedy=f"take one of {known}")
+    return dynamixel.VirtualDynamixel(axis, id=id, model=model, baud=baud, now=now)
 
 
 def _numbers(words: list[str], count: int, command: str) -> list[float]:

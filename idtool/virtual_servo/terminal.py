@@ -11,9 +11,8 @@ import time
 import tty
 
 from idtool.rig.clock import Clock, HostClock
+from idtool.virtual_servo.base import VirtualServo
 from idtool.virtual_servo.faults import Mishaps
-from idtool.virtual_servo.packet import Decoder, encode
-from idtool.virtual_servo.servo import VirtualServo
 
 #: Bits on the wire per byte: start, eight, stop.
 BITS_PER_BYTE = 10
@@ -58,7 +57,6 @@ class VirtualTerminal:
         tty.setraw(self._far)
         self.path = os.ttyname(self._far)
         self._wake, self._waker = os.pipe()
-        self._decoder = Decoder()
         self._due: list[tuple[float, int, bytes]] = []
         self._sent = 0
         self._thread = threading.Thread(target=self._serve, name="virtual servo", daemon=True)
@@ -108,7 +106,7 @@ class VirtualTerminal:
         if self._line_speed() != self.servo.baud:
             return  # at another speed there is only noise
         self._pass(len(data) * BITS_PER_BYTE / self.servo.baud)
-        for packet in self._decoder.feed(data):
+        for packet in self.servo.decoder.feed(data):
             with self.lock:
                 now = self._clock.now()
                 self.servo.pass_time(now)
@@ -117,7 +115,7 @@ class VirtualTerminal:
                     return
                 if not self.mishaps.arrives(now):
                     continue
-                answers = [encode(answer) for answer in self.servo.answer(packet, now)]
+                answers = self.servo.reply(packet, now)
             for answer in answers:
                 self._pass(self.servo.return_delay_s + len(answer) * BITS_PER_BYTE / self.servo.baud)
                 self._send(answer)

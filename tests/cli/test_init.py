@@ -13,7 +13,7 @@ from idtool.errors import InputError
 from idtool.log import Log
 from idtool.parameters.axis import Axis
 from idtool.parameters.axis_file import AxisFile
-from idtool.rig.dynamixel.settings import Settings
+from idtool.rig.bus.settings import Settings
 
 from .support import PROGRAM, ffc_id
 from .terminal import Terminal

@@ -19,8 +19,8 @@ from idtool.parameters import Controller
 from idtool.parameters.axis import Axis
 from idtool.rig.opening import read_plant
 from idtool.virtual_servo.axis import VirtualAxis
-from idtool.virtual_servo.packet import Decoder, Packet, encode
-from idtool.virtual_servo.servo import VirtualServo
+from idtool.virtual_servo.dynamixel.packet import Decoder, Packet, encode
+from idtool.virtual_servo.dynamixel.servo import VirtualDynamixel
 from tests.control.double import BENCH, parameters
 
 STUBS = Path(__file__).parent / "stubs"
@@ -77,7 +77,7 @@ class Board:
             getattr(self._c, f"board_{name}").restype = ctypes.c_bool
         self._c.board_now.restype = ctypes.c_uint32
         self._c.board_error.restype = ctypes.c_uint8
-        self.servo = VirtualServo(VirtualAxis(read_plant("bench"), seed=1), baud=1_000_000)
+        self.servo = VirtualDynamixel(VirtualAxis(read_plant("bench"), seed=1), baud=1_000_000)
         self.servo.table["return_delay_time"] = 0
         self.wrote: list[tuple[int, int]] = []
         self.heard = 0

@@ -35,7 +35,7 @@ duration_s = 1.0
 """,
     "contract.toml",
 )
-KINDS = ["simulated", "dynamixel", "replay", "supervised"]
+KINDS = ["simulated", "dynamixel", "by supply", "feetech", "volts", "replay", "replayed volts", "supervised"]
 
 
 @pytest.fixture(params=KINDS)
@@ -44,14 +44,18 @@ def rig(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Rig]:
         made: dict[str, Callable[[], Rig]] = {
             "simulated": lambda: open_rig("sim:bench"),
             "supervised": lambda: Supervisor(open_rig("sim:bench")),
+            "volts": lambda: open_rig("sim:bench,sensors=feetech"),
             "dynamixel": lambda: stack.enter_context(bench()).rig(),
+            "by supply": lambda: stack.enter_context(bench(model=1200)).rig(),
+            "feetech": lambda: stack.enter_context(bench(kind="feetech")).rig(speed=2.0),
             "replay": lambda: recorded(tmp_path),
+            "replayed volts": lambda: recorded(tmp_path, "sim:bench,sensors=feetech"),
         }
         yield stack.enter_context(made[request.param]())
 
 
-def recorded(folder: Path) -> Rig:
-    with open_rig("sim:bench") as simulated:
+def recorded(folder: Path, name: str = "sim:bench") -> Rig:
+    with open_rig(name) as simulated:
         run(RECIPE, simulated, folder / "recorded.csv")
     return open_rig(f"replay:{folder / 'recorded.csv'}")
 
@@ -69,9 +73,10 @@ def test_it_says_what_it_is(rig: Rig) -> None:
     assert low < high
     assert rig.limits.speed > 0
     assert rig.limits.current > 0
+    assert 0 < rig.limits.duty <= 1
     assert 0 < rig.period_s <= 0.1
     assert rig.axis.kind in ("rotary", "linear")
-    assert rig.axis.torque_constant is not None
+    assert (rig.axis.torque_constant is not None) == (rig.measures == "current")
     assert rig.description
     assert "\n" not in rig.description
 
@@ -88,7 +93,10 @@ def test_a_trajectory_is_played_in_blocks(rig: Rig) -> None:
     planned = trajectory(rig)
     blocks = list(rig.play(planned))
     for block in blocks:
-        columns = [block.time_s, block.position, block.velocity, block.current, block.command]
+        columns = [block.time_s, block.position, block.velocity, block.effort, block.command]
+        assert (block.current is not None) == (rig.measures == "current")
+        assert (block.duty is not None) == (rig.measures == "voltage")
+        assert (block.bus_current is not None) == rig.measures_bus_current
         assert {len(column) for column in columns} == {len(block.time_s)}
         assert (block.temperature is not None) == rig.measures_temperature
         assert (block.voltage is not None) == rig.measures_voltage
@@ -125,7 +133,7 @@ def test_it_steps(rig: Rig) -> None:
     assert all(isinstance(sample, Sample) for sample in samples)
     time = np.array([sample.time_s for sample in samples])
     assert np.median(np.diff(time)) == pytest.approx(rig.period_s, rel=0.3)
-    assert all(np.isfinite([s.position, s.velocity, s.current]).all() for s in samples)
+    assert all(np.isfinite([s.position, s.velocity, s.effort]).all() for s in samples)
     assert all((s.temperature is not None) == rig.measures_temperature for s in samples)
     if not rig.simulated:
         with pytest.raises(RigFault, match="simulated hand cannot push"):
@@ -173,6 +181,11 @@ def test_a_recipe_runs_on_it(rig: Rig, tmp_path: Path) -> None:
     assert log.axis == rig.axis
     assert ("temperature_degc" in log.frame) == rig.measures_temperature
     assert ("supply_voltage_v" in log.frame) == rig.measures_voltage
+    assert ("current_a" in log.frame, "duty" in log.frame) == (
+        rig.measures == "current",
+        rig.measures == "voltage",
+    )
+    assert ("bus_current_a" in log.frame) == rig.measures_bus_current
 
 
 def test_a_replay_is_the_log_again(tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from idtool.virtual_servo.packet import Damaged, Decoder, Packet, crc16, encode
-from idtool.virtual_servo.table import FIELDS
+from idtool.virtual_servo.dynamixel.packet import Damaged, Decoder, Packet, crc16, encode
+from idtool.virtual_servo.dynamixel.table import FIELDS
 from tests.rig.dynamixel.support import BAUD, Bench, bench, eventually
 
 

@@ -1,1 +1,1 @@
-"""A DYNAMIXEL servo of the X series on a serial bus, through the manufacturer's SDK."""
+"""A DYNAMIXEL servo on a serial bus, through the manufacturer's SDK."""

@@ -1,36 +1,23 @@
-"""One servo on the bus: transactions through the SDK, repeated where a packet was lost.
+"""One DYNAMIXEL on the bus, through the manufacturer's SDK (Protocol 2.0).
 
-Every transaction is safe to repeat: a register is written to the same value again, or read again. Each
-is done in its two halves, sending and receiving, because the SDK's whole functions drop what is needed
-here: the status byte of a sync read, which holds the alert, and the length of an answer, which tells it
-from a late one to another question.
 Checked against dynamixel-sdk 4.1.0.
 """
 
 from __future__ import annotations
 
-import errno
 import struct
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from idtool.errors import InputError, RigFault
-from idtool.rig.clock import Clock, HostClock
+from idtool.errors import RigFault
+from idtool.rig.bus.port import open_port
+from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
+from idtool.rig.clock import Clock
 from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, Register, hardware_error_text
-from idtool.rig.faults import (
-    DeviceGone,
-    NotAnswering,
-    ServoRefused,
-    ServoRestarted,
-    ServoShutdown,
-    WatchdogTripped,
-)
+from idtool.rig.faults import ServoRefused, ServoRestarted, ServoShutdown, WatchdogTripped
 
-#: How often a transaction is tried. The SDK waits about 36 ms for a lost answer, and all tries together
-#: must stay below the bus watchdog.
-TRIES = 4
-
+#: Baud rates that the servos come with or are set to.
+BAUD_RATES = (57600, 1_000_000, 115200, 2_000_000, 3_000_000, 4_000_000)
 _ALERT = 0x80
 _DAMAGED, _RANGE_ERROR = 3, 4
 _REFUSALS = {
@@ -50,22 +37,22 @@ _TICKS_S = 32.768
 #: How far the two clocks may disagree about the time between two readings: always, and as a share of it.
 #: The first is less than an answer is ever late, the second far above any error of a quartz.
 _TICK_SLACK_S, _CLOCK_ERROR = 0.025, 1e-3
-#: How often it is looked for an answer, s.
-_PAUSE_S = 1e-4
 #: Bytes of an answer without data.
 _ANSWER_BYTES = 11
 _SYNC_READ_BYTES = 15
 #: Bytes on the wire in one period: a goal and its answer, a sync read of the block and its answer.
 BYTES_PER_PERIOD = 16 + _ANSWER_BYTES + _SYNC_READ_BYTES + _ANSWER_BYTES + _BLOCK.size
-#: Bits on the wire per byte: start, eight, stop.
-BITS_PER_BYTE = 10
 
 
 @dataclass(frozen=True)
 class Present:
-    """What the servo measured, in its own units, and when (s, of the bus's clock)."""
+    """What the servo measured, in its own units, and when (s, of the bus's clock).
+
+    `current` is the load on a servo without a current sensor.
+    """
 
     time_s: float
+    pwm: int
     current: int
     velocity: int
     position: int
@@ -88,18 +75,14 @@ def import_sdk() -> Any:
     return dynamixel_sdk
 
 
-class Bus:
+class Bus(Transactions):
     """A serial port and one servo on it.
 
     Args:
         device: the port.
         id: of the servo.
         baud: bits a second.
-        clock: tells when the servo measured.
-
-    Attributes:
-        clock: that one.
-        retries: packets that were lost or damaged and asked for again.
+        clock: tells when the servo measured; None is the host's.
 
     Raises:
         InputError: the SDK has no such baud rate.
@@ -109,16 +92,12 @@ class Bus:
 
     def __init__(self, device: str, id: int, baud: int, clock: Clock | None = None) -> None:
         sdk = import_sdk()
-        self.device, self.id, self.baud = device, id, baud
-        self.retries = 0
+        port = open_port(sdk, device, baud, BAUD_RATES)
+        super().__init__(port, sdk.Protocol2PacketHandler(), sdk.COMM_SUCCESS, device, id, baud, clock)
         self._asked = self._tick_at = 0.0
         self._tick: int | None = None
-        self.clock = clock or HostClock()
         # the servo measures when the last byte of the question has arrived
         self._question_s = _SYNC_READ_BYTES * BITS_PER_BYTE / baud
-        self._sdk: Any = sdk
-        self._port: Any = open_port(sdk, device, baud)
-        self._handler: Any = sdk.Protocol2PacketHandler()
 
     def ping(self) -> int:
         """The model number.
@@ -174,11 +153,10 @@ class Bus:
         """
         for _ in range(TRIES):
             data = self._ask(self._send_sync_read, _BLOCK.size, alert=alert)
-            tick, _, _, _, current, velocity, position, _, _, voltage, temperature = _BLOCK.unpack(data)
+            tick, _, _, pwm, current, velocity, position, _, _, voltage, temperature = _BLOCK.unpack(data)
             if self._is_fresh(tick):
-                return Present(
-                    self._asked + self._question_s, current, velocity, position, voltage, temperature
-                )
+                measured = self._asked + self._question_s
+                return Present(measured, pwm, current, velocity, position, voltage, temperature)
             self.retries += 1
         self._tick = None
         raise ServoRestarted(
@@ -219,72 +197,16 @@ class Bus:
         self._asked = self.clock.now()
         return int(self._handler.syncReadTx(self._port, _BLOCK_ADDRESS, _BLOCK.size, [self.id], 1, False))
 
-    def close(self) -> None:
-        """Let go of the port; safe to call twice."""
-        try:
-            self._port.closePort()
-        except Exception:  # the device is gone; there is nothing to let go of
-            return
-
-    def _ask(self, send: Callable[[], int], size: int | None, *, alert: bool = True) -> bytes:
-        """Send an instruction until it is answered.
-
-        Args:
-            send: by the SDK; its result.
-            size: bytes of data in the answer; None where there may be no answer at all.
-            alert: raise if the servo reports a hardware error.
-
-        Returns:
-            The data.
-        """
-        for _ in range(TRIES):
-            # set by the SDK during a transaction, and left set where Ctrl-C ended one
-            self._port.is_using = False
-            try:
-                sent = send()
-                if size is None:
-                    self._answer(0)
-                    return b""
-                answer = self._answer(size) if sent == self._sdk.COMM_SUCCESS else None
-            except Exception as gone:  # the SDK lets OSError, termios.error and others of a dead port through
-                raise DeviceGone(
-                    f"{self.device} has disappeared ({gone}); plug the adapter in and start again"
-                ) from gone
-            if answer is not None:
-                error, data = answer
-                self._check(error, alert)
-                return data
-            self.retries += 1
-        raise NotAnswering(
-            f"the servo with id {self.id} on {self.device} does not answer at {self.baud} baud; "
-            "check power, cable, id and baud rate"
-        )
-
-    def _wait_for_bytes(self) -> None:
-        """Sleep until an answer begins or the time for it is over; the SDK itself would spin."""
-        over = False
-        while not over:
-            # one look more when the time is over: the computer itself may have been busy elsewhere
-            over = self._port.isPacketTimeout()
-            self.clock.sleep(_PAUSE_S)
-            if self._port.getBytesAvailable():
-                return
-
-    def _answer(self, size: int) -> tuple[int, bytes] | None:
-        """Error byte and data of the answer; None where it is lost, damaged or to another question.
-
-        An answer to an earlier question, which came too late, is told by its length, which the SDK's own
-        reading functions do not look at.
-        """
-        self._wait_for_bytes()
+    def _receive(self) -> tuple[int, int, bytes] | None:
         packet, result = self._handler.rxPacket(self._port, False)
-        if result != self._sdk.COMM_SUCCESS or packet[4] != self.id:
+        if result != self._success:
             return None
         length = int.from_bytes(bytes(packet[5:7]), "little")
-        error, data = packet[8], bytes(packet[9 : 5 + length])
-        if error & ~_ALERT == _DAMAGED or (not error & ~_ALERT and len(data) != size):
-            return None
-        return error, data
+        return packet[4], packet[8], bytes(packet[9 : 5 + length])
+
+    def _fits(self, error: int, data: bytes, size: int) -> bool:
+        code = error & ~_ALERT
+        return code != _DAMAGED and (code != 0 or len(data) == size)
 
     def _check(self, error: int, alert: bool) -> None:
         code = error & ~_ALERT
@@ -310,37 +232,3 @@ class Bus:
                 f"the servo reports {hardware_error_text(bits)} and may have switched its motor off; "
                 "remove the cause, then switch its power off and on"
             )
-
-
-def open_port(sdk: Any, device: str, baud: int) -> Any:
-    """An open port of the SDK, for this process alone.
-
-    Raises:
-        InputError: the SDK has no such baud rate.
-        DeviceGone: the device cannot be opened, or another program has it.
-    """
-    port = sdk.PortHandler(device)
-    try:
-        known = port.setBaudRate(baud)
-    except Exception as error:  # SerialException, or what the system says of the device
-        raise DeviceGone(f"cannot open {device}: {_why_not(error)}") from error
-    if not known:
-        raise InputError(
-            f"the SDK has no baud rate {baud}",
-            remedy="take 57600, 115200, 1000000, 2000000, 3000000 or 4000000",
-        )
-    try:
-        port.ser.exclusive = True  # the SDK opens a port that another program has just as well
-    except Exception as error:
-        port.closePort()
-        raise DeviceGone(f"{device} is in use by another program; end that first") from error
-    return port
-
-
-def _why_not(error: Exception) -> str:
-    return {
-        errno.EACCES: "no permission; add yourself to the group of the device (see docs/hardware.md)",
-        errno.EPERM: "no permission; add yourself to the group of the device (see docs/hardware.md)",
-        errno.EBUSY: "it is in use by another program; end that first",
-        errno.ENOENT: "there is no such device; is the adapter plugged in?",
-    }.get(getattr(error, "errno", None) or 0, "it is no serial port that answers; check the path")

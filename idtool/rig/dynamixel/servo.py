@@ -1,20 +1,25 @@
-"""One servo in SI units: made ready, moved, and put back as it was found."""
+"""One DYNAMIXEL in SI units: made ready, moved, and put back as it was found.
+
+Speeds are played in the velocity mode, positions in the current-based position mode, or in the position mode
+of a servo that has no current mode. While the axis may move, the servo's own bus watchdog is armed.
+"""
 
 from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import replace
 
-from idtool.rig.dynamixel.bus import Bus
+from idtool.rig.base import Mode
+from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Reading, Servo
+from idtool.rig.dynamixel.bus import BYTES_PER_PERIOD, Bus
 from idtool.rig.dynamixel.models import (
     ACCELERATION_UNIT,
     BUS_WATCHDOG,
-    COUNT_RAD,
     CURRENT_BASED_POSITION_MODE,
     CURRENT_LIMIT,
-    CURRENT_UNIT,
     DRIVE_MODE,
+    DUTY_UNIT,
     FOLLOWER,
     GOAL_CURRENT,
     GOAL_POSITION,
@@ -23,8 +28,10 @@ from idtool.rig.dynamixel.models import (
     MIN_POSITION_LIMIT,
     MODELS,
     OPERATING_MODE,
+    POSITION_MODE,
     PROFILE_ACCELERATION,
     PROFILE_VELOCITY,
+    PWM_LIMIT,
     RETURN_DELAY,
     RETURN_DELAY_UNIT,
     SPEED_UNIT,
@@ -40,32 +47,17 @@ from idtool.rig.dynamixel.models import (
     Model,
     Register,
 )
-from idtool.rig.faults import DeviceGone, NotAnswering, ServoRefused, WatchdogTripped, WrongServo
+from idtool.rig.faults import DeviceGone, NotAnswering, WatchdogTripped, WrongServo
 
-#: The servo stops by itself when it hears nothing for so long, s. All tries of a transaction take less.
+#: The servo stops by itself when it hears nothing for so long, s. All tries of a transaction take less: the
+#: SDK waits about 36 ms for a lost answer.
 WATCHDOG_S = 0.24
 #: Deceleration with which a motion is stopped, rad/s2.
 STOP_ACCELERATION = 20.0
-#: Middle of a turn, counts.
-CENTRE = 2048
 
 
-@dataclass(frozen=True)
-class Reading:
-    """What the servo measured, all of one instant: s, rad, rad/s, A, degrees Celsius, V."""
-
-    time_s: float
-    position: float
-    velocity: float
-    current: float
-    temperature: float
-    voltage: float
-
-
-class Servo:
-    """A servo of the X series, ready to move once a mode is entered.
-
-    Whatever is changed in it is remembered, and `release` puts it back.
+class DynamixelServo(Servo):
+    """A servo with the control table of the X series.
 
     Args:
         bus: how to reach it.
@@ -73,7 +65,6 @@ class Servo:
 
     Attributes:
         model: what it is.
-        mode: operating mode in force; None while its torque is off.
 
     Raises:
         WrongServo: it is of a model that is not in the table, or of another kind of profile.
@@ -81,12 +72,21 @@ class Servo:
         NotAnswering, DeviceGone: nobody is there.
     """
 
+    speed_step = SPEED_UNIT
+    bytes_per_period = BYTES_PER_PERIOD
+
     def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
         self._bus, self._zero = bus, zero
-        self._found: dict[Register, int] = {}
+        self._found: Found[Register] = Found(bus)
         self._armed = False
-        self.mode: int | None = None
-        self.model = self._identify()
+        self.model = model = self._identify()
+        self.name = f"DYNAMIXEL {model.name}"
+        self.measures = "current" if model.senses == "motor" else "voltage"
+        self.measures_bus_current = model.senses == "supply"
+        if model.senses == "motor":
+            self.torque_constant = model.torque_constant
+        else:
+            self.torque_per_volt = model.torque_per_volt
         # a servo set to silence would look dead from here on; the setting is lost with its power
         bus.write_unanswered(STATUS_RETURN_LEVEL, 2)
         bus.raise_shutdown()
@@ -95,7 +95,7 @@ class Servo:
         drive = bus.read(DRIVE_MODE)
         if drive & FOLLOWER:
             raise WrongServo("the servo is set to follow another one; clear bit 1 of its drive mode")
-        self._set(DRIVE_MODE, drive & ~(TIME_PROFILE | TORQUE_ON_BY_GOAL))
+        self._found.change(DRIVE_MODE, drive & ~(TIME_PROFILE | TORQUE_ON_BY_GOAL))
 
     def _identify(self) -> Model:
         number = self._bus.ping()
@@ -129,41 +129,54 @@ class Servo:
 
     @property
     def current_limit(self) -> float:
-        """Its highest current, A."""
-        return self._bus.read(CURRENT_LIMIT) * CURRENT_UNIT
+        """Its highest current, of the motor or of the supply, A; inf where it measures none."""
+        if self.model.senses == "load":
+            return math.inf
+        return self._bus.read(CURRENT_LIMIT) * self.model.current_unit
+
+    @property
+    def duty_limit(self) -> float:
+        """The highest share of the supply's voltage that it puts on its motor."""
+        return self._bus.read(PWM_LIMIT) * DUTY_UNIT
 
     @property
     def temperature_limit(self) -> float:
         """Above it the servo shuts down, degrees Celsius."""
         return float(self._bus.read(TEMPERATURE_LIMIT))
 
-    def limit(self, speed: float, current: float) -> None:
-        """Let the servo itself keep to these limits, rad/s and A; only while its torque is off."""
-        self._set(VELOCITY_LIMIT, math.ceil(speed / SPEED_UNIT))
-        self._set(CURRENT_LIMIT, math.ceil(current / CURRENT_UNIT))
+    def limit(self, speed: float, current: float, duty: float) -> None:
+        """Let the servo itself keep to these limits, rad/s, A and a share; only while its torque is off."""
+        self._found.change(VELOCITY_LIMIT, math.ceil(speed / SPEED_UNIT))
+        if math.isfinite(current):
+            self._found.change(CURRENT_LIMIT, math.ceil(current / self.model.current_unit))
+        self._found.change(PWM_LIMIT, round(duty / DUTY_UNIT))
 
     # ------------------------------------------------------------------------- motion
 
-    def enter(self, mode: int, *, speed: float, current: float) -> None:
-        """Switch to an operating mode, standing where the axis is.
+    def enter(self, mode: Mode, *, speed: float, current: float) -> None:
+        """Take commands of this kind, standing where the axis is, with the torque on.
 
         The torque goes off for a moment, because the servo changes its mode only then.
 
         Args:
-            mode: VELOCITY_MODE or CURRENT_BASED_POSITION_MODE.
-            speed, current: that the position mode may use, rad/s and A.
+            mode: speeds or positions.
+            speed, current: that positions may be reached with, rad/s and A.
         """
         if self.mode == mode:
             return
         self.torque_off()
-        self._set(OPERATING_MODE, mode)
+        by_current = self.model.senses != "load"
+        position_mode = CURRENT_BASED_POSITION_MODE if by_current else POSITION_MODE
+        self._found.change(OPERATING_MODE, VELOCITY_MODE if mode == "velocity" else position_mode)
         # a change of mode resets these
-        self._set(PROFILE_ACCELERATION, 0)
+        self._found.change(PROFILE_ACCELERATION, 0)
         self._found.setdefault(PROFILE_ACCELERATION, 0)
-        if mode == CURRENT_BASED_POSITION_MODE:
-            self._set(PROFILE_VELOCITY, math.ceil(speed / SPEED_UNIT))
-            limit = self._bus.read(CURRENT_LIMIT)
-            self._set(GOAL_CURRENT, min(math.ceil(current / CURRENT_UNIT), limit))
+        if mode == "position":
+            self._found.change(PROFILE_VELOCITY, math.ceil(speed / SPEED_UNIT))
+            if by_current:
+                limit = self._bus.read(CURRENT_LIMIT)
+                wanted = limit if math.isinf(current) else math.ceil(current / self.model.current_unit)
+                self._found.change(GOAL_CURRENT, min(wanted, limit))
             self._bus.write(GOAL_POSITION, self._bus.present().position)
         else:
             self._bus.write(GOAL_VELOCITY, 0)
@@ -178,7 +191,7 @@ class Servo:
 
     def accelerate_at(self, acceleration: float) -> None:
         """Limit the acceleration of speed commands, rad/s2."""
-        self._set(PROFILE_ACCELERATION, min(max(round(acceleration / ACCELERATION_UNIT), 1), 32767))
+        self._found.change(PROFILE_ACCELERATION, min(max(round(acceleration / ACCELERATION_UNIT), 1), 32767))
 
     def move_at(self, speed: float) -> float:
         """Command a speed, rad/s; the speed commanded, which is a multiple of the servo's unit."""
@@ -200,7 +213,7 @@ class Servo:
         """
         # a tripped watchdog refuses the goal, and has stopped the axis itself
         with suppress(WatchdogTripped):
-            if self.mode == VELOCITY_MODE:
+            if self.mode == "velocity":
                 steepest = round(STOP_ACCELERATION / ACCELERATION_UNIT)
                 self._bus.write(PROFILE_ACCELERATION, steepest, alert=False)
                 self._bus.write(GOAL_VELOCITY, 0, alert=False)
@@ -214,14 +227,19 @@ class Servo:
             alert: raise if the servo reports a hardware error.
         """
         now = self._bus.present(alert=alert)
-        return Reading(
+        reading = Reading(
             now.time_s,
             self._radians(now.position),
             now.velocity * SPEED_UNIT,
-            now.current * CURRENT_UNIT,
             float(now.temperature),
             now.voltage * VOLTAGE_UNIT,
         )
+        if self.model.senses == "motor":
+            return replace(reading, current=now.current * self.model.current_unit)
+        reading = replace(reading, duty=now.pwm * DUTY_UNIT)
+        if self.model.senses == "load":
+            return reading
+        return replace(reading, bus_current=now.current * self.model.current_unit)
 
     def arm(self) -> None:
         """From now on the servo stops the axis by itself when it hears nothing for `WATCHDOG_S`."""
@@ -247,22 +265,8 @@ class Servo:
         """
         self.torque_off()
         with suppress(NotAnswering, DeviceGone):
-            self._restore()
-
-    def _restore(self) -> None:
-        self._bus.write(BUS_WATCHDOG, 0, alert=False)
-        # in the order of the changes: a mode resets what was set after it
-        for register, value in self._found.items():
-            with suppress(ServoRefused):
-                self._bus.write(register, value, alert=False)
-        self._found.clear()
-
-    def _set(self, register: Register, value: int) -> None:
-        """Write a register, unless it has that value, and remember what was there first."""
-        before = self._bus.read(register)
-        if before != value:
-            self._found.setdefault(register, before)
-            self._bus.write(register, value)
+            self._bus.write(BUS_WATCHDOG, 0, alert=False)
+            self._found.restore()
 
     def _radians(self, counts: int) -> float:
         return (counts - self._zero) * COUNT_RAD

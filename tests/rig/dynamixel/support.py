@@ -12,7 +12,7 @@ import numpy as np
 
 from idtool.experiment.recipe import Recipe, parse_recipe
 from idtool.parameters import Controller, Parameter, Parameters
-from idtool.rig.dynamixel.rig import DynamixelRig
+from idtool.rig.bus.rig import ServoRig
 from idtool.rig.opening import read_plant
 from testbench.bench import BAUD, FLAT, Bench
 
@@ -73,7 +73,7 @@ def parameters_of(plant: str) -> Parameters:
     )
 
 
-def sine(rig: DynamixelRig, seconds: float = 1.0, amplitude: float = 0.5) -> np.ndarray:
+def sine(rig: ServoRig, seconds: float = 1.0, amplitude: float = 0.5) -> np.ndarray:
     """Speeds of one period, at the period of the rig."""
     time = np.arange(round(seconds / rig.period_s)) * rig.period_s
     return np.asarray(amplitude * np.sin(2 * np.pi * time / seconds))

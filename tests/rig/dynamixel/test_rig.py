@@ -12,11 +12,13 @@ import pytest
 from idtool.errors import InputError, RigFault
 from idtool.rig import open_rig
 from idtool.rig.base import Trajectory, TrialSetup
-from idtool.rig.dynamixel.bus import TRIES
+from idtool.rig.bus.rig import period_needed
+from idtool.rig.bus.settings import Settings
+from idtool.rig.bus.transactions import TRIES
+from idtool.rig.dynamixel.bus import BYTES_PER_PERIOD
+from idtool.rig.dynamixel.kind import DYNAMIXEL
 from idtool.rig.dynamixel.models import MODELS, WATCHDOG_UNIT, Model
-from idtool.rig.dynamixel.rig import period_needed
 from idtool.rig.dynamixel.servo import WATCHDOG_S
-from idtool.rig.dynamixel.settings import Settings
 from idtool.rig.faults import DeviceGone, LimitExceeded, NotAnswering, NotFollowing, WrongServo
 from idtool.rig.plant import POSITION
 
@@ -173,17 +175,21 @@ def test_ctrl_c_at_any_transaction_leaves_the_servo_as_it_was_found(at: int) -> 
 def test_every_model_of_the_table_is_driven(number: int) -> None:
     with bench(model=number) as on, on.rig() as rig:
         assert rig.description.endswith(MODELS[number].name)
-        assert rig.axis.torque_constant == MODELS[number].torque_constant
+        model = MODELS[number]
+        assert rig.measures == ("current" if model.senses == "motor" else "voltage")
+        assert rig.measures_bus_current == (model.senses == "supply")
+        assert rig.axis.torque_constant == (model.torque_constant if model.senses == "motor" else None)
+        assert rig.axis.torque_per_volt == (None if model.senses == "motor" else model.torque_per_volt)
 
 
 def test_the_torque_constant_of_the_paper() -> None:
-    assert Model("XH540-V150", 6.4, 2.4).torque_constant == pytest.approx(2.67, abs=0.01)
+    assert Model("XH540-V150", 6.4, 2.4, 24.0).torque_constant == pytest.approx(2.67, abs=0.01)
 
 
 def test_another_model_is_refused_untouched() -> None:
-    with bench(model=1060) as on:
+    with bench(model=350) as on:
         before = on.table()
-        with pytest.raises(WrongServo, match="model number 1060, which is none of XM430-W350"):
+        with pytest.raises(WrongServo, match="model number 350, which is none of MX-28"):
             on.rig()
         assert on.table() == before
 
@@ -294,7 +300,8 @@ def test_options_are_read_strictly(words: str, expected: str) -> None:
 
 
 def test_the_period_is_what_bus_and_adapter_can_do() -> None:
-    assert period_needed(BAUD, 0.0, 0.0) < 0.005
-    assert 0.01 < period_needed(57600, 0.0, 0.0) < 0.02
-    assert 0.032 < period_needed(BAUD, 0.0, 0.016) < 0.05
-    assert Settings().baud == 57600
+    assert period_needed(BYTES_PER_PERIOD, BAUD, 0.0, 0.0) < 0.005
+    assert 0.01 < period_needed(BYTES_PER_PERIOD, 57600, 0.0, 0.0) < 0.02
+    assert 0.032 < period_needed(BYTES_PER_PERIOD, BAUD, 0.0, 0.016) < 0.05
+    assert Settings().baud is None
+    assert DYNAMIXEL.baud == 57600

@@ -1,4 +1,4 @@
-"""What may follow the device in `dynamixel:DEVICE,key=value,...`."""
+"""What may follow the device in `dynamixel:DEVICE,key=value,...` and `feetech:DEVICE,...`."""
 
 from __future__ import annotations
 
@@ -15,27 +15,32 @@ class Settings:
     """How to reach a servo and what it may do; None is as the servo itself says.
 
     Attributes:
-        id, baud: on the bus.
+        id: on the bus.
+        baud: bits a second; None is the rate that the servo comes with.
         zero: position that counts as 0 rad, encoder counts.
         low, high: lowest and highest position, rad.
         speed: highest speed, rad/s.
-        current: highest current, A.
+        current: highest current, A, on a servo that measures one.
+        duty: highest share of the supply's voltage at the motor, on a servo that measures no motor current.
         temperature: highest temperature, degrees Celsius.
         constant: torque constant at the output shaft, N m/A; None is the data sheet's.
+        per_volt: torque per volt at the output shaft, N m/V, where no current of the motor is measured.
         period: time between samples, s; None is what bus and adapter can do.
         scale: seconds of the servo per second of the computer, for a virtual servo that runs faster.
-        axis: file that gives constant, range, speed and current where the other words do not.
+        axis: file that gives constants, range, speed and current where the other words do not.
     """
 
     id: int = 1
-    baud: int = 57600
+    baud: int | None = None
     zero: int = 2048
     low: float | None = None
     high: float | None = None
     speed: float | None = None
     current: float | None = None
+    duty: float | None = None
     temperature: float | None = None
     constant: float | None = None
+    per_volt: float | None = None
     period: float | None = None
     scale: float = 1.0
     axis: AxisFile | None = None
@@ -55,6 +60,15 @@ class Settings:
             raise InputError("low is not below high", place="low", remedy="swap them")
         whole = {key: int(value) for key, value in numbers.items() if key in _WHOLE}
         return cls(**(numbers | whole), axis=file)  # type: ignore[arg-type]
+
+    def refuse(self, word: str, why: str, remedy: str) -> None:
+        """Refuse a word that the servo has no use for; the axis file may give it all the same.
+
+        Raises:
+            InputError: the word was given.
+        """
+        if getattr(self, word) is not None and word not in _defaults(self.axis):
+            raise InputError(why, place=word, remedy=remedy)
 
 
 def _axis_file(path: str) -> AxisFile:
@@ -77,6 +91,8 @@ def _defaults(file: AxisFile | None) -> dict[str, float]:
     numbers = {words[name]: value for name, value in file.limits.items()}
     if file.axis.torque_constant is not None:
         numbers["constant"] = file.axis.torque_constant
+    if file.axis.torque_per_volt is not None:
+        numbers["per_volt"] = file.axis.torque_per_volt
     return {key: _number(key, f"{value!r}") for key, value in numbers.items()}
 
 
@@ -91,8 +107,10 @@ _RANGES = {
     "high": (-1600.0, 1600.0),
     "speed": (0.05, 24.0),
     "current": (0.003, 5.5),
+    "duty": (0.05, 1.0),
     "temperature": (20.0, 100.0),
     "constant": (1e-3, 100.0),
+    "per_volt": (1e-4, 100.0),
     "period": (0.001, 0.1),
     "scale": (0.1, 100.0),
 }

@@ -1,16 +1,17 @@
-"""A real servo behind the interface of every rig.
+"""A real servo on a bus behind the interface of every rig, whoever made it.
 
-Trajectories of speed are played in the servo's velocity mode, positions in its current-based position
-mode. While the axis may move, the servo's own bus watchdog is armed; while it stands it is not, so that
-a person may take time to change the payload.
+While the axis may move, the servo is armed: it comes to rest by itself when it hears nothing more. While it
+stands it is not, so that a person may take time to change the payload.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,12 +19,11 @@ from idtool.errors import InputError, RigFault
 from idtool.io.defer_signals import deferred_signals
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
-from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
+from idtool.rig.base import Block, Limits, Mode, Rig, Sample, Trajectory, TrialSetup
+from idtool.rig.bus.servo import Bus, Reading, Servo
+from idtool.rig.bus.settings import Settings
+from idtool.rig.bus.transactions import BITS_PER_BYTE
 from idtool.rig.clock import Clock, HostClock
-from idtool.rig.dynamixel.bus import BITS_PER_BYTE, BYTES_PER_PERIOD, Bus
-from idtool.rig.dynamixel.models import CURRENT_BASED_POSITION_MODE, SPEED_UNIT, VELOCITY_MODE
-from idtool.rig.dynamixel.servo import Reading, Servo
-from idtool.rig.dynamixel.settings import Settings
 from idtool.rig.faults import LimitExceeded, NotFollowing
 
 #: Sampling periods to choose from, s.
@@ -34,8 +34,8 @@ _OVERHEAD_S = 1e-3
 _BLOCK_S = 0.05
 #: Speed and gain with which the axis is brought to the start of a trial, rad/s and 1/s.
 _RETURN_SPEED, _RETURN_GAIN, _RETURN_ACCELERATION = 0.5, 4.0, 2.0
-#: A start is reached within this, rad: half a unit of speed at that gain, and a little.
-_REACHED = 0.006
+#: A start is reached within this, rad, beyond half a unit of speed at that gain.
+_REACHED = 0.003
 #: and from outside its limits, where it lies at a stop, so fast, rad/s.
 _INSIDE_SPEED = 0.15
 #: Slower than this the axis stands, rad/s: one unit of the servo and its noise.
@@ -44,12 +44,28 @@ _STANDS = 0.05
 _RAMP_MARGIN = 1.5
 
 
-class DynamixelRig(Rig):
+@dataclass(frozen=True)
+class ServoKind:
+    """How the servos of one vendor are reached.
+
+    Attributes:
+        baud: bits a second that they come with.
+        open_bus: device, id, baud rate and clock -> the bus; raises InputError or RigFault.
+        servo: the bus and the position that counts as 0 rad, counts -> the servo, made ready.
+    """
+
+    baud: int
+    open_bus: Callable[[str, int, int, Clock], Any]
+    servo: Callable[[Any, int], Servo]
+
+
+class ServoRig(Rig):
     """One servo.
 
     Args:
         device: serial port.
         settings: see there.
+        kind: of which vendor.
         clock: None is the host's, scaled as the settings say.
 
     Raises:
@@ -58,19 +74,21 @@ class DynamixelRig(Rig):
     """
 
     by_hand = True
-    speed_step = SPEED_UNIT
     measures_temperature = True
     measures_voltage = True
 
-    def __init__(self, device: str, settings: Settings, *, clock: Clock | None = None) -> None:
+    def __init__(
+        self, device: str, settings: Settings, kind: ServoKind, *, clock: Clock | None = None
+    ) -> None:
         self._clock = clock or HostClock(settings.scale)
         self._closed = False
         self._prepared = False
-        self._bus = Bus(device, settings.id, settings.baud, self._clock)
+        baud = settings.baud or kind.baud
+        self._bus: Bus = kind.open_bus(device, settings.id, baud, self._clock)
         try:
-            self._servo = Servo(self._bus, settings.zero)
+            self._servo = kind.servo(self._bus, settings.zero)
             try:
-                self._configure(device, settings)
+                self._configure(device, settings, baud)
             except BaseException:
                 with suppress(RigFault):
                     self._servo.release()
@@ -81,7 +99,7 @@ class DynamixelRig(Rig):
         self._origin = self._clock.now()
         self._due = 0.0
 
-    def _configure(self, device: str, settings: Settings) -> None:
+    def _configure(self, device: str, settings: Settings, baud: int) -> None:
         servo = self._servo
         low, high = servo.position_limits
         low = low if settings.low is None else settings.low
@@ -92,15 +110,45 @@ class DynamixelRig(Rig):
                 remedy="give low and high",
             )
         speed = _at_most("speed", settings.speed, servo.speed_limit, "rad/s")
-        current = _at_most("current", settings.current, servo.current_limit, "A")
+        self.measures, self.measures_bus_current = servo.measures, servo.measures_bus_current
+        self.speed_step = servo.speed_step
+        self._refuse_strangers(settings)
+        current, duty = servo.current_limit, servo.duty_limit
+        if math.isfinite(current):
+            current = _at_most("current", settings.current, current, "A")
+        if servo.measures == "voltage":
+            duty = _at_most("duty", settings.duty, duty, "of the supply")
         temperature = _at_most("temperature", settings.temperature, servo.temperature_limit, "°C")
-        servo.limit(speed, current)
-        self.limits = Limits((low, high), speed, current, temperature)
-        known = settings.axis.axis.extra if settings.axis else {}
-        self.axis = Axis("rotary", settings.constant or servo.model.torque_constant, dict(known))
-        self.description = f"DYNAMIXEL {servo.model.name}"
-        needed = period_needed(settings.baud, servo.return_delay_s, latency_s(device))
+        servo.limit(speed, current, duty)
+        # a current of the supply is not the motor's: it is the servo's own limit, and none of the torque
+        motor = current if servo.measures == "current" else math.inf
+        self.limits = Limits((low, high), speed, motor, temperature, duty)
+        self.axis = self._axis(settings)
+        self.description = servo.name
+        needed = period_needed(servo.bytes_per_period, baud, servo.return_delay_s, latency_s(device))
         self.period_s = settings.period or next((p for p in _PERIODS if p >= needed), _PERIODS[-1])
+
+    def _refuse_strangers(self, settings: Settings) -> None:
+        """Words that this servo has no use for."""
+        name = self._servo.name
+        if self.measures == "current":
+            why = f"the {name} measures the current of its motor"
+            settings.refuse("duty", why, "give current=")
+            settings.refuse("per_volt", why, "give constant=")
+            return
+        why = f"the {name} measures no current of its motor"
+        settings.refuse("constant", why, "give per_volt=, N m/V")
+        if not math.isfinite(self._servo.current_limit):
+            settings.refuse("current", why, "give duty=, a share of the supply")
+
+    def _axis(self, settings: Settings) -> Axis:
+        """The axis with the constant that leads from what is measured to the torque."""
+        known = settings.axis.axis if settings.axis else Axis()
+        if self.measures == "current":
+            constant = settings.constant or self._servo.torque_constant
+            return Axis("rotary", constant, dict(known.extra))
+        per_volt = settings.per_volt or known.voltage_constant or self._servo.torque_per_volt
+        return Axis("rotary", None, dict(known.extra), torque_per_volt=per_volt, resistance=known.resistance)
 
     # --------------------------------------------------------------------- interface
 
@@ -125,7 +173,7 @@ class DynamixelRig(Rig):
                 "move it inside"
             )
         if start is not None or self._servo.mode is None:
-            self._enter(VELOCITY_MODE)
+            self._enter("velocity")
         with self._moving():
             if start is not None:
                 self._go_to(start)
@@ -144,7 +192,7 @@ class DynamixelRig(Rig):
             raise InputError("a trajectory needs finite commands and a period above zero")
         servo = self._servo
         moves = trajectory.mode == "velocity"
-        self._enter(VELOCITY_MODE if moves else CURRENT_BASED_POSITION_MODE)
+        self._enter(trajectory.mode)
         if moves:
             steepest = float(np.max(np.abs(np.diff(command, prepend=0.0)))) / trajectory.period_s
             servo.accelerate_at(_RAMP_MARGIN * steepest)
@@ -200,7 +248,7 @@ class DynamixelRig(Rig):
         if not math.isfinite(position_command):
             raise RigFault("the drive refused a command that is not a finite number")
         servo = self._servo
-        self._enter(CURRENT_BASED_POSITION_MODE)
+        self._enter("position")
         servo.arm()
         servo.move_to(self._inside(position_command))
         now = self._clock.now()
@@ -213,6 +261,9 @@ class DynamixelRig(Rig):
             reading.velocity,
             reading.current,
             reading.temperature,
+            reading.voltage,
+            reading.duty,
+            reading.bus_current,
         )
 
     def where(self) -> float:
@@ -261,7 +312,7 @@ class DynamixelRig(Rig):
         """Packets that were lost or damaged and asked for again."""
         return self._bus.retries
 
-    def _enter(self, mode: int) -> None:
+    def _enter(self, mode: Mode) -> None:
         self._servo.enter(mode, speed=self.limits.speed, current=self.limits.current)
 
     def _go_to(self, goal: float) -> None:
@@ -273,7 +324,8 @@ class DynamixelRig(Rig):
         error = goal - here
         begun = self._clock.now()
         until = begun + 2.0 * abs(error) / speed + 3.0
-        while abs(error) > _REACHED:
+        reached = 0.5 * self.speed_step / _RETURN_GAIN + _REACHED
+        while abs(error) > reached:
             servo.move_at(min(max(_RETURN_GAIN * error, -speed), speed))
             self._clock.wait_until(self._clock.now() + self.period_s)
             reading = servo.read()
@@ -296,13 +348,14 @@ class DynamixelRig(Rig):
         return min(max(position, low), high)
 
     def _block(self, rows: list[tuple[Reading, float]]) -> Block:
-        table = np.array(
-            [
-                (r.time_s - self._origin, r.position, r.velocity, r.current, sent, r.temperature, r.voltage)
-                for r, sent in rows
-            ]
-        ).T
-        return Block(*table)
+        def column(name: str) -> Array | None:
+            values = [getattr(reading, name) for reading, _ in rows]
+            return None if values[0] is None else np.array(values)
+
+        names = ("position", "velocity", "current", "temperature", "voltage", "duty", "bus_current")
+        time = np.array([reading.time_s - self._origin for reading, _ in rows])
+        sent = np.array([command for _, command in rows])
+        return Block(time, command=sent, **{name: column(name) for name in names})  # type: ignore[arg-type]
 
     def _open(self) -> None:
         if self._closed:
@@ -324,15 +377,16 @@ def _at_most(name: str, wanted: float | None, limit: float, unit: str) -> float:
     return limit if wanted is None else wanted
 
 
-def period_needed(baud: int, return_delay_s: float, latency: float) -> float:
+def period_needed(bytes_per_period: int, baud: int, return_delay_s: float, latency: float) -> float:
     """The shortest period for a goal and a reading, s.
 
     Args:
+        bytes_per_period: of both and their answers.
         baud: bits a second.
         return_delay_s: of the servo, s.
         latency: of the adapter, s.
     """
-    wire = BYTES_PER_PERIOD * BITS_PER_BYTE / baud
+    wire = bytes_per_period * BITS_PER_BYTE / baud
     return 1.2 * (wire + 2.0 * (return_delay_s + latency) + _OVERHEAD_S)
 
 

@@ -12,8 +12,10 @@ from collections.abc import Callable
 
 from idtool.rig import plant
 from idtool.virtual_servo.axis import Drive, VirtualAxis
-from idtool.virtual_servo.packet import BROADCAST, STATUS, Damaged, Packet
-from idtool.virtual_servo.table import (
+from idtool.virtual_servo.base import VirtualServo
+from idtool.virtual_servo.dynamixel.families import FAMILIES
+from idtool.virtual_servo.dynamixel.packet import BROADCAST, STATUS, Damaged, Decoder, Packet, encode
+from idtool.virtual_servo.dynamixel.table import (
     ACCESS_ERROR,
     CRC_ERROR,
     INSTRUCTION_ERROR,
@@ -32,7 +34,7 @@ OVERLOAD, ENCODER = 0x20, 0x08
 COUNT_RAD = 2.0 * math.pi / 4096
 SPEED_UNIT = 0.229 * 2.0 * math.pi / 60.0
 ACCELERATION_UNIT = 214.577 * 2.0 * math.pi / 3600.0
-CURRENT_UNIT = 2.69e-3
+PWM_FULL = 885
 #: Position of the middle of a turn, counts: zero of the simulated axis.
 CENTRE = 2048
 WATCHDOG_S = 0.02
@@ -41,7 +43,7 @@ BAUD_RATES = {0: 9600, 1: 57600, 2: 115200, 3: 1_000_000, 4: 2_000_000, 5: 3_000
 VELOCITY, POSITION, EXTENDED, CURRENT_BASED = 1, 3, 4, 5
 
 
-class VirtualServo:
+class VirtualDynamixel(VirtualServo):
     """One servo on the bus.
 
     Args:
@@ -53,19 +55,15 @@ class VirtualServo:
 
     Attributes:
         table: its control table.
-        stuck: its encoder stands still.
-        torque_since: when the torque was first switched on, None before that.
-        heard: when it last heard an instruction.
     """
 
     def __init__(
         self, axis: VirtualAxis, *, id: int = 1, model: int = 1150, baud: int = 57600, now: float = 0.0
     ) -> None:
-        self.axis = axis
-        self.table = ControlTable()
-        self.stuck = False
-        self.torque_since: float | None = None
-        self._now = self.heard = self._began = now
+        super().__init__(axis, Decoder(), now)
+        self.family = FAMILIES[model]
+        self.table = ControlTable(self.family)
+        self._began = now
         self._registered: tuple[int, bytes] | None = None
         self._do: dict[int, Callable[[bytes], bytes]] = {
             PING: self._ping,
@@ -81,8 +79,10 @@ class VirtualServo:
         table["min_position_limit"] = max(0, CENTRE + round(limits["lowest_rad"] / COUNT_RAD))
         table["max_position_limit"] = min(4095, CENTRE + round(limits["highest_rad"] / COUNT_RAD))
         table["velocity_limit"] = math.ceil(limits["speed_rad_s"] / SPEED_UNIT)
-        table["current_limit"] = math.ceil(limits["current_a"] / CURRENT_UNIT)
-        table["goal_current"] = table["current_limit"]
+        table["present_input_voltage"] = round(10.0 * axis.file.motor.supply)
+        if self.family.senses != "load":
+            table["current_limit"] = math.ceil(limits["current_a"] / self.family.current_unit)
+            table["goal_current"] = table["current_limit"]
         self._measure()
 
     @property
@@ -95,6 +95,11 @@ class VirtualServo:
         """How long it waits before it answers, s."""
         return 2e-6 * self.table["return_delay_time"]
 
+    @property
+    def torque(self) -> bool:
+        """Whether its motor is on."""
+        return bool(self.table["torque_enable"])
+
     def pass_time(self, now: float) -> None:
         """Let the axis move up to this instant, and the watchdog trip on the way."""
         limit = self.table["bus_watchdog"] * WATCHDOG_S
@@ -103,11 +108,6 @@ class VirtualServo:
             self._move(max(trip, self._now))
             self.trip_watchdog()
         self._move(now)
-
-    def _move(self, until: float) -> None:
-        if until > self._now:
-            self.axis.advance(until - self._now)
-            self._now = until
 
     def trip_watchdog(self) -> None:
         """Stop the axis; goals are read-only until the host clears the watchdog."""
@@ -118,12 +118,20 @@ class VirtualServo:
         self.table["goal_position"] = self.table["present_position"]
         self._drive()
 
+    def overload(self) -> None:
+        """Shut the motor off because of an overload."""
+        self.fail(OVERLOAD)
+
     def fail(self, bits: int) -> None:
         """A hardware error; if the shutdown mask has it, the torque goes off until a reboot."""
         self.table["hardware_error_status"] |= bits
         if bits & self.table["shutdown"]:
             self.table["torque_enable"] = 0
             self._drive()
+
+    def reply(self, packet: Packet | Damaged, now: float) -> list[bytes]:
+        """The bytes of the answers."""
+        return [encode(answer) for answer in self.answer(packet, now)]
 
     def answer(self, packet: Packet | Damaged, now: float) -> list[Packet]:
         """Do what an instruction says.
@@ -213,7 +221,8 @@ class VirtualServo:
     def lose_power(self) -> None:
         """Begin anew: what is not in the EEPROM has its initial value, and the clock stands at zero."""
         self.table.reboot()
-        self.table["goal_current"] = self.table["current_limit"]
+        if self.family.senses != "load":
+            self.table["goal_current"] = self.table["current_limit"]
         self._registered = None
         self._began = self._now
         self._drive()
@@ -249,14 +258,17 @@ class VirtualServo:
         speed = table["profile_velocity"] * SPEED_UNIT or math.inf
         current = math.inf
         if table["operating_mode"] == CURRENT_BASED:
-            current = abs(table["goal_current"]) * CURRENT_UNIT
+            current = abs(table["goal_current"]) * self.family.current_unit
         self.axis.command(Drive(plant.POSITION_MODE, goal, speed, current, acceleration))
 
     def _measure(self) -> None:
         """Bring the readings of the table up to date."""
         table, reading = self.table, self.axis.read()
         table["realtime_tick"] = int(1000.0 * (self._now - self._began)) % 32768
-        table["present_current"] = round(reading.current / CURRENT_UNIT)
+        table["present_pwm"] = round(reading.duty * PWM_FULL)
+        table["present_input_voltage"] = round(10.0 * reading.voltage)
+        senses = {"motor": reading.current, "supply": reading.bus_current, "load": reading.duty}
+        table["present_current"] = round(senses[self.family.senses] / self.family.current_unit)
         table["present_temperature"] = min(max(round(reading.temperature), 0), 255)
         if not self.stuck:
             table["present_velocity"] = round(reading.velocity / SPEED_UNIT)

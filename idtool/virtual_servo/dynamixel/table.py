@@ -8,12 +8,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from idtool.virtual_servo.dynamixel.families import Family
+
 #: Below this address the table is EEPROM and locked while the torque is on.
 EEPROM_END = 64
 SIZE = 147
 
 # Error numbers of a status packet.
 RESULT_FAIL, INSTRUCTION_ERROR, CRC_ERROR, RANGE_ERROR, LENGTH_ERROR, LIMIT_ERROR, ACCESS_ERROR = range(1, 8)
+
+CURRENT_BASED = 5
+#: Entries that a servo without a current sensor has not; register 126 holds its load.
+CURRENT_ENTRIES = ("current_limit", "goal_current")
 
 GOALS = ("goal_pwm", "goal_current", "goal_velocity", "goal_position")
 
@@ -109,10 +115,15 @@ _BY_ADDRESS = {field.address: name for name, field in FIELDS.items()}
 
 
 class ControlTable:
-    """The memory of one servo."""
+    """The memory of one servo.
 
-    def __init__(self) -> None:
+    Args:
+        family: what its current is; a servo without a current sensor lacks the entries of one.
+    """
+
+    def __init__(self, family: Family) -> None:
         self._memory = bytearray(SIZE)
+        self._lacks = CURRENT_ENTRIES if family.senses == "load" else ()
         for name, field in FIELDS.items():
             self[name] = field.initial
 
@@ -153,7 +164,7 @@ class ControlTable:
         values: dict[str, int] = {}
         while data:
             name = _BY_ADDRESS.get(address)
-            if name is None or not FIELDS[name].writable:
+            if name is None or name in self._lacks or not FIELDS[name].writable:
                 raise Refused(ACCESS_ERROR)
             field = FIELDS[name]
             if len(data) < field.size:
@@ -170,6 +181,8 @@ class ControlTable:
     def _check_value(self, name: str, field: Field, value: int) -> None:
         if name in GOALS and self["bus_watchdog"] < 0:
             raise Refused(RANGE_ERROR)  # read-only until the watchdog is cleared
+        if name == "operating_mode" and value == CURRENT_BASED and self._lacks:
+            raise Refused(RANGE_ERROR)
         if field.range is not None and not field.range[0] <= value <= field.range[1]:
             raise Refused(RANGE_ERROR)
         if name in _LIMITED and abs(value) > self[_LIMITED[name]]:

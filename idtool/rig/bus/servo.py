@@ -1,0 +1,195 @@
+"""What a servo on a bus can do: the interface between the rig and the two kinds of servo."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from idtool.rig.base import Measured, Mode
+from idtool.rig.clock import Clock
+from idtool.rig.faults import ServoRefused
+
+R = TypeVar("R")
+_R = TypeVar("_R", contravariant=True)
+#: rad per count of position: 4096 counts a turn, of both vendors.
+COUNT_RAD = 2.0 * math.pi / 4096
+#: Middle of a turn, counts.
+CENTRE = 2048
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the servo measured, all of one instant: s, rad, rad/s, degrees Celsius, V.
+
+    Attributes:
+        current: of the motor, A; None where the servo does not measure it.
+        duty: share of the supply's voltage that is at the motor, -1 to 1; None as above.
+        bus_current: of the supply, A; None as above.
+    """
+
+    time_s: float
+    position: float
+    velocity: float
+    temperature: float
+    voltage: float
+    current: float | None = None
+    duty: float | None = None
+    bus_current: float | None = None
+
+
+class Registers(Protocol[_R]):
+    """A bus as far as its registers go."""
+
+    def read(self, register: _R) -> int:
+        """A register, in the servo's units."""
+        ...
+
+    def write(self, register: _R, value: int, *, alert: bool = True) -> None:
+        """Write one; `alert`: raise if the servo reports a hardware error."""
+        ...
+
+
+class Found(dict[R, int]):
+    """What was changed in a servo, and what was there before."""
+
+    def __init__(self, bus: Registers[R]) -> None:
+        super().__init__()
+        self._bus = bus
+
+    def change(self, register: R, value: int) -> None:
+        """Write a register, unless it has that value, and remember what was there first."""
+        before = self._bus.read(register)
+        if before != value:
+            self.setdefault(register, before)
+            self._bus.write(register, value)
+
+    def restore(self) -> None:
+        """Put everything back, in the order of the changes: a mode resets what was set after it."""
+        for register, value in self.items():
+            with suppress(ServoRefused):
+                self._bus.write(register, value, alert=False)
+        self.clear()
+
+
+class Bus(Protocol):
+    """How the rig sees a bus."""
+
+    clock: Clock
+    retries: int
+
+    def close(self) -> None:
+        """Let go of the port; safe to call twice."""
+        ...
+
+
+class Servo(ABC):
+    """A servo, ready to move once a mode is entered. Whatever is changed in it, `release` puts back.
+
+    Attributes:
+        name: vendor and model.
+        measures: the motor's current, or the voltage at it.
+        measures_bus_current: whether a reading holds a current of the supply.
+        torque_constant, torque_per_volt: of the data sheet, N m/A and N m/V; None where it does not say.
+        speed_step: commanded speeds are rounded to multiples of it, rad/s.
+        bytes_per_period: on the wire, of a goal, a reading and their answers.
+        mode: in force; None while its torque is off.
+    """
+
+    name: str
+    measures: Measured
+    measures_bus_current: bool = False
+    torque_constant: float | None = None
+    torque_per_volt: float | None = None
+    speed_step: float
+    bytes_per_period: int
+    mode: Mode | None = None
+
+    @property
+    @abstractmethod
+    def return_delay_s(self) -> float:
+        """How long it waits before it answers, s."""
+
+    @property
+    @abstractmethod
+    def position_limits(self) -> tuple[float, float]:
+        """Its lowest and highest position, rad."""
+
+    @property
+    @abstractmethod
+    def speed_limit(self) -> float:
+        """Its highest speed, rad/s."""
+
+    @property
+    @abstractmethod
+    def current_limit(self) -> float:
+        """Its highest current, A; inf where it measures none."""
+
+    @property
+    @abstractmethod
+    def duty_limit(self) -> float:
+        """The highest share of the supply's voltage that it puts on its motor."""
+
+    @property
+    @abstractmethod
+    def temperature_limit(self) -> float:
+        """Above it the servo shuts down, degrees Celsius."""
+
+    @abstractmethod
+    def limit(self, speed: float, current: float, duty: float) -> None:
+        """Let the servo itself keep to these limits, rad/s, A and a share; only while its torque is off."""
+
+    @abstractmethod
+    def enter(self, mode: Mode, *, speed: float, current: float) -> None:
+        """Take commands of this kind, standing where the axis is, with the torque on.
+
+        Args:
+            mode: speeds or positions.
+            speed, current: that positions may be reached with, rad/s and A.
+        """
+
+    @abstractmethod
+    def torque_off(self) -> None:
+        """Switch the motor off; the axis is free."""
+
+    @abstractmethod
+    def accelerate_at(self, acceleration: float) -> None:
+        """Limit the acceleration of speed commands, rad/s2."""
+
+    @abstractmethod
+    def move_at(self, speed: float) -> float:
+        """Command a speed, rad/s; the speed commanded, which is a multiple of the servo's unit."""
+
+    @abstractmethod
+    def move_to(self, position: float) -> float:
+        """Command a position, rad; the position commanded, which is a multiple of a count."""
+
+    @abstractmethod
+    def hold(self) -> None:
+        """Come to rest and stay, also where the servo reports an error.
+
+        Raises:
+            RigFault: it could not be told.
+        """
+
+    @abstractmethod
+    def read(self, *, alert: bool = True) -> Reading:
+        """Measure; `alert`: raise if the servo reports a hardware error."""
+
+    @abstractmethod
+    def arm(self) -> None:
+        """From now on the servo brings the axis to rest by itself when it hears nothing more."""
+
+    @abstractmethod
+    def disarm(self) -> None:
+        """Let silence pass; only where the axis stands."""
+
+    @abstractmethod
+    def release(self) -> None:
+        """Torque off, and everything as it was found; what cannot be reached is left.
+
+        Raises:
+            RigFault: the torque could not be switched off.
+        """

@@ -1,0 +1,121 @@
+"""Transactions through a vendor's SDK, repeated where a packet was lost.
+
+Every transaction is safe to repeat: a register is written to the same value again, or read again. Each
+is done in its two halves, sending and receiving, because the SDK's whole functions drop what is needed
+here: the status byte of every answer, and its length, which tells it from a late one to another question.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any
+
+from idtool.rig.clock import Clock, HostClock
+from idtool.rig.faults import DeviceGone, NotAnswering
+
+#: How often a transaction is tried.
+TRIES = 4
+#: How often it is looked for an answer, s.
+_PAUSE_S = 1e-4
+#: Bits on the wire per byte: start, eight, stop.
+BITS_PER_BYTE = 10
+
+
+class Transactions(ABC):
+    """A serial port and one servo on it.
+
+    Args:
+        port, handler: of the SDK.
+        success: its result of a packet that was sent or received.
+        device, id, baud: how the servo is reached, for messages.
+        clock: tells when the servo measured; None is the host's.
+
+    Attributes:
+        clock: that one.
+        retries: packets that were lost or damaged and asked for again.
+    """
+
+    def __init__(
+        self, port: Any, handler: Any, success: int, device: str, id: int, baud: int, clock: Clock | None
+    ) -> None:
+        self._port, self._handler, self._success = port, handler, success
+        self.device, self.id, self.baud = device, id, baud
+        self.clock = clock or HostClock()
+        self.retries = 0
+
+    @abstractmethod
+    def _receive(self) -> tuple[int, int, bytes] | None:
+        """Id, error byte and data of the packet that arrives; None where there is none, or a damaged one."""
+
+    @abstractmethod
+    def _fits(self, error: int, data: bytes, size: int) -> bool:
+        """Whether an answer can be to a question that is answered by `size` bytes."""
+
+    @abstractmethod
+    def _check(self, error: int, alert: bool) -> None:
+        """Raise what the error byte of an answer says; hardware errors only if `alert`."""
+
+    def close(self) -> None:
+        """Let go of the port; safe to call twice."""
+        try:
+            self._port.closePort()
+        except Exception:  # the device is gone; there is nothing to let go of
+            return
+
+    def _ask(self, send: Callable[[], int], size: int | None, *, alert: bool = True) -> bytes:
+        """Send an instruction until it is answered.
+
+        Args:
+            send: by the SDK; its result.
+            size: bytes of data in the answer; None where there may be no answer at all.
+            alert: raise if the servo reports a hardware error.
+
+        Returns:
+            The data.
+        """
+        for _ in range(TRIES):
+            # set by the SDK during a transaction, and left set where Ctrl-C ended one
+            self._port.is_using = False
+            try:
+                sent = send()
+                if size is None:
+                    self._answer(0)
+                    return b""
+                answer = self._answer(size) if sent == self._success else None
+            except Exception as gone:  # the SDK lets OSError, termios.error and others of a dead port through
+                raise DeviceGone(
+                    f"{self.device} has disappeared ({gone}); plug the adapter in and start again"
+                ) from gone
+            if answer is not None:
+                error, data = answer
+                self._check(error, alert)
+                return data
+            self.retries += 1
+        raise NotAnswering(
+            f"the servo with id {self.id} on {self.device} does not answer at {self.baud} baud; "
+            "check power, cable, id and baud rate"
+        )
+
+    def _answer(self, size: int) -> tuple[int, bytes] | None:
+        """Error byte and data of the answer; None where it is lost, damaged or to another question.
+
+        An answer to an earlier question, which came too late, is told by its length, which the SDK's own
+        reading functions do not look at.
+        """
+        self._wait_for_bytes()
+        packet = self._receive()
+        if packet is None:
+            return None
+        whose, error, data = packet
+        return (error, data) if whose == self.id and self._fits(error, data, size) else None
+
+    def _wait_for_bytes(self) -> None:
+        """Sleep until an answer begins or the time for it is over; the SDK itself would spin."""
+        over = False
+        while not over:
+            # one look more when the time is over: the computer itself may have been busy elsewhere
+            over = self._port.isPacketTimeout()
+            self.clock.sleep(_PAUSE_S)
+            if self._port.getBytesAvailable():
+                return

@@ -1,0 +1,242 @@
+"""One Feetech servo on the bus, through the manufacturer's SDK.
+
+The protocol has no clock of the servo and no number of a packet, by which a late answer to an earlier
+question could be told from the right one. So no two readings in a row ask for equally many bytes: they begin
+at one of eight registers and all end at the last one that is of use. Checked against ftservo-python-sdk
+2.0.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from idtool.errors import RigFault
+from idtool.rig.bus.port import open_port
+from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
+from idtool.rig.clock import Clock
+from idtool.rig.faults import ServoRestarted, ServoShutdown
+from idtool.rig.feetech.models import (
+    ACCELERATION,
+    CURRENT,
+    GOAL_POSITION,
+    GOAL_SPEED,
+    GOAL_TIME,
+    LOAD,
+    POSITION,
+    SPEED,
+    STATUS,
+    STATUS_LEVEL,
+    TEMPERATURE,
+    TORQUE_ENABLE,
+    VOLTAGE,
+    Register,
+    error_text,
+)
+
+#: Baud rates that the servos come with or are set to.
+BAUD_RATES = (1_000_000, 500_000, 115_200)
+
+#: Readings begin at one of these registers in turn and end with the current.
+_BEGINS = range(33, 41)
+_END = CURRENT.address + CURRENT.size
+#: Bytes of a packet without parameters or data: header, id, length, instruction or error, checksum.
+_FRAME = 6
+_QUESTION = _FRAME + 2
+_GOAL = ACCELERATION.size + GOAL_POSITION.size + GOAL_TIME.size + GOAL_SPEED.size
+#: Bytes on the wire in one period: a goal and its answer, a reading and its answer.
+BYTES_PER_PERIOD = _FRAME + 1 + _GOAL + _FRAME + _QUESTION + _FRAME + _END - _BEGINS[0]
+
+
+@dataclass(frozen=True)
+class Present:
+    """What the servo measured, in its own units, and when (s, of the bus's clock)."""
+
+    time_s: float
+    position: int
+    speed: int
+    load: int
+    voltage: int
+    temperature: int
+
+
+def import_sdk() -> Any:
+    """The SDK, which is an extra of this package.
+
+    Raises:
+        RigFault: it is not installed.
+    """
+    try:
+        import scservo_sdk
+    except ImportError as error:
+        raise RigFault(
+            "a Feetech servo needs the manufacturer's SDK; install it with: pip install 'ffc-id[feetech]'"
+        ) from error
+    return scservo_sdk
+
+
+class Bus(Transactions):
+    """A serial port and one servo on it.
+
+    Args:
+        device: the port.
+        id: of the servo.
+        baud: bits a second.
+        clock: tells when the servo measured; None is the host's.
+
+    Attributes:
+        torque: whether its torque was switched on here; a reading that says otherwise is a fault.
+
+    Raises:
+        InputError: the SDK has no such baud rate.
+        DeviceGone: the port cannot be opened.
+        RigFault: the SDK is not installed.
+    """
+
+    def __init__(self, device: str, id: int, baud: int, clock: Clock | None = None) -> None:
+        sdk = import_sdk()
+        port = open_port(sdk, device, baud, BAUD_RATES)
+        super().__init__(port, sdk.sms_sts(port), sdk.COMM_SUCCESS, device, id, baud, clock)
+        self.torque = False
+        self._goal: int | None = None
+        self._turn = 0
+        self._asked = 0.0
+        self._question_s = _QUESTION * BITS_PER_BYTE / baud
+
+    def ping(self) -> None:
+        """Ask whether the servo is there.
+
+        Raises:
+            NotAnswering, DeviceGone.
+        """
+        self._ask(self._send_ping, 0, alert=False)
+
+    def read(self, register: Register) -> int:
+        """A register; works in alert too.
+
+        Raises:
+            NotAnswering, DeviceGone.
+        """
+        return register.decode(self._read(register.address, register.size, alert=False))
+
+    def write(self, register: Register, value: int, *, alert: bool = True) -> None:
+        """Write a register; `alert`: raise if the servo reports an error.
+
+        Raises:
+            NotAnswering, DeviceGone, ServoShutdown.
+        """
+        self._write(register.address, register.encode(value), alert=alert)
+
+    def write_unanswered(self, register: Register, value: int) -> None:
+        """Write a register of a servo that may be set to answer only questions.
+
+        Raises:
+            DeviceGone.
+        """
+        self._ask(lambda: self._send_write(register.address, register.encode(value)), None)
+
+    def set_goal(self, position: int, speed: int, acceleration: int, *, alert: bool = True) -> None:
+        """Position, speed and acceleration to get there with, all at once.
+
+        Raises:
+            NotAnswering, DeviceGone, ServoShutdown.
+        """
+        data = ACCELERATION.encode(acceleration) + GOAL_POSITION.encode(position)
+        data += GOAL_TIME.encode(0) + GOAL_SPEED.encode(speed)
+        self._goal = None  # an answer may be lost where the goal was not
+        self._write(ACCELERATION.address, data, alert=alert)
+        self._goal = position
+
+    def present(self, *, alert: bool = True) -> Present:
+        """Position, speed, duty, voltage and temperature, in one transaction.
+
+        Args:
+            alert: raise if the servo reports an error.
+
+        Raises:
+            ServoRestarted: its torque went off, or its goal is not the one that it was given.
+            NotAnswering, DeviceGone, ServoShutdown.
+        """
+        for _ in range(TRIES):
+            begin = _BEGINS[self._turn % len(_BEGINS)]
+            data = self._read(begin, _END - begin, alert=alert, timed=True)
+
+            def value(register: Register, data: bytes = data, begin: int = begin) -> int:
+                at = register.address - begin
+                return register.decode(data[at : at + register.size])
+
+            if alert and value(STATUS):
+                self.raise_shutdown(value(STATUS))
+            torque_off = self.torque and not value(TORQUE_ENABLE)
+            if not torque_off and self._goal in (None, value(GOAL_POSITION)):
+                measured = self._asked + self._question_s
+                readings = (value(name) for name in (POSITION, SPEED, LOAD, VOLTAGE, TEMPERATURE))
+                return Present(measured, *readings)
+            self.retries += 1
+        if torque_off:
+            raise ServoRestarted(
+                "the servo's torque went off: it lost its power for a moment, or its protection tripped; "
+                "check supply, cable and load"
+            )
+        raise ServoRestarted(
+            "the servo has another goal than it was given: another program talks to it, or it lost its power "
+            "for a moment"
+        )
+
+    def raise_shutdown(self, bits: int | None = None) -> None:
+        """Raise if an error is set.
+
+        Args:
+            bits: of the status; None asks for them.
+
+        Raises:
+            ServoShutdown: one is.
+        """
+        bits = self.read(STATUS) if bits is None else bits
+        if bits:
+            raise ServoShutdown(
+                f"the servo reports {error_text(bits)} and may have switched its motor off; "
+                "remove the cause, then switch its power off and on"
+            )
+
+    def answer_everything(self) -> None:
+        """Let the servo answer every instruction, until it loses its power."""
+        self.write_unanswered(STATUS_LEVEL, 1)
+
+    # ------------------------------------------------------------------ instructions
+
+    def _send_ping(self) -> int:
+        packet = [0] * _FRAME
+        packet[2:5] = [self.id, 2, 1]
+        result = int(self._handler.txPacket(packet))
+        self._port.setPacketTimeout(_FRAME)
+        return result
+
+    def _read(self, address: int, size: int, *, alert: bool, timed: bool = False) -> bytes:
+        def send() -> int:
+            self._asked = self.clock.now()
+            return int(self._handler.readTx(self.id, address, size))
+
+        self._turn += timed
+        return self._ask(send, size, alert=alert)
+
+    def _write(self, address: int, data: bytes, *, alert: bool) -> None:
+        self._ask(lambda: self._send_write(address, data), 0, alert=alert)
+
+    def _send_write(self, address: int, data: bytes) -> int:
+        result = int(self._handler.writeTxOnly(self.id, address, len(data), list(data)))
+        self._port.setPacketTimeout(_FRAME)
+        return result
+
+    def _receive(self) -> tuple[int, int, bytes] | None:
+        packet, result = self._handler.rxPacket()
+        if result != self._success:
+            return None
+        return packet[2], packet[4], bytes(packet[5 : 3 + packet[3]])
+
+    def _fits(self, error: int, data: bytes, size: int) -> bool:
+        return len(data) == size
+
+    def _check(self, error: int, alert: bool) -> None:
+        if error and alert:
+            self.raise_shutdown(error)

@@ -1,0 +1,243 @@
+"""One Feetech servo in SI units: made ready, moved, and put back as it was found.
+
+The series has no watchdog: in its speed mode it would turn on for ever once the computer is gone. So speeds
+are played as positions: the goal runs ahead of where the axis should be by a tenth of a second, and the speed
+at which the servo goes there is the one that is wanted. A servo that hears nothing more comes to that goal
+and stands.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+
+from idtool.rig.base import Mode
+from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Reading, Servo
+from idtool.rig.faults import DeviceGone, NotAnswering, WrongServo
+from idtool.rig.feetech.bus import BYTES_PER_PERIOD, Bus, Present
+from idtool.rig.feetech.models import (
+    ACCELERATION,
+    ACCELERATION_UNIT,
+    BYTE_ORDER,
+    COARSE,
+    DUTY_UNIT,
+    FINE_SPEED_BIT,
+    GOAL_SPEED,
+    HIGHEST_SPEED,
+    MAX_POSITION_LIMIT,
+    MIN_POSITION_LIMIT,
+    MODEL,
+    MODELS,
+    OPERATING_MODE,
+    PHASE,
+    POSITION_MODE,
+    RETURN_DELAY,
+    RETURN_DELAY_UNIT,
+    SPEED_UNIT,
+    TEMPERATURE_LIMIT,
+    TORQUE_ENABLE,
+    TORQUE_LIMIT,
+    VOLTAGE_UNIT,
+    Register,
+)
+
+#: By how much the goal is ahead of a motion, s, and with it how long one goes on that hears nothing more. It
+#: is longer than the lag of the position loop, or the axis would brake before each goal.
+AHEAD_S = 0.12
+#: Speed at which the axis is taken over where it stands, and with which it comes to rest, rad/s.
+_GENTLE = 0.15
+#: An axis that is farther from its goal than this is blocked, and is held where it is, rad.
+_FOLLOWING = 0.1
+#: Highest acceleration that the register takes; 0 is none.
+_MOST_ACCELERATION = 254
+
+
+class FeetechServo(Servo):
+    """A servo of the STS or SMS series.
+
+    Args:
+        bus: how to reach it.
+        zero: position that counts as 0 rad, counts.
+
+    Raises:
+        WrongServo: it is of the SCS series, which has another memory table.
+        ServoShutdown: it reports an error.
+        NotAnswering, DeviceGone: nobody is there.
+    """
+
+    measures = "voltage"
+    bytes_per_period = BYTES_PER_PERIOD
+
+    def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
+        self._bus, self._zero = bus, zero
+        self._found: Found[Register] = Found(bus)
+        bus.ping()
+        if bus.read(BYTE_ORDER):
+            raise WrongServo(
+                f"the device with id {bus.id} is no servo of the STS or SMS series; "
+                "those of the SCS series have another table"
+            )
+        number = bus.read(MODEL)
+        self.name = f"Feetech {MODELS.get(number, f'STS/SMS model {number}')}"
+        # a servo set to silence would look dead from here on
+        bus.answer_everything()
+        bus.raise_shutdown()
+        self._unit = 1 if bus.read(PHASE) & FINE_SPEED_BIT else COARSE
+        self.speed_step = self._unit * SPEED_UNIT
+        low, high = bus.read(MIN_POSITION_LIMIT), bus.read(MAX_POSITION_LIMIT)
+        if low >= high:
+            raise WrongServo("the servo is set to turn without limits; set its lowest and highest position")
+        self._range = low, high
+        self.torque_off()
+        self._acceleration = _MOST_ACCELERATION
+        self._place = self._speed = self._since = 0.0
+
+    # ----------------------------------------------------------------- what it is set to
+
+    @property
+    def return_delay_s(self) -> float:
+        """How long it waits before it answers, s."""
+        return self._bus.read(RETURN_DELAY) * RETURN_DELAY_UNIT
+
+    @property
+    def position_limits(self) -> tuple[float, float]:
+        """Its lowest and highest position, rad."""
+        return self._radians(self._range[0]), self._radians(self._range[1])
+
+    @property
+    def speed_limit(self) -> float:
+        """The highest speed that the register takes, rad/s; how fast the motor turns nothing in it says."""
+        return HIGHEST_SPEED * SPEED_UNIT
+
+    @property
+    def current_limit(self) -> float:
+        """None."""
+        return math.inf
+
+    @property
+    def duty_limit(self) -> float:
+        """The highest share of the supply's voltage that it puts on its motor."""
+        return self._bus.read(TORQUE_LIMIT) * DUTY_UNIT
+
+    @property
+    def temperature_limit(self) -> float:
+        """Above it the servo shuts down, degrees Celsius."""
+        return float(self._bus.read(TEMPERATURE_LIMIT))
+
+    def limit(self, speed: float, current: float, duty: float) -> None:
+        """Let the servo itself keep to a duty; speeds are limited with every goal."""
+        self._found.change(TORQUE_LIMIT, round(duty / DUTY_UNIT))
+
+    # ------------------------------------------------------------------------- motion
+
+    def enter(self, mode: Mode, *, speed: float, current: float) -> None:
+        """Take commands of this kind, standing where the axis is, with the torque on.
+
+        Args:
+            mode: speeds or positions, both with goals of positions.
+            speed: that positions may be reached with, rad/s.
+            current: of no use here.
+        """
+        self._fastest = max(1, math.floor(speed / self.speed_step))
+        if self.mode is None:
+            self._found.change(OPERATING_MODE, POSITION_MODE)
+            for register in (ACCELERATION, GOAL_SPEED):  # set with every goal, so put back here
+                self._found.setdefault(register, self._bus.read(register))
+            self._place = self._radians(self._bus.present().position)
+            self._go(self._place, _GENTLE)
+            self._bus.write(TORQUE_ENABLE, 1)
+            self._bus.torque = True
+        self._speed, self._since = 0.0, self._bus.clock.now()
+        self.mode = mode
+
+    def torque_off(self) -> None:
+        """Switch the motor off; the axis is free."""
+        self._bus.torque = False
+        self._bus.write(TORQUE_ENABLE, 0, alert=False)
+        self.mode = None
+
+    def accelerate_at(self, acceleration: float) -> None:
+        """Limit the acceleration of speed commands, rad/s2."""
+        self._acceleration = min(max(math.ceil(acceleration / ACCELERATION_UNIT), 1), _MOST_ACCELERATION)
+
+    def move_at(self, speed: float) -> float:
+        """Command a speed, rad/s; the speed commanded, which is a multiple of the servo's unit."""
+        self._go_on()
+        units = round(speed / self.speed_step)
+        before, self._speed = self._speed, units * self.speed_step
+        # to rest it goes on as fast as it was; a speed of 0 is the highest to some servos
+        self._go(self._place + self._speed * AHEAD_S, abs(self._speed) or abs(before) or _GENTLE)
+        return self._speed
+
+    def _go_on(self) -> None:
+        """Where the axis should be by now: on its way, but never beyond the goal that it was given."""
+        now = self._bus.clock.now()
+        self._place += self._speed * min(now - self._since, AHEAD_S * max(self._bus.clock.scale, 1.0))
+        self._since = now
+
+    def move_to(self, position: float) -> float:
+        """Command a position, rad; the position commanded, which is a multiple of a count."""
+        counts = self._counts(position)
+        self._bus.set_goal(counts, self._fastest, 0)
+        self._place = self._radians(counts)
+        return self._place
+
+    def hold(self) -> None:
+        """Come to rest and stay, also where the servo reports an error.
+
+        It stays on its goal: a position loop without integral action would sink further if its goal were the
+        place to which its load has made it sink. One that is far from its goal is blocked and stays there.
+
+        Raises:
+            RigFault: it could not be told.
+        """
+        if self.mode is None:
+            return
+        self._go_on()
+        here = self._radians(self._bus.present(alert=False).position)
+        if abs(self._place - here) > _FOLLOWING:
+            self._place = here
+        self._acceleration = _MOST_ACCELERATION
+        self._go(self._place, abs(self._speed) or _GENTLE, alert=False)
+        self._speed = 0.0
+
+    def _go(self, position: float, speed: float, *, alert: bool = True) -> None:
+        units = min(max(round(speed / self.speed_step), 1), HIGHEST_SPEED // self._unit)
+        self._bus.set_goal(self._counts(position), units, self._acceleration, alert=alert)
+
+    def read(self, *, alert: bool = True) -> Reading:
+        """Measure; `alert`: raise if the servo reports an error."""
+        now: Present = self._bus.present(alert=alert)
+        return Reading(
+            now.time_s,
+            self._radians(now.position),
+            now.speed * self.speed_step,
+            float(now.temperature),
+            now.voltage * VOLTAGE_UNIT,
+            duty=now.load * DUTY_UNIT,
+        )
+
+    def arm(self) -> None:
+        """Nothing to do: every goal is one at which the axis may stand."""
+
+    def disarm(self) -> None:
+        """Nothing to do."""
+
+    # ---------------------------------------------------------------------- way out
+
+    def release(self) -> None:
+        """Torque off, and everything as it was found; what cannot be reached is left.
+
+        Raises:
+            RigFault: the torque could not be switched off.
+        """
+        self.torque_off()
+        with suppress(NotAnswering, DeviceGone):
+            self._found.restore()
+
+    def _counts(self, position: float) -> int:
+        low, high = self._range
+        return min(max(self._zero + round(position / COUNT_RAD), low), high)
+
+    def _radians(self, counts: int) -> float:
+        return (counts - self._zero) * COUNT_RAD

@@ -1,0 +1,84 @@
+"""What every virtual servo has: an axis, a clock that passes, and what may go wrong with it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import Any, Protocol
+
+from idtool.virtual_servo.axis import VirtualAxis
+
+
+class Decoder(Protocol):
+    """Finds packets in a stream of bytes."""
+
+    def feed(self, data: bytes) -> Iterator[Any]:
+        """Packets that these bytes complete, in order."""
+        ...
+
+
+class VirtualServo(ABC):
+    """One servo on the bus.
+
+    Attributes:
+        axis: what it moves.
+        decoder: of the bytes that it hears.
+        stuck: its encoder stands still.
+        torque_since: when the torque was first switched on, None before that.
+        heard: when it last heard an instruction.
+    """
+
+    axis: VirtualAxis
+    decoder: Decoder
+    stuck: bool = False
+    torque_since: float | None = None
+    heard: float
+
+    def __init__(self, axis: VirtualAxis, decoder: Decoder, now: float) -> None:
+        self.axis, self.decoder = axis, decoder
+        self._now = self.heard = now
+
+    def _move(self, until: float) -> None:
+        """Let the axis move up to this instant."""
+        if until > self._now:
+            self.axis.advance(until - self._now)
+            self._now = until
+
+    @property
+    @abstractmethod
+    def baud(self) -> int:
+        """Its baud rate, bits a second."""
+
+    @property
+    @abstractmethod
+    def return_delay_s(self) -> float:
+        """How long it waits before it answers, s."""
+
+    @property
+    @abstractmethod
+    def torque(self) -> bool:
+        """Whether its motor is on."""
+
+    @abstractmethod
+    def pass_time(self, now: float) -> None:
+        """Let the axis move up to this instant, and happen what is due on the way."""
+
+    @abstractmethod
+    def reply(self, packet: Any, now: float) -> list[bytes]:
+        """Do what an instruction says: the bytes of its answers, in the order of the bus."""
+
+    @abstractmethod
+    def overload(self) -> None:
+        """Shut the motor off because of an overload."""
+
+    @abstractmethod
+    def fail(self, bits: int) -> None:
+        """Set these bits of the error status."""
+
+    @abstractmethod
+    def lose_power(self) -> None:
+        """Begin anew: what is not stored for good has its initial value."""
+
+    @abstractmethod
+    def trip_watchdog(self) -> None:
+        """Stop the axis as the watchdog does, where the servo has one."""
