@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from idtool.errors import RigFault
-from idtool.experiment.recipe import parse_recipe
+from idtool.experiment.recipe import Recipe, parse_recipe
 from idtool.experiment.runner import run
 from idtool.log import Log
 from idtool.rig import open_rig
@@ -19,8 +19,7 @@ from idtool.rig.supervisor import Supervisor
 
 from .dynamixel.support import FLAT, bench
 
-RECIPE = parse_recipe(
-    """
+TEXT = """
 schema = "ffc-id/recipe/1"
 name = "contract"
 experiment = "sine"
@@ -32,10 +31,11 @@ kind = "sine"
 frequency_hz = [1.0, 2.0]
 amplitude_rad_s = 0.4
 duration_s = 1.0
-""",
-    "contract.toml",
-)
-KINDS = ["simulated", "dynamixel", "by supply", "feetech", "volts", "replay", "replayed volts", "supervised"]
+"""
+RECIPE = parse_recipe(TEXT, "contract.toml")
+#: Wide enough for the supervisor of a replay, whose limits are those of the log.
+WIDE = parse_recipe(TEXT.replace("[1.0, 2.0]", "[0.5]").replace("1.0\n", "2.0\n"), "wide.toml")
+KINDS = ["simulated", "dynamixel", "by supply", "feetech", "volts", "replay", "supervised"]
 
 
 @pytest.fixture(params=KINDS)
@@ -49,14 +49,13 @@ def rig(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Rig]:
             "by supply": lambda: stack.enter_context(bench(model=1200)).rig(),
             "feetech": lambda: stack.enter_context(bench(kind="feetech")).rig(speed=2.0),
             "replay": lambda: recorded(tmp_path),
-            "replayed volts": lambda: recorded(tmp_path, "sim:bench,sensors=feetech"),
         }
         yield stack.enter_context(made[request.param]())
 
 
-def recorded(folder: Path, name: str = "sim:bench") -> Rig:
+def recorded(folder: Path, name: str = "sim:bench", recipe: Recipe = RECIPE) -> Rig:
     with open_rig(name) as simulated:
-        run(RECIPE, simulated, folder / "recorded.csv")
+        run(recipe, simulated, folder / "recorded.csv")
     return open_rig(f"replay:{folder / 'recorded.csv'}")
 
 
@@ -188,9 +187,10 @@ def test_a_recipe_runs_on_it(rig: Rig, tmp_path: Path) -> None:
     assert ("bus_current_a" in log.frame) == rig.measures_bus_current
 
 
-def test_a_replay_is_the_log_again(tmp_path: Path) -> None:
-    with recorded(tmp_path) as rig:
-        run(RECIPE, rig, tmp_path / "again.csv")
+@pytest.mark.parametrize("name", ["sim:bench", "sim:bench,sensors=feetech"])
+def test_a_replay_is_the_log_again(tmp_path: Path, name: str) -> None:
+    with recorded(tmp_path, name, WIDE) as rig:
+        run(WIDE, rig, tmp_path / "again.csv")
     first, again = (Log.read(tmp_path / name) for name in ("recorded.csv", "again.csv"))
     assert first.frame.equals(again.frame)
 
