@@ -24,6 +24,8 @@ _OTHER_AXIS, _WORTH_A_WORD = 1.5, 0.05
 #: So far inside its limit an axis is brought that lies beyond it, share of the range; at most, rad (m).
 _INSIDE, _INSIDE_MOST = 0.05, 0.1
 
+_MEASURED = {"current": "the motor's current", "voltage": "the voltage at the motor"}
+
 #: Most energy that a guided axis may give to a hand that it has not from it, J.
 ENERGY_J = 0.05
 
@@ -100,8 +102,16 @@ def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) ->
             place="axis.kind",
             remedy="take the parameter file of this axis",
         )
-    mine, its = ours.torque_constant, theirs.torque_constant
-    if mine is None or its is None:
+    if ours.per_reading is not None and ours.reading != axis.measures:
+        needs, has = (_MEASURED[name] for name in (ours.reading, axis.measures))
+        raise InputError(
+            f"reads the torque from {needs} and the rig measures {has}",
+            file=file,
+            place="[axis]",
+            remedy="take the parameter file of this axis",
+        )
+    mine, its = ours.per_reading, theirs.per_reading
+    if mine is None or its is None or ours.effort != theirs.effort:
         return
     apart = max(abs(mine / its), abs(its / mine)) if mine * its > 0.0 else float("inf")
     if apart > _OTHER_AXIS:

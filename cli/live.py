@@ -31,6 +31,6 @@ def live_page(wanted: bool, rig: Rig, output: Output) -> Iterator[Watch | None]:
         return
     from idtool.live.view import LiveView
 
-    with LiveView(rig.axis.kind, rig.axis.torque_constant) as view:
+    with LiveView(rig.axis.kind, rig.axis.per_reading) as view:
         output.say(f"live: {view.address}")
         yield view.show

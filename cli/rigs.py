@@ -54,10 +54,14 @@ def _scan(device: str, output: Output) -> int:
     if not devices:
         raise RigFault("there is no USB serial port; plug the adapter in, or name the device after --scan")
     servos: list[Found] = []
+    faulty: set[str] = set()
     with Progress(output) as progress:
         for port, scanner in product(devices, scanners()):
+            if port in faulty:
+                continue
             for found in scan(port, scanner, progress=lambda what: progress.say(f"asking {what}")):
                 if isinstance(found, RigFault):
+                    faulty.add(port)
                     output.warn(str(found))
                 else:
                     servos.append(found)

@@ -52,8 +52,9 @@ LOOP_GAIN = {"rotary": 1.68, "linear": 0.0192 / 5.56}
 DEFAULT_PERIOD_S = 0.01
 #: Smallest step of a position sensor: 4096 counts a turn; 10 micrometres on a linear axis.
 RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
-#: One step of a DYNAMIXEL's current reading: what a sample is taken to be uncertain by, A.
-CURRENT_NOISE_A = 0.003
+#: One step of a DYNAMIXEL's current reading, A, and three steps of a Feetech's duty at 12 V, V: what a sample
+#: is taken to be uncertain by.
+READING_NOISE = {"current": 0.003, "voltage": 0.036}
 #: Of the tolerance of the payload that is told, a standard deviation; a tare that finds more than the
 #: tolerance is not used.
 PAYLOAD_SIGMA = 0.75
@@ -131,7 +132,7 @@ class ForceFreeController:
         self.mode = mode or chosen.mode
         if self.mode not in CONTROLLER_MODES:
             raise InputError(f"unknown mode {self.mode!r}", remedy=nearest(self.mode, CONTROLLER_MODES))
-        noise = CURRENT_NOISE_A * self.model.torque_constant
+        noise = READING_NOISE[parameters.axis.reading] * self.model.torque_constant
         least = 0.3 * self.model.friction_bound if self.mode == "paper" else CONSTANTS["start"].value * noise
         self.start_torque = start_torque or chosen.start_torque or least
         per_payload = parameters.gravity.get("per_payload")
@@ -221,7 +222,9 @@ class ForceFreeController:
         """One period: the measurement in, the position command out.
 
         Args:
-            position_rad, velocity_rad_s, current_a: measured, rad, rad/s (m, m/s) and A.
+            position_rad, velocity_rad_s, current_a: measured, rad, rad/s (m, m/s) and A; V at the motor in
+            place
+                of A where the file's constant is of a voltage.
             payload_kg: what the axis carries.
             tilt_alpha_rad, tilt_beta_rad: tilt, as in logs.
             temperature_degc: for a file with `thermal_drift` by a sensor.
@@ -240,7 +243,7 @@ class ForceFreeController:
             _float(self._clock if time_s is None else time_s),
             _float(position_rad),
             _float(velocity_rad_s),
-            _float(current_a),
+            _float(current_a) - self.model.back_emf * _float(velocity_rad_s),
             _float(payload_kg),
             _float(tilt_alpha_rad),
             _float(tilt_beta_rad),

@@ -62,6 +62,9 @@ class OnlineModel:
     """Gravity, friction and effects of a parameter file, evaluated sample by sample.
 
     Attributes:
+        torque_constant: what leads from a reading of the motor, A or V, to the torque of the file. back_emf:
+        by how much of the speed such a reading of a voltage is larger, V s/rad (V s/m); 0 where that is
+            a part of the file's viscous friction.
         bristle: deflection z, rad (m); the controller may correct it while the axis rests.
         skipped: effects of the file that cannot act here, each as a sentence.
     """
@@ -74,7 +77,10 @@ class OnlineModel:
         """
         _check(parameters)
         self.axis = parameters.axis
-        self.torque_constant = float(parameters.axis.torque_constant or 0.0)
+        self.torque_constant = float(parameters.axis.per_reading or 0.0)
+        self.back_emf = 0.0
+        if self.axis.reading == "voltage" and self.axis.effort == "torque":
+            self.back_emf = self.axis.back_emf_damping / self.torque_constant
         self._numbers = compiled.numbers_of(parameters)
         self._memory = np.zeros(compiled.MEMORY)
         self.coulomb, self.static, self.stribeck_velocity, self.viscous, self.bristle_stiffness = map(
@@ -135,6 +141,10 @@ class OnlineModel:
         """Whether an effect follows a measured temperature."""
         followed = self._correction is not None and self._correction.variable == "temperature"
         return followed or (self._thermometer and self.uses("thermal_drift"))
+
+    def torque(self, effort: float, velocity: float) -> float:
+        """The motor's torque, N m (N), of a reading (A or V) at a speed, rad/s (m/s)."""
+        return self.torque_constant * (effort - self.back_emf * velocity)
 
     def drop(self, effect: str, why: str) -> None:
         """Leave an effect out of the compensation and remember why."""
@@ -321,7 +331,7 @@ def _number(term: Term) -> float:
 
 def _check(parameters: Parameters) -> None:
     """Raise where the file cannot carry a controller."""
-    if parameters.axis.torque_constant is None:
+    if parameters.axis.per_reading is None:
         raise InputError(
             "the parameter file has no torque constant",
             place=f"axis.{parameters.axis.constant_key}",

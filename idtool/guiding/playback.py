@@ -91,6 +91,7 @@ class ContactSense:
         model.drop("external_periodic", "its phase is not known once the clock starts anew")
         self._sense = HandSense(model, period, _FILTER_S, _RESOLUTION[parameters.axis.kind])
         self._setup = setup
+        self._back_emf = model.back_emf
 
     def _measurement(self, sample: Sample) -> Measurement:
         setup = self._setup
@@ -98,7 +99,7 @@ class ContactSense:
             sample.time_s,
             sample.position,
             sample.velocity,
-            sample.effort,
+            sample.effort - self._back_emf * sample.velocity,
             setup.payload_kg,
             setup.tilt_alpha_rad,
             setup.tilt_beta_rad,

@@ -330,7 +330,7 @@ class _Recorder:
                 command,
                 push,
                 status.external_torque,
-                controller.model.torque_constant * sample.effort,
+                controller.model.torque(sample.effort, sample.velocity),
                 status.gravity + status.friction + status.effects,
             )
         )

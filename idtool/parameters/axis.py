@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 from idtool.errors import InputError, misspelt, nearest
 from idtool.io.toml import is_finite, short
@@ -51,6 +51,19 @@ class Axis:
         """K^2 / R, N m s/rad, by which the back-EMF brakes a motor at a voltage; 0 where R is not known."""
         per_volt = self.voltage_constant
         return 0.0 if per_volt is None or self.resistance is None else per_volt**2 * self.resistance
+
+    @property
+    def reading(self) -> Literal["current", "voltage"]:
+        """What stands for the motor's torque sample by sample: its current, A, or the voltage at it, V."""
+        if self.torque_constant is None and (self.voltage_constant is not None or self.effort == "voltage"):
+            return "voltage"
+        return "current"
+
+    @property
+    def per_reading(self) -> float | None:
+        """What leads from that reading to the effort of the file; None where nobody knows it."""
+        known = self.voltage_constant if self.reading == "voltage" else self.torque_constant
+        return known if self.effort == "torque" else 1.0
 
     @property
     def constant_key(self) -> str:

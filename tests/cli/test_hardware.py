@@ -243,6 +243,8 @@ def test_refusals(options: list[str], code: int, expected: str) -> None:
 def scan(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
     """`ffc-id rigs --scan DEVICE --json` in this process, at one baud rate (six take six seconds)."""
     monkeypatch.setattr("idtool.rig.dynamixel.scan.BAUD_RATES", (BAUD,))
+    monkeypatch.setattr("idtool.rig.feetech.scan.BAUD_RATES", (BAUD,))
+    monkeypatch.setattr("idtool.rig.feetech.scan.IDS", range(1, 2))
 
     def run(device: str) -> tuple[int, Any, str]:
         with pytest.raises(SystemExit) as stop:

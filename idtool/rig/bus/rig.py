@@ -36,6 +36,8 @@ _BLOCK_S = 0.05
 _RETURN_SPEED, _RETURN_GAIN, _RETURN_ACCELERATION = 0.5, 4.0, 2.0
 #: A start is reached within this, rad, beyond half a unit of speed at that gain.
 _REACHED = 0.003
+#: How often the rest is made up for, and how long the axis comes to rest in between, s.
+_APPROACHES, _APPROACHED_S = 3, 0.1
 #: and from outside its limits, where it lies at a stop, so fast, rad/s.
 _INSIDE_SPEED = 0.15
 #: Slower than this the axis stands, rad/s: one unit of the servo and its noise.
@@ -316,26 +318,33 @@ class ServoRig(Rig):
         self._servo.enter(mode, speed=self.limits.speed, current=self.limits.current)
 
     def _go_to(self, goal: float) -> None:
-        servo = self._servo
-        servo.accelerate_at(_RETURN_ACCELERATION)
-        here = servo.read().position
+        """Move to a position slowly; what a coarse speed leaves is made up for from where it rests."""
+        self._servo.accelerate_at(_RETURN_ACCELERATION)
+        reached = 0.5 * self.speed_step / _RETURN_GAIN + _REACHED
+        here = self._servo.read().position
+        for _ in range(_APPROACHES):
+            self._approach(goal, here, reached)
+            self._servo.move_at(0.0)
+            self._rest(_APPROACHED_S)
+            here = self._servo.read().position
+            if abs(goal - here) <= 2.0 * reached:
+                return
+
+    def _approach(self, goal: float, here: float, reached: float) -> None:
         at_stop = not self.limits.position[0] <= here <= self.limits.position[1]
         speed = min(_INSIDE_SPEED if at_stop else _RETURN_SPEED, self.limits.speed)
         error = goal - here
-        begun = self._clock.now()
-        until = begun + 2.0 * abs(error) / speed + 3.0
-        reached = 0.5 * self.speed_step / _RETURN_GAIN + _REACHED
+        until = self._clock.now() + 2.0 * abs(error) / speed + 3.0
         while abs(error) > reached:
-            servo.move_at(min(max(_RETURN_GAIN * error, -speed), speed))
+            self._servo.move_at(min(max(_RETURN_GAIN * error, -speed), speed))
             self._clock.wait_until(self._clock.now() + self.period_s)
-            reading = servo.read()
-            error = goal - reading.position
+            here = self._servo.read().position
+            error = goal - here
             if self._clock.now() > until:
                 raise NotFollowing(
-                    f"the axis did not reach the start of the trial: it stands at {reading.position:.3g} rad "
+                    f"the axis did not reach the start of the trial: it stands at {here:.3g} rad "
                     f"instead of {goal:.3g} rad; see what blocks it"
                 )
-        servo.move_at(0.0)
 
     def _rest(self, seconds: float) -> None:
         until = self._clock.now() + seconds

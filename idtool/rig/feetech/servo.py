@@ -90,7 +90,8 @@ class FeetechServo(Servo):
         self._range = low, high
         self.torque_off()
         self._acceleration = _MOST_ACCELERATION
-        self._place = self._speed = self._since = 0.0
+        #: where the axis should be, how fast by its ramps, how fast it is to be, and since when
+        self._place = self._pace = self._speed = self._since = 0.0
 
     # ----------------------------------------------------------------- what it is set to
 
@@ -144,10 +145,12 @@ class FeetechServo(Servo):
             for register in (ACCELERATION, GOAL_SPEED):  # set with every goal, so put back here
                 self._found.setdefault(register, self._bus.read(register))
             self._place = self._radians(self._bus.present().position)
+            # before the torque, so that it cannot jump, and again, since some take the place where they stand
             self._go(self._place, _GENTLE)
             self._bus.write(TORQUE_ENABLE, 1)
+            self._go(self._place, _GENTLE)
             self._bus.torque = True
-        self._speed, self._since = 0.0, self._bus.clock.now()
+        self._pace, self._speed, self._since = 0.0, 0.0, self._bus.clock.now()
         self.mode = mode
 
     def torque_off(self) -> None:
@@ -165,6 +168,9 @@ class FeetechServo(Servo):
         self._go_on()
         units = round(speed / self.speed_step)
         before, self._speed = self._speed, units * self.speed_step
+        if units == 0:
+            self._place += self._pace * abs(self._pace) / (2.0 * self._acceleration * ACCELERATION_UNIT)
+            self._pace = 0.0
         # to rest it goes on as fast as it was; a speed of 0 is the highest to some servos
         self._go(self._place + self._speed * AHEAD_S, abs(self._speed) or abs(before) or _GENTLE)
         return self._speed
@@ -172,8 +178,11 @@ class FeetechServo(Servo):
     def _go_on(self) -> None:
         """Where the axis should be by now: on its way, but never beyond the goal that it was given."""
         now = self._bus.clock.now()
-        self._place += self._speed * min(now - self._since, AHEAD_S * max(self._bus.clock.scale, 1.0))
-        self._since = now
+        passed = min(now - self._since, AHEAD_S * max(self._bus.clock.scale, 1.0))
+        steepest = self._acceleration * ACCELERATION_UNIT * passed
+        pace = self._pace + min(max(self._speed - self._pace, -steepest), steepest)
+        self._place += 0.5 * (self._pace + pace) * passed
+        self._pace, self._since = pace, now
 
     def move_to(self, position: float) -> float:
         """Command a position, rad; the position commanded, which is a multiple of a count."""
@@ -199,7 +208,7 @@ class FeetechServo(Servo):
             self._place = here
         self._acceleration = _MOST_ACCELERATION
         self._go(self._place, abs(self._speed) or _GENTLE, alert=False)
-        self._speed = 0.0
+        self._pace = self._speed = 0.0
 
     def _go(self, position: float, speed: float, *, alert: bool = True) -> None:
         units = min(max(round(speed / self.speed_step), 1), HIGHEST_SPEED // self._unit)

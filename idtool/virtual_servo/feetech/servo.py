@@ -177,11 +177,13 @@ class VirtualFeetech(VirtualServo):
         return b""
 
     def _store(self, address: int, data: bytes) -> None:
+        was_on = self.torque
         written = self.table.write(address, data)
-        if "torque_enable" in written and self.torque and self.torque_since is None:
-            self.torque_since = self._now
-        if "goal_position" in written:
-            self.table["torque_enable"] = 1 if self.table["torque_enable"] == 1 else 0
+        if self.torque and not was_on:
+            if "goal_position" not in written:  # it holds where it stands
+                self._measure()
+                self.table["goal_position"] = self.table["present_position"]
+            self.torque_since = self._now if self.torque_since is None else self.torque_since
         self._drive()
 
     def _drive(self) -> None:
