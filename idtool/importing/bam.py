@@ -75,7 +75,7 @@ def read(raw: bytes, file: Path) -> Table:
     if current := _current(frame):
         meanings[current.source] = current
     elif "load" in frame:
-        frame["load"] = _duty(frame["load"], str(content.get("motor", "")), file)
+        frame["load"] = duty_share(frame["load"], str(content.get("motor", "")), file)
         meanings["load"] = Meaning("load", "duty", "share")
     elif len(frame):
         raise InputError(
@@ -103,8 +103,17 @@ def read(raw: bytes, file: Path) -> Table:
     )
 
 
-def _duty(counts: pd.Series[Any], motor: str, file: Path) -> pd.Series[float]:
-    """The share of full duty from the counts of a register of 16 bits."""
+def duty_share(counts: pd.Series[Any], motor: str, file: Path) -> pd.Series[float]:
+    """The share of full duty from the counts of a register of 16 bits.
+
+    Args:
+        counts: as the servo's register holds them.
+        motor: its name, "sts3215".
+        file: for messages.
+
+    Raises:
+        InputError: a servo whose full duty is not known here.
+    """
     known = next(((full, sign) for name, full, sign in _FULL_DUTY if motor.lower().startswith(name)), None)
     if known is None:
         raise InputError(

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from idtool.errors import InputError
-from idtool.importing import bam, dynamixel, matlab, ros, text
+from idtool.importing import bam, dynamixel, lerobot, matlab, ros, text
 from idtool.importing.table import Reader, Table
 from idtool.io.entry_points import load, outside
 from idtool.io.read_file import read_bytes
@@ -25,12 +25,15 @@ _FOREIGN: tuple[tuple[bytes, str, str], ...] = (
 
 
 def read_table(file: Path) -> Table:
-    """The table of a file or of a ROS 2 bag's folder.
+    """The table of a file, or of the folder of a ROS 2 bag or of a LeRobot dataset.
 
     Raises:
         InputError: not readable, no table, or a format that is not read.
     """
-    table = ros.read(file) if ros.is_bag(file) else _read_file(file)
+    if lerobot.is_dataset(file):
+        table = lerobot.read_folder(file, _parquet)
+    else:
+        table = ros.read(file) if ros.is_bag(file) else _read_file(file)
     frame = table.frame
     frame.columns = pd.Index([str(name).strip() for name in frame.columns])
     doubled = [name for name, count in Counter(frame.columns).items() if count > 1]
@@ -51,7 +54,8 @@ def _read_file(file: Path) -> Table:
             raise InputError(problem, file=file, remedy=remedy)
     notes = ["the gzip stream is cut short; read up to its last whole row"] if cut else []
     if raw.startswith(b"PAR1"):
-        return Table(_parquet(raw, file), notes=notes)
+        frame = _parquet(raw, file)
+        return lerobot.interpret(frame, file) if lerobot.is_frame(frame) else Table(frame, notes=notes)
     if matlab.is_hdf5(raw):
         return Table(matlab.read_hdf5(raw, file, notes), notes=notes)
     if raw.startswith(b"MATLAB") or file.suffix.lower() == ".mat":
