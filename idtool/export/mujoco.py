@@ -1,9 +1,10 @@
 """MuJoCo: an MJCF file of one joint, with LuGre friction where the parameter file has it.
 
-Since version 3.7 MuJoCo's `dcmotor` actuator has LuGre friction, in the same form as here (Canudas de Wit
-et al. 1995); since 3.12 it takes a torque (`input="ff"`), which the drive delivers exactly. Coulomb and
-viscous friction are `frictionloss` and `damping` of the joint, whose second coefficient is quadratic drag.
-Reference: https://mujoco.readthedocs.io, XML reference.
+Since version 3.7 MuJoCo's `dcmotor` actuator has LuGre friction, in the same form as here (Canudas de Wit et
+al. 1995); since 3.12 it takes a torque (`input="ff"`), which the drive delivers exactly. A constant torque is
+an actuator with an affine bias and no gain, a second wave of cogging a second motor. Coulomb and viscous
+friction are `frictionloss` and `damping` of the joint, whose second coefficient is quadratic drag. Reference:
+https://mujoco.readthedocs.io, XML reference.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import final
 from xml.etree import ElementTree as ET
 
 from idtool.export.base import Plan, Target, number
-from idtool.export.joint import inertia_of, simulated
+from idtool.export.joint import Carries, inertia_of, simulated
 from idtool.export.simple import has_bristle
 from idtool.export.xml_text import document
 from idtool.log import Log
@@ -34,7 +35,7 @@ class Mujoco(Target):
     title = "MuJoCo (MJCF)"
 
     def plan(self, parameters: Parameters, logs: Sequence[Log], friction: str) -> Plan:
-        plan = simulated(parameters, logs, friction, _carries, bristle=True)
+        plan = simulated(parameters, logs, friction, _carries(parameters), bristle=True)
         notes = list(plan.notes)
         if has_bristle(plan.model) or plan.model.effect("position_ripple"):
             notes.append('needs MuJoCo 3.12 or newer (dcmotor with input="ff"); ctrl is a torque')
@@ -57,9 +58,9 @@ class Mujoco(Target):
         body = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name=f"{joint}_body")
         ET.SubElement(body, "joint", {"name": joint, "type": kind, "axis": "0 0 1"} | _joint(model))
         ET.SubElement(body, "inertial", pos="0 0 0", mass=inertia, diaginertia=" ".join([inertia] * 3))
-        element, attributes = _actuator(model)
-        named = {"name": f"{joint}_motor", "joint": joint} | attributes
-        ET.SubElement(ET.SubElement(root, "actuator"), element, named)
+        actuators = ET.SubElement(root, "actuator")
+        for name, element, attributes in _actuators(model):
+            ET.SubElement(actuators, element, {"name": f"{joint}_{name}", "joint": joint} | attributes)
         return document(root, remarks)
 
 
@@ -80,10 +81,26 @@ def _joint(model: Parameters) -> dict[str, str]:
     return result
 
 
-def _actuator(model: Parameters) -> tuple[str, dict[str, str]]:
-    """The actuator, whose ctrl is a torque (a force) at the joint, and its attributes."""
-    ripple = model.effect("position_ripple")
-    if not has_bristle(model) and not ripple:
+def _actuators(model: Parameters) -> list[tuple[str, str, dict[str, str]]]:
+    """Name, element and attributes of each: the motor, whose ctrl is a torque (a force) at the joint, first.
+
+    What follows adds what one motor cannot hold, and takes no heed of its own ctrl.
+    """
+    waves = _cogging(ripple, model.axis.kind) if (ripple := model.effect("position_ripple")) else []
+    made = [("motor", *_motor(model, waves[:1]))]
+    for index, wave in enumerate(waves[1:], start=2):
+        attributes = {"input": "ff", "motorconst": "1.0", "resistance": "1.0"}
+        made.append((f"cogging_{index}", "dcmotor", attributes | {"cogging": wave}))
+    if offset := model.effect("torque_offset"):
+        # what the motor must add against it, so it acts on the joint the other way
+        bias = {"gainprm": "0", "biastype": "affine", "biasprm": f"{number(-offset.values()['offset'])} 0 0"}
+        made.append(("bias", "general", bias))
+    return made
+
+
+def _motor(model: Parameters, waves: Sequence[str]) -> tuple[str, dict[str, str]]:
+    """The motor with its friction and one wave of its cogging."""
+    if not has_bristle(model) and not waves:
         return "motor", {}
     # the resistance only matters where the voltage is limited, and here it is not
     constant = model.axis.torque_constant or 1.0
@@ -92,37 +109,36 @@ def _actuator(model: Parameters) -> tuple[str, dict[str, str]]:
         order = ("bristle_stiffness", "bristle_damping", "coulomb", "static", "stribeck_velocity")
         values = model.static | model.dynamic
         attributes["lugre"] = " ".join(number(values[name].value) for name in order)
-    if ripple:
-        amplitude, cycles, phase = _cogging(ripple, model.axis.kind)
-        # cogging acts on the joint; the ripple here is what the motor must add against it
-        attributes["cogging"] = f"{number(-amplitude)} {number(cycles)} {number(phase)}"
+    if waves:
+        attributes["cogging"] = waves[0]
     return "dcmotor", attributes
 
 
-def _cogging(ripple: EffectEntry, kind: Units) -> tuple[float, float, float]:
-    """Amplitude, n of sin(n q) and phase of the one harmonic that the ripple has."""
+def _cogging(ripple: EffectEntry, kind: Units) -> list[str]:
+    """Amplitude, n of sin(n q) and phase of each wave that the ripple has."""
     values = ripple.values()
-    k = 1 if values["amplitude_1"] else 2
-    n = k * values["cycles"] * radians_per_unit("spatial_frequency", kind)
-    return values[f"amplitude_{k}"], n, values[f"phase_{k}"]
+    waves = []
+    for k in (1, 2):
+        if amplitude := values[f"amplitude_{k}"]:
+            n = k * values["cycles"] * radians_per_unit("spatial_frequency", kind)
+            # cogging acts on the joint; the ripple here is what the motor must add against it
+            waves.append(f"{number(-amplitude)} {number(n)} {number(values[f'phase_{k}'])}")
+    return waves
 
 
-def _carries(entry: EffectEntry) -> tuple[EffectEntry | None, str | None]:
-    if entry.name == "position_ripple":
-        return _larger_harmonic(entry)
-    if entry.name == "position_stiffness" and entry.values()["stiffness"] <= 0:
-        return None, "position stiffness below zero, which a MuJoCo joint does not have"
-    known = ("inertia", "nonlinear_viscous", "position_stiffness")
-    return (entry, None) if entry.name in known else (None, None)
+def _carries(parameters: Parameters) -> Carries:
+    """What of an effect of this file a joint of MuJoCo has."""
+    known = ("inertia", "nonlinear_viscous", "position_ripple", "position_stiffness", "torque_offset")
 
+    def carries(entry: EffectEntry) -> tuple[EffectEntry | None, str | None]:
+        if entry.name == "direction_asymmetry" and parameters.effect("torque_offset") is None:
+            # its mean is a constant, which a fit to logs finds; damping in MuJoCo is alike both ways
+            return EffectEntry("torque_offset", {"offset": Parameter(0.0)}), (
+                "the difference of viscous friction between the directions; fitted to logs, a constant bias "
+                "stands in for it"
+            )
+        if entry.name == "position_stiffness" and entry.values()["stiffness"] <= 0:
+            return None, "position stiffness below zero, which a MuJoCo joint does not have"
+        return (entry, None) if entry.name in known else (None, None)
 
-def _larger_harmonic(entry: EffectEntry) -> tuple[EffectEntry, str | None]:
-    """The ripple with its larger harmonic only; an actuator has one."""
-    values = entry.values()
-    small = 2 if values["amplitude_1"] >= values["amplitude_2"] else 1
-    name = f"amplitude_{small}"
-    if not values[name]:
-        return entry, None
-    kept = EffectEntry(entry.name, entry.parameters | {name: Parameter(0.0)})
-    which = "second harmonic" if small == 2 else "fundamental"
-    return kept, f"the {which} of the position ripple, of amplitude {values[name]:.3g} (cogging has one)"
+    return carries

@@ -64,7 +64,10 @@ def interpret(frame: pd.DataFrame, notes: list[str]) -> tuple[dict[str, Meaning]
         if (signed := _signed(frame[name], bits)) is not None:
             frame[name] = signed
             notes.append(f'column "{name}" lost its sign: {1 << (bits - 1)} and above were taken as negative')
-    notes.append("taken for counts of a DYNAMIXEL X servo; compare the units with its control table")
+    notes.append(
+        "taken for counts of a DYNAMIXEL X servo; compare the units with its control table (the current of "
+        "an XL330 or XC330 is the supply's, in mA: --map bus_current_a=COLUMN --unit bus_current=mA)"
+    )
     return meanings, {name: _ITEMS[item][1] for name, item in items.items() if _whole(frame[name])}
 
 

@@ -37,7 +37,8 @@ RIPPLE = {"cycles": 7.5, "amplitude_1": 0.03, "phase_1": 0.4, "amplitude_2": 0.0
 EFFECTS = INERTIA | {
     "nonlinear_viscous": {"quadratic": 0.05},
     "position_stiffness": {"stiffness": 0.1, "neutral": 0.2},
-    "position_ripple": RIPPLE,
+    "position_ripple": RIPPLE | {"amplitude_2": 0.01, "phase_2": 1.0},
+    "torque_offset": {"offset": 0.02},
 }
 
 
@@ -95,6 +96,7 @@ def simulate(text: str, step: float, drive: Callable[[float], float]) -> tuple[M
     data = mujoco.MjData(model)
     rows = np.empty((round(3.0 / step), 4))
     for k in range(len(rows)):
+        data.ctrl[:] = 0.0
         data.ctrl[0] = drive(k * step)
         rows[k] = k * step, data.qpos[0], data.qvel[0], data.ctrl[0]
         mujoco.mj_step(model, data)
@@ -161,22 +163,21 @@ def test_mujoco_coulomb_and_viscous() -> None:
 
 def test_what_mujoco_cannot_carry_is_said_in_the_file() -> None:
     extra = {
-        "torque_offset": {"offset": 0.01},
+        "direction_asymmetry": {"asymmetry": 0.01},
         "transport_delay": {"delay": 0.002},
         "position_ripple": RIPPLE | {"amplitude_2": 0.004},
     }
     exported = export("mujoco", axis(INERTIA | extra))
     for text in (
         "gravity: the masses of your model carry it",
-        "torque offset: b",
+        "the difference of viscous friction between the directions",
         "transport delay:",
-        "the second harmonic of the position ripple, of amplitude 0.004",
         "standard errors",
     ):
         assert any(text in sentence for sentence in exported.plan.lost)
         assert f"Not carried: {text}" in exported.text
     names = {entry.name for entry in exported.plan.model.effects}
-    assert names == {"inertia", "position_ripple"}
+    assert names == {"inertia", "position_ripple", "torque_offset"}
 
 
 def test_cogging_of_a_linear_axis_counts_radians_per_metre() -> None:
@@ -245,9 +246,9 @@ def test_a_simplified_law_is_fitted_to_the_speeds_of_the_logs() -> None:
 
 
 def test_what_a_missing_effect_took_up_goes_elsewhere() -> None:
-    """An offset and an asymmetry that MuJoCo lacks: the spring that it has takes up what it can."""
+    """An asymmetry that MuJoCo lacks: a constant bias takes up what it can."""
     spring = {"position_stiffness": {"stiffness": 0.1, "neutral": 0.2}}
-    lacking = {"direction_asymmetry": {"asymmetry": 0.03}, "torque_offset": {"offset": 0.03}}
+    lacking = {"direction_asymmetry": {"asymmetry": 0.06}}
     ripple = {"position_ripple": RIPPLE}
     parameters = axis(INERTIA | spring | ripple | lacking)
     logs = [log_of(parameters)]
@@ -259,8 +260,12 @@ def test_what_a_missing_effect_took_up_goes_elsewhere() -> None:
     assert exported.plan.model.gravity == parameters.gravity
     kept = exported.plan.model.effect("position_ripple")
     assert kept
-    assert kept.values()["amplitude_2"] == 0.0
-    assert {entry.name for entry in exported.plan.model.effects} == {"inertia", *spring, *ripple}
+    assert {entry.name for entry in exported.plan.model.effects} == {
+        "inertia",
+        "torque_offset",
+        *spring,
+        *ripple,
+    }
 
 
 def test_values_that_the_data_did_not_determine_are_named() -> None:
@@ -289,7 +294,7 @@ def test_the_whole_model_needs_no_second_error() -> None:
     assert set(export("json", parameters, logs).errors) == {"full"}
     exported = export("mujoco", parameters, logs)
     assert exported.errors["exported"] == exported.errors["full"]
-    lacking = export("mujoco", axis(INERTIA | {"torque_offset": {"offset": 0.05}}), logs)
+    lacking = export("mujoco", axis(INERTIA | {"direction_asymmetry": {"asymmetry": 0.05}}), logs)
     assert lacking.errors["exported"] != lacking.errors["full"]
 
 
