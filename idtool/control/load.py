@@ -42,8 +42,8 @@ LOAD_INERTIA, OMEGA, DAMPING = range(37, 40)
 CYCLES, SIN_1, COS_1, SIN_2, COS_2 = range(40, 45)
 FREQUENCY, SIN, COS = range(45, 48)
 YIELD, REACH = range(48, 50)
-GAIN, DWELL_TIME, REST_SPEED, WEAR = range(50, 54)
-NUMBERS = 54
+GAIN, DWELL_TIME, REST_SPEED, WEAR, STICTION_PER_LOAD = range(50, 55)
+NUMBERS = 55
 
 # Entries of `memory`; the last ones are what effects from outside add, in the order of FIELDS.
 BEGUN, BRISTLE, LAST_VELOCITY, BEHIND, TWIST, TWIST_RATE, LAST_ACCELERATION = range(7)
@@ -61,7 +61,7 @@ _EFFECTS: dict[str, dict[str, int]] = {
     "transport_delay": {"delay": DELAY},
     "torque_constant_saturation": {"kappa": SATURATION},
     "stribeck_shape": {"exponent": EXPONENT_CHANGE},
-    "load_dependent_friction": {"mu": MU},
+    "load_dependent_friction": {"mu": MU, "doubling_load": STICTION_PER_LOAD},
     "drive_backdrive": {"mu_drive": MU_DRIVE, "mu_backdrive": MU_BACKDRIVE},
     "tilt_misalignment": {"alpha": TILT_ALPHA, "beta": TILT_BETA},
     "position_stiffness": {"stiffness": SPRING, "pull": PULL},
@@ -133,6 +133,8 @@ def set_effect(numbers: Array, effect: str, values: dict[str, float], torque_con
         numbers[EXPONENT_CHANGE] -= EXPONENT
     elif effect == "torque_constant_saturation":
         numbers[SATURATION] /= torque_constant
+    elif effect == "load_dependent_friction" and "doubling_load" in values:
+        numbers[STICTION_PER_LOAD] = 1.0 / values["doubling_load"]
     elif effect == "backlash" and "share_under_load" not in values:
         numbers[LOAD_SCALE] = 0.0
     for entry in _EFFECTS[effect].values():
@@ -209,6 +211,7 @@ def carry(
     static_change, viscous_change, bristle_change = m[OUTSIDE + 3], m[OUTSIDE + 4], m[OUTSIDE + 5]
     exponent_change = m[OUTSIDE + 6] + n[EXPONENT_CHANGE]
     level_torque += (n[MU] + (n[MU_DRIVE] if velocity * load > 0.0 else n[MU_BACKDRIVE])) * abs(load)
+    static_change += n[STICTION_PER_LOAD] * abs(load)
     if n[TILT_ALPHA] != 0.0 or n[TILT_BETA] != 0.0:
         true = math.cos(tilt_alpha + n[TILT_ALPHA]) * math.cos(tilt_beta + n[TILT_BETA])
         torque += upright * (true - factor)

@@ -16,20 +16,31 @@ class LoadDependentFriction(Effect):
     name = "load_dependent_friction"
     title = "Load-dependent friction"
     follows = ("load",)
-    formula = "g(w) + mu |tau_load|"
+    formula = "g(w) + mu |tau_load|, and stiction that doubles at some load"
     reveals = "three or more payloads, both directions"
     look_alikes = ("drive_backdrive", "torque_constant_saturation")
     citation = "Bittencourt & Gunnarsson 2012; Duclusaud et al. 2025 (BAM, models M3 and M4)"
     needs = ("load",)
-    parameters = (EffectParameter("mu", "number", "friction per load torque", 0.0, 1.0),)
+    parameters = (
+        EffectParameter("mu", "number", "friction per load torque", 0.0, 1.0),
+        # BAM's M4: what a load adds fades with the speed; found from the motion (`idtool.verbs.fit_motion`)
+        EffectParameter("doubling_load", "torque", "load that doubles the stiction", 0.0, optional=True),
+    )
     coordinates = (Coordinate("mu", upper=1.0, lower=-0.5, increment=1e-3),)
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         assert motion.load is not None
-        return Contribution(level_torque=values["mu"] * np.abs(motion.load))
+        size = np.abs(motion.load)
+        if "doubling_load" not in values:
+            return Contribution(level_torque=values["mu"] * size)
+        return Contribution(level_torque=values["mu"] * size, static_change=size / values["doubling_load"])
 
     def in_c(self, values: Values) -> CForm:
-        return CForm("sum->level_torque += mu * fabsf(row->load);", values)
+        code = "sum->level_torque += mu * fabsf(row->load);"
+        if "doubling_load" not in values:
+            return CForm(code, values)
+        code += "\nsum->static_change += per_load * fabsf(row->load);"
+        return CForm(code, {"mu": values["mu"], "per_load": 1.0 / values["doubling_load"]})
 
     def untestable(self, motion: Motion) -> str | None:
         assert motion.load is not None

@@ -25,6 +25,8 @@ from idtool.model.units import EffortUnit
 _LEAST_DUTY = 0.05
 #: A duty above this share of full is full.
 _FULL = 0.995
+#: Of the variance that the sag leaves, a share between neighbouring rows above which it is no sag.
+_RIPPLE = 0.2
 DRIVE_OFF = "drive switched off"
 DUTY_FULL = "duty saturated"
 DUTY_SMALL = "duty too small to divide the supply's current by"
@@ -81,6 +83,7 @@ def effort_of(log: Log) -> Effort:
     else:
         assert duty is not None
         assert voltage is not None
+        voltage = supply_of(log, duty, voltage)
         values, column = duty * voltage * (per_volt or 1.0), names["duty"]
         unit = "torque" if per_volt else "voltage"
         back_emf += axis.back_emf_damping
@@ -103,6 +106,30 @@ def effort_of(log: Log) -> Effort:
     scale = float(np.median(values[read] / raw[read])) if read.any() else 1.0
     unfit = {why: rows for why, rows in unfit.items() if rows.any()}
     return Effort(values, unit, column, scale, back_emf, unfit)
+
+
+def supply_of(log: Log, duty: Array, voltage: Array) -> Array:
+    """The supply of every row, V, as it is over a cycle of the bridge.
+
+    A servo reads its supply at some instant of the cycle: low while the bridge draws, high while the cable
+    gives back. Where neighbouring rows differ as much as distant ones, that is most of what the column
+    says, and the sag takes its place: the voltage over time and over the duty's square, to which the
+    supply's current goes in proportion.
+    """
+    time = log.column("time")
+    assert time is not None
+    regressors = np.column_stack([np.ones(len(duty)), time - time.mean(), duty**2])
+    found = np.linalg.lstsq(regressors, voltage, rcond=1e-10)[0]
+    if found[2] > 0.0:  # no load lifts a supply
+        regressors = regressors[:, :2]
+        found = np.linalg.lstsq(regressors, voltage, rcond=1e-10)[0]
+    sag = regressors @ found
+    left = voltage - sag
+    same = np.diff(log.frame["trial"].to_numpy()) == 0
+    if not same.any() or not left.any():
+        return voltage
+    neighbours = 0.5 * float(np.mean(np.diff(left)[same] ** 2))
+    return sag if neighbours > _RIPPLE * float(np.mean(left**2)) else voltage
 
 
 def _phase_current(bus: Array, duty: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -28,9 +28,9 @@ LONGEST_STEP = 5e-4
 
 # Entries of `numbers`.
 INERTIA, COULOMB, STATIC, STRIBECK, EXPONENT, VISCOUS, VISCOUS_OFF, SIGMA0, SIGMA1, SATURATION = range(10)
-POSITION_GAIN, VELOCITY_GAIN, LIMIT = range(10, 13)
-FIRST_POSITION, POSITION_STEP, FIRST_VELOCITY, VELOCITY_STEP = range(13, 17)
-NUMBERS = 17
+POSITION_GAIN, VELOCITY_GAIN, LIMIT, DEAD_BAND, BEND = range(10, 15)
+FIRST_POSITION, POSITION_STEP, FIRST_VELOCITY, VELOCITY_STEP = range(15, 19)
+NUMBERS = 19
 
 # Rows of `over_position`, for motion backwards and, that many further on, forwards.
 TORQUE, LEVEL_CHANGE, LEVEL_TORQUE, STATIC_CHANGE, VISCOUS_CHANGE = range(5)
@@ -70,9 +70,9 @@ def simulate(
     Args:
         plant: the axis.
         time: s, rising, shape (rows,).
-        given: effort (torque or what stands for it), or the goal of the position loop, shape (rows,);
-            straight between the rows.
-        scale: effort over what the loop commands (the supply times its constant, for a duty), (rows,).
+        given: what the drive is commanded (a duty, or the effort itself), or the goal of the position
+            loop, shape (rows,); straight between the rows.
+        scale: effort over what is commanded (the supply times its constant, for a duty), (rows,).
         driven: 1 where the drive is on, 0 where it is off and the motor turns freely, (rows,).
         added: torque that depends on time alone, (rows,).
         start: position, velocity and bristle deflection at the first row.
@@ -135,7 +135,9 @@ def _simulate(
                 if by_goal:
                     effort = n[POSITION_GAIN] * (effort - q) - n[VELOCITY_GAIN] * w
                     effort = min(max(effort, -n[LIMIT]), n[LIMIT])
-                    effort *= scale[k - 1] + share * (scale[k] - scale[k - 1])
+                size = max(abs(effort) - n[DEAD_BAND], 0.0)
+                size /= 1.0 + n[BEND] * size
+                effort = math.copysign(size, effort) * (scale[k - 1] + share * (scale[k] - scale[k - 1]))
             torque = effort * (1.0 - n[SATURATION] * abs(effort)) - added[k - 1]
             place = (q - n[FIRST_POSITION]) / n[POSITION_STEP]
             cell = min(max(int(place), 0), last_q)

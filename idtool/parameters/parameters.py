@@ -21,7 +21,7 @@ from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.io.toml import is_finite, load_toml, short
 from idtool.model.units import Units, file_key, is_linear
 from idtool.parameters.axis import Axis
-from idtool.parameters.drive import Drive, check_drive, dimensions
+from idtool.parameters.drive import LOOP, Drive, check_drive, dimensions
 from idtool.parameters.older_files import effects_of_today
 from idtool.parameters.physics import ROUNDING, positive, some_friction, within_bounds
 
@@ -442,7 +442,10 @@ def _read_drive(table: Any, kind: Units, file: Path) -> Drive | None:
     table = dict(_table(table, "drive", file))
     command, setting = check_drive(table, file)
     numbers = {key: value for key, value in table.items() if key not in ("command", "gain_setting")}
-    read = _parameters(numbers, dimensions(command), "drive", kind, file, frozenset(("back_emf",)))
+    known = dimensions(command)
+    loop = any(file_key(name, known[name], kind) in numbers for name in LOOP)
+    optional = frozenset(known) - (frozenset(LOOP) if loop else frozenset())
+    read = _parameters(numbers, known, "drive", kind, file, optional)
     return Drive(command, **read, gain_setting=setting)
 
 

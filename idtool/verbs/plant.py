@@ -21,6 +21,8 @@ from idtool.parameters import GRAVITY_MODELS, Parameters
 #: Positions and velocities of the tables; lines between them are straight.
 _POSITIONS = 8192
 _VELOCITIES = 4096
+#: Of a fit that fills them anew at every step, where no effect has waves over the position.
+_FEWER = 8
 #: A slow speed, as a share of the table's: direction without size.
 _SLOW = 1e-9
 
@@ -36,6 +38,7 @@ class PlantFile:
         delay: by how much position and velocity are reported late, s.
         saturation: relative loss of torque per torque.
         notes: what is left out, one sentence each.
+        coarse: whether tables an eighth as fine will do.
     """
 
     parameters: Parameters
@@ -44,6 +47,7 @@ class PlantFile:
     delay: float
     saturation: float
     notes: tuple[str, ...]
+    coarse: bool = False
 
     @classmethod
     def of(cls, parameters: Parameters, torque_constant: float | None) -> PlantFile:
@@ -90,19 +94,19 @@ class PlantFile:
             tuple(notes),
         )
 
-    def plant(self, motion: Motion, rows: slice, back_emf: float, gain: float) -> Plant:
-        """The plant of one trial.
+    def plant(self, motion: Motion, rows: slice, back_emf: float) -> Plant:
+        """The plant of one trial; the position gain of its loop is left at 0.
 
         Args:
             motion: what was measured; positions and speeds far beyond it are not looked up.
             rows: of the trial, whose payload and tilt hold throughout.
             back_emf: damping that is there while the drive is on only, N m s/rad.
-            gain: position gain of the loop, 0 without one.
         """
         file = self.parameters
         position, velocity = motion.position, motion.velocity
         room = max(float(np.ptp(position)), 1e-3)
-        over = np.linspace(position.min() - room, position.max() + room, _POSITIONS)
+        fewer = _FEWER if self.coarse and not self._follow("position") else 1
+        over = np.linspace(position.min() - room, position.max() + room, _POSITIONS // fewer)
         top = 3.0 * float(np.max(np.abs(velocity))) + 1e-6
         tables = np.vstack(
             [
@@ -110,7 +114,7 @@ class PlantFile:
                 self._over_position(motion, rows, over, _SLOW * top),
             ]
         )
-        speeds = np.linspace(-top, top, _VELOCITIES)
+        speeds = np.linspace(-top, top, _VELOCITIES // fewer)
         n = np.zeros(forward.NUMBERS)
         n[forward.INERTIA] = self.inertia
         static = file.static
@@ -126,19 +130,34 @@ class PlantFile:
             n[forward.SIGMA1] = file.dynamic["bristle_damping"].value
         n[forward.SATURATION] = self.saturation
         if file.drive is not None:
-            n[forward.POSITION_GAIN] = gain
-            n[forward.VELOCITY_GAIN] = file.drive.velocity_gain.value
-            n[forward.LIMIT] = file.drive.limit.value
+            for entry, number in (
+                (forward.VELOCITY_GAIN, file.drive.velocity_gain),
+                (forward.LIMIT, file.drive.limit),
+                (forward.DEAD_BAND, file.drive.dead_band),
+                (forward.BEND, file.drive.bend),
+            ):
+                n[entry] = number.value if number is not None else 0.0
         n[forward.FIRST_POSITION], n[forward.POSITION_STEP] = over[0], over[1] - over[0]
         n[forward.FIRST_VELOCITY], n[forward.VELOCITY_STEP] = speeds[0], speeds[1] - speeds[0]
         return Plant(n, np.ascontiguousarray(tables), self._over_velocity(motion, rows, over, speeds))
 
+    def _follow(self, *quantities: str) -> bool:
+        """Whether an effect is a function of one of these."""
+        return any(what in effect.follows for effect, _ in self.effects for what in quantities)
+
+    def surroundings(self, motion: Motion, rows: slice) -> tuple[float, ...]:
+        """What holds throughout a trial: payload, tilt and temperature; trials that agree share a plant."""
+        columns = [motion.payload, motion.gravity_factor, motion.tilt_alpha, motion.tilt_beta]
+        if self._follow("temperature"):
+            columns.append(motion.temperature)
+        return tuple(0.0 if values is None else float(np.median(values[rows])) for values in columns)
+
     def added(self, motion: Motion, rows: slice) -> Array:
         """Torque of effects that follow the clock, at each row of a trial, shape (rows,)."""
+        if not self._follow("time"):
+            return np.zeros(rows.stop - rows.start)
         trial = _surroundings(motion, rows, motion.position[rows], 0.0 * motion.velocity[rows])
         trial = replace(trial, position=np.full(len(trial), trial.position[0]))
-        if not self.effects:
-            return np.zeros(len(trial))
         moving = _column(self._sum(self._loaded(replace(trial, time=motion.time[rows]))).torque, len(trial))
         return np.asarray(moving - moving[0])
 
@@ -159,6 +178,8 @@ class PlantFile:
 
     def _over_velocity(self, motion: Motion, rows: slice, over: Array, speeds: Array) -> Array:
         """Torque over velocity less what the direction alone makes; short where there is none."""
+        if not self._follow("velocity", "direction"):
+            return np.zeros(2)
         middle = np.full(len(speeds), over[len(over) // 2])
         both = [speeds, np.where(speeds > 0.0, _SLOW, -_SLOW) * speeds[-1]]
         fast, slow = (

@@ -23,12 +23,14 @@ from numpy.typing import NDArray
 from idtool.errors import InputError
 from idtool.fit.drive import fit_drive, gain_setting
 from idtool.log import Log, columns_of
-from idtool.log.effort import Effort, effort_of
+from idtool.log.effort import Effort, effort_of, supply_of
 from idtool.model import forward
 from idtool.model.motion import Array
 from idtool.model.units import is_linear
 from idtool.parameters import Parameters
+from idtool.parameters.drive import with_loop
 from idtool.signals import Recording, record
+from idtool.signals.lateness import without_late_velocity
 from idtool.verbs.plant import PlantFile, windows
 from idtool.verbs.predict import of_axis
 
@@ -106,13 +108,12 @@ def simulate(log: Log | Sequence[Log], parameters: Parameters, source: Source = 
     Raises:
         InputError: logs of another axis, no inertia, or no goal in a log.
     """
-    logs = of_axis([log] if isinstance(log, Log) else log, parameters)
+    logs, notes = without_late_velocity(of_axis([log] if isinstance(log, Log) else log, parameters))
     recording = record(logs, every_row=True)
-    notes: list[str] = []
     if source == "goal":
         _require_goal(logs)
-        if parameters.drive is None:
-            parameters = replace(parameters, drive=fit_drive(logs))
+        if parameters.drive is None or parameters.drive.position_gain is None:
+            parameters = replace(parameters, drive=with_loop(parameters.drive, fit_drive(logs)))
             notes.append(
                 "the parameter file has no [drive]: the position loop was identified from these logs."
             )
@@ -181,14 +182,16 @@ class Stage:
         efforts = [effort_of(log) for log in logs]
         motion, drive = recording.motion, file.parameters.drive
         driven = np.concatenate([_driven(log) for log in logs])
+        scale = np.concatenate([_scale(log, effort) for log, effort in zip(logs, efforts, strict=True)])
         if source == "goal":
             assert drive is not None
+            assert drive.delay is not None
             goal = np.concatenate([log.column("position_command") for log in logs])
             given = _later(motion.time, goal, motion.first, drive.delay.value)
         else:
             back_emf = np.concatenate([effort.back_emf for effort in efforts])
-            given = recording.torque + back_emf * motion.velocity  # the simulated speed takes it off again
-        scale = np.concatenate([_scale(log, effort) for log, effort in zip(logs, efforts, strict=True)])
+            # the simulated speed takes the back-EMF off again
+            given = (recording.torque + back_emf * motion.velocity) / scale
         settings = tuple(gain_setting(log) for log in logs)
         return cls(recording, file, given, scale, driven, settings, source == "goal")
 
@@ -198,6 +201,7 @@ class Stage:
         path = np.empty(len(motion))
         top = float(np.max(np.abs(motion.velocity)))
         ends = np.append(motion.starts[1:], len(motion))
+        known: dict[tuple[float, ...], forward.Plant] = {}
         plant, current = None, -1
         for part in windows(motion.time, motion.starts.tolist(), seconds):
             trial = int(motion.trial[part.start])
@@ -206,7 +210,12 @@ class Stage:
                 gain = drive.gain_at(self.settings[self.recording.source[trial]]) if drive else 0.0
                 emf = drive.back_emf.value if drive is not None and drive.back_emf is not None else None
                 emf = self.file.parameters.axis.back_emf_damping if emf is None else emf
-                plant = self.file.plant(motion, whole, emf, gain)
+                around = self.file.surroundings(motion, whole)
+                if around not in known:
+                    known[around] = self.file.plant(motion, whole, emf)
+                numbers = known[around].numbers.copy()
+                numbers[forward.POSITION_GAIN] = gain
+                plant = replace(known[around], numbers=numbers)
                 added, current = self.file.added(motion, whole), trial
             velocity = float(motion.velocity[part.start])
             velocity = 0.0 if abs(velocity) < _AT_REST * top else velocity
@@ -265,10 +274,10 @@ def _driven(log: Log) -> Array:
 
 def _scale(log: Log, effort: Effort) -> Array:
     """Effort over what the loop commands."""
-    voltage = log.column("supply_voltage")
-    if effort.column != "duty" or voltage is None:
+    voltage, duty = log.column("supply_voltage"), log.column("duty")
+    if effort.column != columns_of(log.axis.kind)["duty"] or voltage is None or duty is None:
         return np.ones(len(log.frame))
-    return np.asarray(voltage * (log.axis.voltage_constant or 1.0), dtype=float)
+    return np.asarray(supply_of(log, duty, voltage) * (log.axis.voltage_constant or 1.0), dtype=float)
 
 
 def _later(time: Array, values: Array, first: NDArray[np.bool_], delay: float) -> Array:

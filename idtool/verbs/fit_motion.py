@@ -1,0 +1,323 @@
+"""Fit a parameter file to the motion itself: the position that the logged effort makes, not the torque.
+
+A servo that reports duty and no current tells its torque badly: what bends the line from duty to torque, the
+friction that its gears take of a load, and rows at rest under a changing duty all look alike there, row by
+row. The motion tells them apart. The logs are simulated over windows of one second, each from the
+measured state (Bock's multiple shooting with the states that were measured, and what MuJoCo's own
+identification does), and bounded least squares with a soft loss bring the simulated position to the measured
+one. Windows, since over a whole trial one slip at a wrong moment outweighs all the rest.
+
+Source: Bock, "Recent advances in parameter identification techniques for ODE", 1983; for friction under load
+Duclusaud et al. 2025 (BAM, model M4).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, stats
+
+from idtool.errors import InputError
+from idtool.fit.choose import choose_gravity
+from idtool.fit.drive import fit_drive
+from idtool.log import Log
+from idtool.log.effort import DRIVE_OFF, effort_of
+from idtool.model import gravity
+from idtool.model.motion import Array
+from idtool.parameters import EffectEntry, Parameter, Parameters
+from idtool.parameters.drive import Drive, with_loop
+from idtool.signals import Recording, record
+from idtool.signals.lateness import without_late_velocity
+from idtool.verbs.motion_coordinates import (
+    Coordinate,
+    Scales,
+    coordinates_of,
+    parameters_at,
+    parameters_with_errors,
+    start,
+    with_values,
+)
+from idtool.verbs.plant import PlantFile, windows
+from idtool.verbs.simulate import WINDOW_S, Stage, measured_position
+
+#: Half a step of the derivative: in logarithms and in typical sizes. Stick and slip make the motion jump in
+#: a parameter, so a step as small as rounding allows would see nothing but jumps.
+_STEP = 0.01
+#: Evaluations of a first try and of the last one.
+_TRIED, _MOST = 12, 60
+#: Error beyond which a row counts less, over the median one.
+_SOFT = 3.0
+#: An axis that swings over more may be a pendulum, rad.
+_LEAST_SWING = 0.3
+#: What simulates nothing is as wrong as so many times the way that the axis went.
+_LOST = 3.0
+
+
+@dataclass(frozen=True)
+class MotionFit:
+    """A file fitted to the motion.
+
+    Attributes:
+        parameters: the file.
+        before, after: rms error over windows of one second, rad (m); `before` is that of the start.
+        evaluations: how often the logs were simulated.
+        notes: sentences that qualify it.
+    """
+
+    parameters: Parameters
+    before: float
+    after: float
+    evaluations: int
+    notes: tuple[str, ...]
+
+
+def fit_motion(
+    logs: Sequence[Log],
+    known: Parameters | None = None,
+    *,
+    tell: Callable[[str], None] = lambda _: None,
+) -> MotionFit:
+    """Fit.
+
+    Args:
+        logs: of one axis, with its position (or speed).
+        known: a file to start from, whose gravity model, friction law and effects are kept; a regression
+            on the moving rows if None.
+        tell: called with a sentence on what is going on.
+
+    Raises:
+        InputError: logs that cannot be used, or a file without inertia or friction.
+    """
+    logs, notes = without_late_velocity(logs)
+    recording = record(logs, every_row=True)
+    measured = measured_position(logs, recording)
+    first = regress(recording) if known is None else known
+    if known is not None and not known.static:
+        raise InputError(
+            "the parameter file has no [friction.static]",
+            remedy="make it with ffc-id identify, or leave it out: a regression starts the fit then",
+        )
+    first = _without_bristle(_with_drive(first, logs))
+    scales = _scales(recording)
+    starts = [first, *_of_a_gearbox(first, recording, scales)]
+    problem = _Problem(logs, recording, measured)
+    tell("fitting the motion")
+    before = math.sqrt(float(np.mean(problem.residual(first) ** 2)))
+    tries = [problem.fit(one, coordinates_of(one, scales), _TRIED) for one in starts]
+    best = min(tries, key=lambda one: one.cost)
+    best = problem.fit(best.parameters, best.coordinates, _MOST)
+    best = problem.pruned(best)
+    after = math.sqrt(float(np.mean(problem.residual(best.parameters) ** 2)))
+    return MotionFit(
+        problem.with_intervals(best),
+        before,
+        after,
+        problem.evaluations,
+        (*notes, *PlantFile.of(best.parameters, recording.motion.torque_constant).notes),
+    )
+
+
+def regress(recording: Recording) -> Parameters:
+    """Gravity, inertia, Coulomb and viscous friction by linear regression on the moving rows."""
+    motion = recording.motion
+    model, names = choose_gravity(recording, "auto")
+    if model is None and recording.axis.kind == "rotary" and np.ptp(motion.position) >= _LEAST_SWING:
+        model, names = choose_gravity(recording, "arm")  # too little for a test of the torque, not of the motion
+    columns = [np.sign(motion.velocity), motion.velocity, motion.acceleration]
+    pull = gravity.columns(model, motion) if model else np.zeros((len(motion), 0))
+    regressors = recording.filtered(np.column_stack([*columns, pull]))
+    target = recording.filtered(recording.torque)
+    found = np.linalg.lstsq(regressors, target, rcond=1e-10)[0]
+    scales = _scales(recording)
+    coulomb = max(float(found[0]), 0.01 * scales.torque)
+    every = dict(zip(("base", "per_payload") if model == "slide" else ("sin", "cos"), found[3:], strict=False))
+    return Parameters(
+        axis=recording.axis,
+        gravity_model=model,
+        gravity={name: Parameter(float(every[name]) if name in names else 0.0) for name in every},
+        static={
+            "coulomb": Parameter(coulomb),
+            "static": Parameter(coulomb),
+            "stribeck_velocity": Parameter(0.1 * scales.velocity),
+            "viscous": Parameter(max(float(found[1]), 0.01 * scales.of("damping"))),
+        },
+        effects=(
+            EffectEntry(
+                "inertia", {"inertia": Parameter(max(float(found[2]), 0.01 * scales.of("inertia")))}
+            ),
+        ),
+    )
+
+
+def _scales(recording: Recording) -> Scales:
+    motion = recording.motion
+    return Scales(
+        float(np.sqrt(np.mean(recording.torque**2))),
+        max(float(np.quantile(np.abs(motion.velocity), 0.98)), 1e-9),
+        max(float(np.ptp(motion.position)), 1e-9),
+    )
+
+
+def _with_drive(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
+    """The file with the position loop where the logs have a goal."""
+    if any(log.column("position_command") is None for log in logs):
+        return parameters
+    try:
+        return replace(parameters, drive=with_loop(parameters.drive, fit_drive(logs)))
+    except InputError:  # the goal is not what drives the motor
+        return parameters
+
+
+def _without_bristle(parameters: Parameters) -> Parameters:
+    """Over a window of a second presliding shows in nothing but its damping, which is none of the bristle's."""
+    known = parameters.dynamic
+    sure = known and all(one.identified and not one.at_bound for one in known.values())
+    return parameters if sure else replace(parameters, dynamic={})
+
+
+def _of_a_gearbox(first: Parameters, recording: Recording, scales: Scales) -> list[Parameters]:
+    """Starts with what a servo has between duty and motion: friction that its gears take of the load, a
+    line from duty to torque that bends, back-EMF that is gone where the drive is off."""
+    if not recording.by_voltage:
+        return []
+    drive = first.drive or Drive("duty")
+    drive = replace(
+        drive,
+        bend=drive.bend or Parameter(0.05),
+        dead_band=drive.dead_band or Parameter(0.005),
+        back_emf=drive.back_emf or Parameter(0.5 * first.static["viscous"].value),
+    )
+    plain = replace(first, drive=drive)
+    if first.gravity_model is None:
+        return [plain]
+    load = max(math.hypot(*(one.value for one in first.gravity.values())), 0.1 * scales.torque)
+    found = []
+    for share, bend in ((0.3, 0.3), (0.1, 0.1)):
+        friction = 0.02 * load
+        static = {
+            **first.static,
+            "coulomb": Parameter(friction),
+            "static": Parameter(friction),
+            "stribeck_velocity": Parameter(0.2 * scales.velocity),
+        }
+        entry = {"mu": Parameter(0.1), "doubling_load": Parameter(friction / share)}
+        start_here = replace(plain, static=static, drive=replace(drive, bend=Parameter(bend)))
+        found.append(start_here.with_effect(EffectEntry("load_dependent_friction", entry)))
+    return found
+
+
+@dataclass(frozen=True)
+class _Tried:
+    parameters: Parameters
+    coordinates: list[Coordinate]
+    x: Array
+    cost: float
+    jacobian: Array
+    residual: Array
+
+
+class _Problem:
+    """The logs, simulated again and again."""
+
+    def __init__(self, logs: Sequence[Log], recording: Recording, measured: Array) -> None:
+        self.recording, self.measured = recording, measured
+        self.evaluations = 0
+        blank = PlantFile.of(_blank(recording), recording.motion.torque_constant)
+        self.stage = Stage.of(logs, recording, blank, "effort")
+        motion = recording.motion
+        parts = windows(motion.time, motion.starts.tolist(), WINDOW_S)
+        self.window: NDArray[np.intp] = np.zeros(len(motion), dtype=np.intp)
+        for number, part in enumerate(parts):
+            self.window[part] = number
+        self.way = float(np.ptp(measured))
+        self.soft = 0.0
+
+    def residual(self, parameters: Parameters) -> Array:
+        """Simulated less measured position, rad (m), shape (rows,)."""
+        self.evaluations += 1
+        file = PlantFile.of(parameters, self.recording.motion.torque_constant)
+        off = replace(self.stage, file=replace(file, coarse=True)).run(WINDOW_S) - self.measured
+        return np.clip(np.nan_to_num(off, nan=_LOST * self.way), -_LOST * self.way, _LOST * self.way)
+
+    def fit(self, parameters: Parameters, coordinates: list[Coordinate], most: int) -> _Tried:
+        """Bounded least squares from a file, with at most so many evaluations of the Jacobian."""
+        if self.soft == 0.0:
+            self.soft = max(_SOFT * float(np.median(np.abs(self.residual(parameters)))), 1e-4 * self.way)
+        low = np.array([one.lower for one in coordinates])
+        high = np.array([one.upper for one in coordinates])
+
+        def at(x: Array) -> Array:
+            return self.residual(with_values(parameters, coordinates, parameters_at(coordinates, x)))
+
+        def jacobian(x: Array) -> Array:
+            columns = np.empty((len(self.measured), len(x)))
+            for k in range(len(x)):
+                above, below = x.copy(), x.copy()
+                above[k], below[k] = min(x[k] + _STEP, high[k]), max(x[k] - _STEP, low[k])
+                columns[:, k] = (at(above) - at(below)) / (above[k] - below[k])
+            return columns
+
+        result = optimize.least_squares(
+            at,
+            start(parameters, coordinates),
+            jac=jacobian,
+            bounds=(low, high),
+            loss="soft_l1",
+            f_scale=self.soft,
+            x_scale=np.array([0.3 if one.logarithmic else 0.1 for one in coordinates]),
+            max_nfev=most,
+            ftol=1e-5,
+            xtol=1e-5,
+        )
+        return _Tried(
+            with_values(parameters, coordinates, parameters_at(coordinates, result.x)),
+            coordinates,
+            result.x,
+            float(result.cost),
+            result.jac,
+            result.fun,
+        )
+
+    def pruned(self, tried: _Tried) -> _Tried:
+        """Without what the drive does not have: a bend, a dead band or a back-EMF of nothing."""
+        drive = tried.parameters.drive
+        if drive is None:
+            return tried
+        ends = {one.name: x - one.lower for one, x in zip(tried.coordinates, tried.x, strict=True)}
+        none = [name for name in ("bend", "dead_band", "back_emf") if ends.get(name, 1.0) < 2e-3]
+        if not none:
+            return tried
+        drive = replace(drive, **dict.fromkeys(none))  # type: ignore[arg-type]
+        kept = [one for one in tried.coordinates if one.name not in none]
+        return self.fit(replace(tried.parameters, drive=drive), kept, _TRIED)
+
+    def with_intervals(self, tried: _Tried) -> Parameters:
+        """The file with errors that hold for residuals correlated within a window."""
+        weight = 1.0 / np.sqrt(1.0 + (tried.residual / self.soft) ** 2)  # of the soft loss
+        jacobian, count = tried.jacobian, int(self.window[-1]) + 1
+        bread = np.linalg.pinv(jacobian.T @ jacobian)
+        scores = np.zeros((count, len(tried.x)))
+        scaled = tried.residual * np.sqrt(weight)
+        np.add.at(scores, self.window, jacobian * scaled[:, None])
+        free = max(count - len(tried.x), 1)
+        covariance = bread @ (scores.T @ scores) @ bread * count / free
+        quantile = float(stats.t.ppf(0.975, free))
+        values = parameters_with_errors(tried.coordinates, tried.x, covariance, quantile)
+        return with_values(tried.parameters, tried.coordinates, values)
+
+
+def _blank(recording: Recording) -> Parameters:
+    one = Parameter(1.0)
+    static = dict.fromkeys(("coulomb", "static", "stribeck_velocity", "viscous"), one)
+    return Parameters(
+        axis=recording.axis, static=static, effects=(EffectEntry("inertia", {"inertia": one}),)
+    )
+
+
+def drive_goes_off(logs: Sequence[Log]) -> bool:
+    """Whether the drive is switched off anywhere in the logs."""
+    return any(DRIVE_OFF in effort_of(log).unfit for log in logs)
