@@ -23,14 +23,15 @@ import numpy as np
 
 from idtool.model.motion import Array
 
-#: The longest step, s.
-LONGEST_STEP = 5e-4
+#: The longest step, s, and that of a fit, which asks for less.
+LONGEST_STEP, COARSE_STEP = 5e-4, 1e-3
 
 # Entries of `numbers`.
 INERTIA, COULOMB, STATIC, STRIBECK, EXPONENT, VISCOUS, VISCOUS_OFF, SIGMA0, SIGMA1, SATURATION = range(10)
 POSITION_GAIN, VELOCITY_GAIN, LIMIT, DEAD_BAND, BEND = range(10, 15)
 FIRST_POSITION, POSITION_STEP, FIRST_VELOCITY, VELOCITY_STEP = range(15, 19)
-NUMBERS = 19
+TIME_STEP = 19
+NUMBERS = 20
 
 # Rows of `over_position`, for motion backwards and, that many further on, forwards.
 TORQUE, LEVEL_CHANGE, LEVEL_TORQUE, STATIC_CHANGE, VISCOUS_CHANGE = range(5)
@@ -119,11 +120,12 @@ def _simulate(
     path[0, 0], path[0, 1] = position, velocity
     q, w, z = position, velocity, bristle
     inertia, coulomb, static, sigma0, sigma1 = n[INERTIA], n[COULOMB], n[STATIC], n[SIGMA0], n[SIGMA1]
+    step = n[TIME_STEP] if n[TIME_STEP] > 0.0 else LONGEST_STEP
     floor = _LEVEL_FLOOR * min(coulomb, static) + 1e-12
     last_q, last_w = over_position.shape[1] - 2, over_velocity.shape[0] - 2
     for k in range(1, rows):
         span = time[k] - time[k - 1]
-        count = max(math.ceil(span / LONGEST_STEP - 1e-9), 1)
+        count = max(math.ceil(span / step - 1e-9), 1)
         h = span / count
         on = driven[k - 1] > 0.0
         viscous = n[VISCOUS] if on else n[VISCOUS_OFF]

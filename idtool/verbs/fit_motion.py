@@ -48,7 +48,7 @@ from idtool.verbs.simulate import WINDOW_S, Stage, measured_position
 #: a parameter, so a step as small as rounding allows would see nothing but jumps.
 _STEP = 0.01
 #: Evaluations of a first try and of the last one.
-_TRIED, _MOST = 12, 60
+_TRIED, _MOST = 6, 40
 #: Error beyond which a row counts less, over the median one.
 _SOFT = 3.0
 #: An axis that swings over more may be a pendulum, rad.
@@ -227,7 +227,7 @@ class _Problem:
         self.recording, self.measured = recording, measured
         self.evaluations = 0
         blank = PlantFile.of(_blank(recording), recording.motion.torque_constant)
-        self.stage = Stage.of(logs, recording, blank, "effort")
+        self.logs, self.stages = logs, [Stage.of(logs, recording, blank, "effort")]
         motion = recording.motion
         parts = windows(motion.time, motion.starts.tolist(), WINDOW_S)
         self.window: NDArray[np.intp] = np.zeros(len(motion), dtype=np.intp)
@@ -240,8 +240,18 @@ class _Problem:
         """Simulated less measured position, rad (m), shape (rows,)."""
         self.evaluations += 1
         file = PlantFile.of(parameters, self.recording.motion.torque_constant)
-        off = replace(self.stage, file=replace(file, coarse=True)).run(WINDOW_S) - self.measured
+        file = replace(file, coarse=True)
+        off = np.concatenate(
+            [replace(one, file=file).run(WINDOW_S) - self.measured for one in self._stages(file)]
+        )
         return np.clip(np.nan_to_num(off, nan=_LOST * self.way), -_LOST * self.way, _LOST * self.way)
+
+    def _stages(self, file: PlantFile) -> list[Stage]:
+        """What is simulated: from the effort and, where the loop is known, from the goal too."""
+        drive = file.parameters.drive
+        if len(self.stages) == 1 and drive is not None and drive.position_gain is not None:
+            self.stages.append(Stage.of(self.logs, self.recording, file, "goal"))
+        return self.stages
 
     def fit(self, parameters: Parameters, coordinates: list[Coordinate], most: int) -> _Tried:
         """Bounded least squares from a file, with at most so many evaluations of the Jacobian."""
@@ -254,7 +264,7 @@ class _Problem:
             return self.residual(with_values(parameters, coordinates, parameters_at(coordinates, x)))
 
         def jacobian(x: Array) -> Array:
-            columns = np.empty((len(self.measured), len(x)))
+            columns = np.empty((len(self.measured) * len(self.stages), len(x)))
             for k in range(len(x)):
                 above, below = x.copy(), x.copy()
                 above[k], below[k] = min(x[k] + _STEP, high[k]), max(x[k] - _STEP, low[k])
@@ -302,7 +312,7 @@ class _Problem:
         bread = np.linalg.pinv(jacobian.T @ jacobian)
         scores = np.zeros((count, len(tried.x)))
         scaled = tried.residual * np.sqrt(weight)
-        np.add.at(scores, self.window, jacobian * scaled[:, None])
+        np.add.at(scores, np.tile(self.window, len(scaled) // len(self.window)), jacobian * scaled[:, None])
         free = max(count - len(tried.x), 1)
         covariance = bread @ (scores.T @ scores) @ bread * count / free
         quantile = float(stats.t.ppf(0.975, free))

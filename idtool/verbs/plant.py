@@ -38,7 +38,7 @@ class PlantFile:
         delay: by how much position and velocity are reported late, s.
         saturation: relative loss of torque per torque.
         notes: what is left out, one sentence each.
-        coarse: whether tables an eighth as fine will do.
+        coarse: whether longer steps and tables an eighth as fine will do.
     """
 
     parameters: Parameters
@@ -137,6 +137,7 @@ class PlantFile:
                 (forward.BEND, file.drive.bend),
             ):
                 n[entry] = number.value if number is not None else 0.0
+        n[forward.TIME_STEP] = forward.COARSE_STEP if self.coarse else forward.LONGEST_STEP
         n[forward.FIRST_POSITION], n[forward.POSITION_STEP] = over[0], over[1] - over[0]
         n[forward.FIRST_VELOCITY], n[forward.VELOCITY_STEP] = speeds[0], speeds[1] - speeds[0]
         return Plant(n, np.ascontiguousarray(tables), self._over_velocity(motion, rows, over, speeds))
