@@ -26,6 +26,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "fit-gravity": ("fit", "fit_gravity", "Recover the gravity coefficients."),
     "fit-static": ("fit", "fit_static", "Recover the static (Stribeck) friction parameters."),
     "fit-dynamic": ("fit", "fit_dynamic", "Recover sigma0 and sigma1 of the LuGre model."),
+    "fit-motion": ("fit_motion", "fit_motion", "Fit the position that the effort makes, not the torque."),
     "diagnose": ("diagnose", "diagnose", "Find the effect that the model lacks; error before and after."),
     "identify": ("diagnose", "identify", "All fits and the diagnosis in one go."),
     "fleet": ("fleet", "fleet", "Identify many sessions in parallel; compare the units."),

@@ -60,6 +60,18 @@ tolerance_option = click.option(
 @without_option
 @tolerance_option
 @validate_option
+@click.option(
+    "--known-load",
+    is_flag=True,
+    help="Find the torque constant too, from the load: payload_kg, or [axis] mass_kg, on [axis] lever_m.",
+)
+@click.option(
+    "--weigh",
+    type=Choice(("torque", "position")),
+    default="torque",
+    show_default=True,
+    help="What the parameter file is fitted to at the end; position as in ffc-id fit-motion.",
+)
 @axis_options
 @seed_option
 @force_option
@@ -73,6 +85,8 @@ def identify(
     without: tuple[str, ...],
     tolerance: float | None,
     validate: tuple[Path, ...],
+    known_load: bool,
+    weigh: str,
     given: Given,
     seed: int,
     force: bool,
@@ -102,6 +116,8 @@ def identify(
                 without=without,
                 tolerance=tolerance,
                 validate=unseen,
+                known_load=known_load,
+                weigh=weigh,
                 tell=progress.say,
             )
         finish(result, folder, seed, output)

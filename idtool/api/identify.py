@@ -22,6 +22,8 @@ def identify(
     without: Sequence[str] = (),
     tolerance: float | None = None,
     validate: Logs = (),
+    known_load: bool = False,
+    weigh: str = "torque",
     torque_constant: float | None = None,
     progress: Callable[[str], None] | bool | None = None,
 ) -> Result:
@@ -43,6 +45,8 @@ def identify(
         tolerance: error that is good enough, per cent of the torque (rms): once it is reached no further
             effects are looked for, and nothing that is left below it counts as unexplained.
         validate: logs of the same axis, to be predicted with the result; no fit sees them.
+        known_load: find the torque constant (or torque per volt) from the load that the logs tell.
+        weigh: "torque", or "position": the file is fitted to the simulated position at the end.
         torque_constant: N m/A (N/A), for logs that do not say it.
         progress: called with a sentence on what is going on; True shows them on one line, None does so in
             a notebook only, False never.
@@ -70,6 +74,8 @@ def identify(
                 without=without,
                 tolerance=tolerance,
                 validate=unseen,
+                known_load=known_load,
+                weigh=weigh,
                 tell=tell,
             )
         )

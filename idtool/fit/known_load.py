@@ -25,6 +25,7 @@ from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits, step_down
 from idtool.fit.joint import JointFit
 from idtool.fit.model import Spec
+from idtool.io.toml import is_finite
 from idtool.log import Log
 from idtool.log.effort import effort_of
 from idtool.model.contribution import Contribution
@@ -158,6 +159,34 @@ def calibrate(logs: Sequence[Log], *, lever: float, mass: float | None = None) -
         fit,
         tuple(notes),
     )
+
+
+def calibrate_by_axis(logs: Sequence[Log]) -> Calibration:
+    """`calibrate` with the load that the logs tell: payload_kg, or `mass_kg`, on the `lever_m` of `[axis]`.
+
+    Raises:
+        InputError: a rotary axis without `lever_m`, a lever without a mass, or what `calibrate` refuses.
+    """
+    told = logs[0].axis.extra
+    lever, mass = told.get("lever_m"), told.get("mass_kg")
+    for name, value in (("lever_m", lever), ("mass_kg", mass)):
+        if value is not None and not (is_finite(value) and value > 0):
+            raise InputError(
+                f"expected a number above zero, found {value!r}",
+                file=logs[0].source,
+                place=f"axis.{name}",
+                remedy="correct it",
+            )
+    if lever is None and logs[0].axis.kind == "rotary":
+        raise InputError(
+            "does not say how far from the axis the load is",
+            file=logs[0].source,
+            place="axis.lever_m",
+            remedy="write lever_m = 0.1 (metres) into [axis], or give an --axis file with it",
+        )
+    payloads = [payload for log in logs if (payload := log.column("payload")) is not None]
+    varies = payloads and np.ptp(np.concatenate(payloads)) > 0.0
+    return calibrate(logs, lever=1.0 if lever is None else float(lever), mass=None if varies else mass)
 
 
 def _without_constant(log: Log) -> Log:

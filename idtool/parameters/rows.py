@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from idtool.effects import registry
 from idtool.model.units import unit_text
+from idtool.parameters.drive import dimensions as drive_dimensions
 from idtool.parameters.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ class Row:
 
 
 def rows_of(parameters: Parameters, parts: Sequence[str] = PARTS) -> list[Row]:
-    """One row a parameter of the named parts, in the order of the file."""
+    """One row a parameter of the named parts, in the order of the file; "drive" is one more part."""
     kind = parameters.axis.units
     tables = {
         "gravity": (parameters.gravity, GRAVITY_MODELS.get(parameters.gravity_model or "", {})),
@@ -52,4 +53,12 @@ def rows_of(parameters: Parameters, parts: Sequence[str] = PARTS) -> list[Row]:
             rows += [
                 Row(entry.name, name, unit_text(of[name], kind), p) for name, p in entry.parameters.items()
             ]
+    drive = parameters.drive
+    if "drive" in parts and drive is not None:
+        known = {name: getattr(drive, name) for name in drive_dimensions(drive.command)}
+        rows += [
+            Row("drive", name, unit_text(drive_dimensions(drive.command)[name], kind), one)
+            for name, one in known.items()
+            if one is not None
+        ]
     return rows

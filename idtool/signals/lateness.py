@@ -37,24 +37,35 @@ def velocity_lateness(time: Array, position: Array, velocity: Array) -> float:
 
 
 def without_late_velocity(logs: Sequence[Log]) -> tuple[list[Log], list[str]]:
-    """The logs without a speed column that is later than the position beside it, and a note on each."""
-    kept, notes = [], []
+    """The logs without a speed column that is later than the position beside it, and a note on them."""
+    kept, late = [], []
     for log in logs:
-        time, position, velocity = (log.column(role) for role in ("time", "position", "velocity"))
-        if time is None or position is None or velocity is None:
-            kept.append(log)
-            continue
-        late, trial = [], log.frame["trial"].to_numpy()
-        for number in log.frame["trial"].unique():
-            rows = trial == number
-            late.append(velocity_lateness(time[rows], position[rows], velocity[rows]))
-        typical = float(np.median(late))
-        if typical > 0.0:
-            name = columns_of(log.axis.kind)["velocity"]
-            notes.append(
-                f"{log.source or 'the log'}: {name} is {1e3 * typical:.0f} ms later than the position, whose "
-                "slope was taken in its place."
-            )
-            log = replace(log, frame=log.frame.drop(columns=name))
+        one = _lateness_of(log)
+        if one > 0.0:
+            late.append(1e3 * one)
+            log = replace(log, frame=log.frame.drop(columns=columns_of(log.axis.kind)["velocity"]))
         kept.append(log)
-    return kept, notes
+    if not late:
+        return kept, []
+    low, high = f"{min(late):.0f}", f"{max(late):.0f}"
+    name = columns_of(logs[0].axis.kind)["velocity"]
+    many = f"in {len(late)} of {len(logs)} logs {name}" if len(logs) > 1 else name
+    note = (
+        f"{many} is {low if low == high else f'{low} to {high}'} ms later than the position, whose slope was "
+        "taken in its place."
+    )
+    return kept, [note]
+
+
+def _lateness_of(log: Log) -> float:
+    """Of the speed of a log, s: the median over its trials."""
+    time, position, velocity = (log.column(role) for role in ("time", "position", "velocity"))
+    if time is None or position is None or velocity is None:
+        return 0.0
+    trial = log.frame["trial"].to_numpy()
+    each = [
+        velocity_lateness(time[rows], position[rows], velocity[rows])
+        for number in log.frame["trial"].unique()
+        for rows in [trial == number]
+    ]
+    return float(np.median(each))

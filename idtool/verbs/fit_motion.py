@@ -25,10 +25,9 @@ from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity
 from idtool.fit.drive import fit_drive
 from idtool.log import Log
-from idtool.log.effort import DRIVE_OFF, effort_of
 from idtool.model import gravity
 from idtool.model.motion import Array
-from idtool.parameters import EffectEntry, Parameter, Parameters
+from idtool.parameters import GRAVITY_MODELS, EffectEntry, Parameter, Parameters
 from idtool.parameters.drive import Drive, with_loop
 from idtool.signals import Recording, record
 from idtool.signals.lateness import without_late_velocity
@@ -126,19 +125,23 @@ def regress(recording: Recording) -> Parameters:
     motion = recording.motion
     model, names = choose_gravity(recording, "auto")
     if model is None and recording.axis.kind == "rotary" and np.ptp(motion.position) >= _LEAST_SWING:
-        model, names = choose_gravity(recording, "arm")  # too little for a test of the torque, not of the motion
+        model, names = choose_gravity(
+            recording, "arm"
+        )  # too little for a test of the torque, not of the motion
     columns = [np.sign(motion.velocity), motion.velocity, motion.acceleration]
+    known = tuple(GRAVITY_MODELS[model]) if model else ()
     pull = gravity.columns(model, motion) if model else np.zeros((len(motion), 0))
+    pull = pull[:, [known.index(name) for name in names]]
     regressors = recording.filtered(np.column_stack([*columns, pull]))
     target = recording.filtered(recording.torque)
     found = np.linalg.lstsq(regressors, target, rcond=1e-10)[0]
     scales = _scales(recording)
     coulomb = max(float(found[0]), 0.01 * scales.torque)
-    every = dict(zip(("base", "per_payload") if model == "slide" else ("sin", "cos"), found[3:], strict=False))
+    told = dict(zip(names, found[3:].tolist(), strict=True))
     return Parameters(
         axis=recording.axis,
         gravity_model=model,
-        gravity={name: Parameter(float(every[name]) if name in names else 0.0) for name in every},
+        gravity={name: Parameter(told.get(name, 0.0)) for name in known},
         static={
             "coulomb": Parameter(coulomb),
             "static": Parameter(coulomb),
@@ -146,9 +149,7 @@ def regress(recording: Recording) -> Parameters:
             "viscous": Parameter(max(float(found[1]), 0.01 * scales.of("damping"))),
         },
         effects=(
-            EffectEntry(
-                "inertia", {"inertia": Parameter(max(float(found[2]), 0.01 * scales.of("inertia")))}
-            ),
+            EffectEntry("inertia", {"inertia": Parameter(max(float(found[2]), 0.01 * scales.of("inertia")))}),
         ),
     )
 
@@ -173,7 +174,7 @@ def _with_drive(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
 
 
 def _without_bristle(parameters: Parameters) -> Parameters:
-    """Over a window of a second presliding shows in nothing but its damping, which is none of the bristle's."""
+    """Over a window of a second presliding shows in little but its damping; that is kept if it is sure."""
     known = parameters.dynamic
     sure = known and all(one.identified and not one.at_bound for one in known.values())
     return parameters if sure else replace(parameters, dynamic={})
@@ -244,7 +245,8 @@ class _Problem:
         off = np.concatenate(
             [replace(one, file=file).run(WINDOW_S) - self.measured for one in self._stages(file)]
         )
-        return np.clip(np.nan_to_num(off, nan=_LOST * self.way), -_LOST * self.way, _LOST * self.way)
+        most = _LOST * self.way
+        return np.asarray(np.clip(np.nan_to_num(off, nan=most), -most, most))
 
     def _stages(self, file: PlantFile) -> list[Stage]:
         """What is simulated: from the effort and, where the loop is known, from the goal too."""
@@ -288,7 +290,7 @@ class _Problem:
             coordinates,
             result.x,
             float(result.cost),
-            result.jac,
+            np.asarray(result.jac),
             result.fun,
         )
 
@@ -307,12 +309,12 @@ class _Problem:
 
     def with_intervals(self, tried: _Tried) -> Parameters:
         """The file with errors that hold for residuals correlated within a window."""
-        weight = 1.0 / np.sqrt(1.0 + (tried.residual / self.soft) ** 2)  # of the soft loss
         jacobian, count = tried.jacobian, int(self.window[-1]) + 1
         bread = np.linalg.pinv(jacobian.T @ jacobian)
+        # scipy scales the Jacobian by (1 + z)^-3/4 for this loss, whose gradient is J (1 + z)^-1/2 r
+        pulled = tried.residual * (1.0 + (tried.residual / self.soft) ** 2) ** 0.25
         scores = np.zeros((count, len(tried.x)))
-        scaled = tried.residual * np.sqrt(weight)
-        np.add.at(scores, np.tile(self.window, len(scaled) // len(self.window)), jacobian * scaled[:, None])
+        np.add.at(scores, np.tile(self.window, len(self.stages)), jacobian * pulled[:, None])
         free = max(count - len(tried.x), 1)
         covariance = bread @ (scores.T @ scores) @ bread * count / free
         quantile = float(stats.t.ppf(0.975, free))
@@ -323,11 +325,4 @@ class _Problem:
 def _blank(recording: Recording) -> Parameters:
     one = Parameter(1.0)
     static = dict.fromkeys(("coulomb", "static", "stribeck_velocity", "viscous"), one)
-    return Parameters(
-        axis=recording.axis, static=static, effects=(EffectEntry("inertia", {"inertia": one}),)
-    )
-
-
-def drive_goes_off(logs: Sequence[Log]) -> bool:
-    """Whether the drive is switched off anywhere in the logs."""
-    return any(DRIVE_OFF in effort_of(log).unfit for log in logs)
+    return Parameters(axis=recording.axis, static=static, effects=(EffectEntry("inertia", {"inertia": one}),))

@@ -23,6 +23,7 @@ from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fits, step_
 from idtool.fit.drive import fit_drive
 from idtool.fit.identifiability import PARTS, Shortcoming, rows_left_out, shortcomings
 from idtool.fit.joint import JointFit, refit
+from idtool.fit.known_load import Calibration, calibrate_by_axis
 from idtool.fit.model import FRICTION_KINDS, FrictionKind, JointModel, Spec
 from idtool.fit.results import (
     dynamic_parameters,
@@ -35,8 +36,10 @@ from idtool.log import Log
 from idtool.model.units import unit_text
 from idtool.parameters import Parameters
 from idtool.parameters.drive import Drive
+from idtool.parameters.scaling import in_torque, with_constant
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
+from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.predict import Prediction, predict
 from idtool.verbs.simulate import Simulation, simulate
 from idtool.version import __version__
@@ -44,6 +47,9 @@ from idtool.version import __version__
 #: `--friction coulomb` asks for the textbook model, to be compared with published ones: these effects
 #: belong to it, and no others are looked for.
 TEXTBOOK_EFFECTS = ("inertia", "torque_offset")
+
+#: What the file may be fitted to.
+WEIGHED = ("torque", "position")
 
 
 @dataclass(frozen=True)
@@ -58,6 +64,8 @@ class Identification:
         stepped_down: what the data lack for the friction law that was asked for.
         validation: the prediction of logs that no fit saw, where some were given.
         drive: the servo's position loop, where every log holds its goal.
+        calibration: the constant that a known load told, where that was asked for.
+        motion: the fit to the position, where that was asked for.
     """
 
     recording: Recording
@@ -67,6 +75,8 @@ class Identification:
     stepped_down: list[Shortcoming] = field(default_factory=list)
     validation: Prediction | None = None
     drive: Drive | None = None
+    calibration: Calibration | None = None
+    motion: MotionFit | None = None
 
     @property
     def fit(self) -> JointFit:
@@ -76,7 +86,12 @@ class Identification:
     @cached_property
     def parameters(self) -> Parameters:
         """The parameter file."""
-        return replace(parameters_of(self.fit, self.options), drive=self.drive)
+        found = replace(parameters_of(self.fit, self.options), drive=self.drive)
+        if self.motion is not None:
+            found = replace(self.motion.parameters, provenance=found.provenance)
+        if self.calibration is not None:
+            found = in_torque(found, self.calibration.constant, self.calibration.unit)
+        return found
 
     def simulate(self, log: Log | Sequence[Log], source: Literal["effort", "goal"] = "effort") -> Simulation:
         """The position of logs as the identified axis makes it; see `idtool.verbs.simulate.simulate`."""
@@ -91,6 +106,17 @@ class Identification:
         document["findings"] = [one.to_document() for one in lacking]
         if document["next_experiment"] is None:
             document["next_experiment"] = self._run_for(lacking)
+        if self.motion is not None:
+            rms = {"before": self.motion.before, "after": self.motion.after}
+            document["motion"] = {
+                "rms_1s_windows": rms,
+                "unit": "m" if self.recording.axis.kind == "linear" else "rad",
+            }
+        if self.calibration is not None:
+            document["calibration"] = {
+                "key": self.calibration.key,
+                **self.calibration.constant.to_table(),
+            }
         if self.validation is not None:
             document["validation"] = {"logs": list(self.validation.logs), "errors": self.validation.errors}
         return document
@@ -116,6 +142,8 @@ def identify(
     without: Sequence[str] = (),
     tolerance: float | None = None,
     validate: Sequence[Log] = (),
+    known_load: bool = False,
+    weigh: str = "torque",
     tell: Callable[[str], None] = lambda _: None,
 ) -> Identification:
     """Identify gravity, friction and the effects that the base model lacks.
@@ -133,6 +161,10 @@ def identify(
         tolerance: error that is good enough, per cent of the torque (rms): once it is reached no further
             effects are looked for, and nothing that is left below it counts as unexplained.
         validate: logs of the same axis, to be predicted with the result; no fit sees them.
+        known_load: find the torque constant (or torque per volt) from the load that the logs tell,
+            payload_kg on a `lever_m`, or `mass_kg` on it ([axis]); every parameter carries its error then.
+        weigh: "torque", or "position": the file is fitted to the simulated position at the end
+            (`idtool.verbs.fit_motion`); the diagnosis stays that of the torque.
         tell: called with a sentence on what is going on.
 
     Raises:
@@ -149,7 +181,13 @@ def identify(
         )
     _refuse_seen(logs, validate)
     law = check_choice("friction", friction, FRICTION_KINDS)
+    check_choice("weigh", weigh, WEIGHED)
     check_choice("gravity", gravity, GRAVITY_CHOICES)
+    calibration = None
+    if known_load:
+        tell("finding the constant from the known load")
+        calibration = calibrate_by_axis(logs)
+        logs, validate = (_with_constant(some, calibration) for some in (logs, validate))
     tell("reading the motion")
     recording = record(logs)
     wrong = [sentence for log in recording.wiring for sentence in log]
@@ -175,11 +213,32 @@ def identify(
     options |= {} if tolerance is None else {"tolerance_percent": tolerance}
     goals = all(log.column("position_command") is not None for log in logs)
     drive = _drive_of(logs) if goals else None
-    result = Identification(recording, evidence, notes, options, reasons, drive=drive)
+    result = Identification(
+        recording, evidence, notes, options, reasons, drive=drive, calibration=calibration
+    )
+    if calibration is not None:
+        notes += calibration.notes
+    if weigh == "position":
+        options["weigh"] = weigh
+        motion = fit_motion(logs, result.parameters, tell=tell)
+        notes.append(
+            "the parameter file was fitted to the position, as asked for; the errors of the torque are those "
+            "of the fit to the torque before it."
+        )
+        result = replace(result, motion=motion)
     if not validate:
         return result
     tell("predicting the logs to validate with")
     return replace(result, validation=predict(validate, result.parameters))
+
+
+def _with_constant(logs: Sequence[Log], calibration: Calibration) -> list[Log]:
+    """The logs with the constant in place of what they tell of it."""
+    bare = [replace(log.axis, torque_constant=None, torque_per_volt=None, resistance=None) for log in logs]
+    return [
+        replace(log, axis=with_constant(axis, calibration.constant, calibration.unit))
+        for log, axis in zip(logs, bare, strict=True)
+    ]
 
 
 def _refuse_seen(logs: Sequence[Log], validate: Sequence[Log]) -> None:

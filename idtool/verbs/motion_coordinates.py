@@ -1,4 +1,4 @@
-"""The numbers of a parameter file as coordinates that the fit of the motion varies (`idtool.verbs.fit_motion`)."""
+"""The numbers of a parameter file as the coordinates that `idtool.verbs.fit_motion` varies."""
 
 from __future__ import annotations
 
@@ -134,8 +134,8 @@ def start(parameters: Parameters, coordinates: Sequence[Coordinate]) -> Array:
 
 
 def _damping(coordinates: Sequence[Coordinate]) -> tuple[int, int] | None:
-    """Places of the viscous coefficient and of the back-EMF in it. The coordinate of the first is what is left
-    of it where the drive is off, so that neither can be less than nothing."""
+    """Places of the viscous coefficient and of the back-EMF in it. The coordinate of the first is what is
+    left of it where the drive is off, so that neither can be less than nothing."""
     names = [(one.part, one.name) for one in coordinates]
     if ("drive", "back_emf") not in names:
         return None

@@ -25,7 +25,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "direction_asymmetry": {"asymmetry": 0.02},
     "nonlinear_viscous": {"quadratic": 0.1},
     "stribeck_shape": {"exponent": 1.2},
-    "load_dependent_friction": {"mu": 0.1},
+    "load_dependent_friction": {"mu": 0.1, "doubling_load": 0.4},
     "drive_backdrive": {"mu_drive": 0.1, "mu_backdrive": 0.03},
     "tilt_misalignment": {"alpha": 0.05, "beta": -0.03},
     "position_stiffness": {"stiffness": 0.05, "neutral": 0.4},

@@ -124,3 +124,15 @@ def test_logs_of_two_quantities_are_no_one_fit() -> None:
     volts = log(duty=_DUTY, supply_voltage_v=SUPPLY)
     with pytest.raises(InputError, match=r"gives a current .* and log a voltage"):
         record([volts, log(current_a=_DUTY)])
+
+
+def test_a_supply_read_within_the_cycle_of_the_bridge_counts_as_its_sag() -> None:
+    time = np.arange(0.0, 5.0, 0.005)
+    duty = 0.6 * np.sin(2.0 * time)
+    sag = 7.4 - 0.5 * duty**2
+    frame = pd.DataFrame({"trial": 0, "time_s": time, "position_rad": np.sin(time), "duty": duty})
+    ripple = np.abs(duty) * np.where(np.random.default_rng(0).random(len(time)) < 0.5, 1.0, -1.0)
+    log = Log(frame.assign(supply_voltage_v=sag + ripple), Axis())
+    assert np.abs(effort_of(log).values - duty * sag).max() < 0.06
+    slow = Log(frame.assign(supply_voltage_v=sag + 0.3 * np.sin(time)), Axis())
+    assert effort_of(slow).values == pytest.approx(duty * (sag + 0.3 * np.sin(time)))

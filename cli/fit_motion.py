@@ -1,0 +1,72 @@
+"""`ffc-id fit-motion`: fit the position that the effort makes, not the torque."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .axis import Given, axis_options
+from .common import Output, output_options
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@click.command("fit-motion")
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
+@click.option(
+    "-p",
+    "--params",
+    required=True,
+    type=click.Path(path_type=Path),
+    help="Parameter file to start from, rewritten; made if missing.",
+)
+@axis_options
+@output_options
+def fit_motion(logs: Sequence[Path], params: Path, given: Given, output: Output) -> None:
+    """Fit a parameter file to the motion: the position that the logged effort makes, over windows of 1 s.
+
+    For servos that report duty in place of current, and wherever a model is judged by its position. Finds
+    beside friction, gravity and inertia what bends the line from duty to torque, the friction that gears take
+    of a load, and, where the logs hold the goal, the servo's own position loop ([drive]). Starts from
+    the parameter file, or from a regression where there is none.
+
+    \b
+    ffc-id fit-motion *.csv -p motion.toml
+    ffc-id simulate other.csv -p motion.toml --from goal -o simulated.csv
+    """
+    from idtool.model.units import is_linear
+    from idtool.parameters import Parameters
+    from idtool.verbs.fit_motion import fit_motion as run
+
+    from .progress import Progress
+    from .tables import print_parameters
+
+    known = Parameters.read(params) if params.exists() else None
+    read = given.read(logs, output, known.axis if known is not None else None)
+    with Progress(output, "fitting the motion") as progress:
+        result = run(read, known, tell=progress.say)
+    result.parameters.write(params, force=True)
+    unit = "mm" if is_linear(result.parameters.axis.units) else "mrad"
+
+    def show(console: Console) -> None:
+        print_parameters(console, result.parameters, ("gravity", "static", "dynamic", "effects", "drive"))
+        click.echo(
+            f"rms over windows of 1 s: {1e3 * result.before:.4g} {unit} before, "
+            f"{1e3 * result.after:.4g} after {result.evaluations} simulations"
+        )
+        for note in result.notes:
+            click.echo(f"note: {note}")
+        click.echo(f"written: {params}")
+
+    document = {
+        "params": str(params),
+        f"rms_1s_windows_{unit}": {"before": 1e3 * result.before, "after": 1e3 * result.after},
+        "evaluations": result.evaluations,
+        "notes": list(result.notes),
+        "parameters": result.parameters.to_document(),
+    }
+    output.result(document, show)

@@ -1,0 +1,77 @@
+"""The fit of the motion finds what bends the line from duty to torque, and predicts what it did not see."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from idtool import InputError, Log, Parameters
+from idtool.verbs.fit_motion import MotionFit, fit_motion
+from idtool.verbs.simulate import simulate
+from testbench.duty_servo import DutyServo
+
+from .support import ffc_id
+
+SERVO = DutyServo()
+
+
+@cache
+def logs() -> tuple[Log, ...]:
+    return SERVO.log(1.0, 0.25), SERVO.log(2.2, 0.35), SERVO.log(1.6, 0.25, seconds=5.0, off_after=1.2)
+
+
+@cache
+def fitted() -> MotionFit:
+    return fit_motion(logs())
+
+
+def test_it_finds_the_axis_behind_the_duty() -> None:
+    found = fitted().parameters
+    assert found.drive is not None
+    assert found.drive.bend is not None
+    assert found.drive.bend.value == pytest.approx(SERVO.bend, rel=0.25)
+    assert found.drive.bend.ci95 is not None
+    assert found.gravity["sin"].value == pytest.approx(SERVO.gravity, rel=0.06)
+    assert found.drive.back_emf is not None
+    assert found.static["viscous"].value == pytest.approx(SERVO.viscous + SERVO.back_emf, rel=0.25)
+    assert found.drive.gain_at(None) == pytest.approx(SERVO.gain, rel=0.02)
+    assert fitted().after < 0.2 * fitted().before
+    assert any("20 ms later" in note for note in fitted().notes)
+
+
+def test_it_simulates_a_motion_that_no_fit_saw() -> None:
+    unseen = SERVO.log(1.9, 0.45)
+    found = fitted().parameters
+    assert simulate(unseen, found, "goal").mean_abs < 0.02
+    without = replace(found, drive=replace(found.drive, bend=None))
+    assert simulate(unseen, without, "goal").mean_abs > 2.0 * simulate(unseen, found, "goal").mean_abs
+
+
+def test_the_file_comes_back_as_it_was_written(tmp_path: Path) -> None:
+    file = tmp_path / "motion.toml"
+    fitted().parameters.write(file)
+    again = Parameters.read(file)
+    assert again.drive == fitted().parameters.drive
+    assert again.to_document() == fitted().parameters.to_document()
+
+
+def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "servo.csv"
+    logs()[0].write(log)
+    params = tmp_path / "motion.toml"
+    fitted().parameters.write(params)
+    code, out, _ = ffc_id(capsys, "fit-motion", log, "-p", params, "--json")
+    assert code == 0
+    document = json.loads(out)
+    assert document["rms_1s_windows_mrad"]["after"] < 15.0
+    assert document["parameters"]["drive"]["command"] == "duty"
+    assert Parameters.read(params).static
+
+
+def test_a_file_without_friction_is_refused() -> None:
+    with pytest.raises(InputError, match=r"no \[friction.static\]"):
+        fit_motion(logs(), Parameters(axis=fitted().parameters.axis))
