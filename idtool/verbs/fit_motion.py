@@ -50,6 +50,8 @@ _STEP = 0.01
 _TRIED, _MOST = 6, 40
 #: Error beyond which a row counts less, over the median one.
 _SOFT = 3.0
+#: What takes less of the cost is not added.
+_WORTH = 0.1
 #: An axis that swings over more may be a pendulum, rad.
 _LEAST_SWING = 0.3
 #: What simulates nothing is as wrong as so many times the way that the axis went.
@@ -62,7 +64,8 @@ class MotionFit:
 
     Attributes:
         parameters: the file.
-        before, after: rms error over windows of one second, rad (m); `before` is that of the start.
+        before, after: rms error over windows of one second from the effort, rad (m); `before` is that of the
+            start.
         evaluations: how often the logs were simulated.
         notes: sentences that qualify it.
     """
@@ -105,12 +108,14 @@ def fit_motion(
     starts = [first, *_of_a_gearbox(first, recording, scales)]
     problem = _Problem(logs, recording, measured)
     tell("fitting the motion")
-    before = math.sqrt(float(np.mean(problem.residual(first) ** 2)))
+    before = problem.rms(first)
     tries = [problem.fit(one, coordinates_of(one, scales), _TRIED) for one in starts]
     best = min(tries, key=lambda one: one.cost)
     best = problem.fit(best.parameters, best.coordinates, _MOST)
     best = problem.pruned(best)
-    after = math.sqrt(float(np.mean(problem.residual(best.parameters) ** 2)))
+    if known is None:
+        best = problem.with_sides(best, scales)
+    after = problem.rms(best.parameters)
     return MotionFit(
         problem.with_intervals(best),
         before,
@@ -235,18 +240,27 @@ class _Problem:
         for number, part in enumerate(parts):
             self.window[part] = number
         self.way = float(np.ptp(measured))
-        self.soft = 0.0
+        self.soft: list[float] = []
+
+    def rms(self, parameters: Parameters) -> float:
+        """Error of the position that the effort makes, rad (m)."""
+        return math.sqrt(float(np.mean(self.errors(parameters)[0] ** 2)))
 
     def residual(self, parameters: Parameters) -> Array:
-        """Simulated less measured position, rad (m), shape (rows,)."""
+        """Errors over the size beyond which they count less, shape (ways to drive it * rows,)."""
+        errors = self.errors(parameters)
+        if not self.soft:
+            self.soft = [max(_SOFT * float(np.median(np.abs(one))), 1e-4 * self.way) for one in errors]
+        return np.concatenate([one / soft for one, soft in zip(errors, self.soft, strict=True)])
+
+    def errors(self, parameters: Parameters) -> list[Array]:
+        """Simulated less measured position, rad (m): from the effort, and from the goal."""
         self.evaluations += 1
         file = PlantFile.of(parameters, self.recording.motion.torque_constant)
         file = replace(file, coarse=True)
-        off = np.concatenate(
-            [replace(one, file=file).run(WINDOW_S) - self.measured for one in self._stages(file)]
-        )
         most = _LOST * self.way
-        return np.asarray(np.clip(np.nan_to_num(off, nan=most), -most, most))
+        every = [replace(one, file=file).run(WINDOW_S) - self.measured for one in self._stages(file)]
+        return [np.asarray(np.clip(np.nan_to_num(off, nan=most), -most, most)) for off in every]
 
     def _stages(self, file: PlantFile) -> list[Stage]:
         """What is simulated: from the effort and, where the loop is known, from the goal too."""
@@ -257,8 +271,6 @@ class _Problem:
 
     def fit(self, parameters: Parameters, coordinates: list[Coordinate], most: int) -> _Tried:
         """Bounded least squares from a file, with at most so many evaluations of the Jacobian."""
-        if self.soft == 0.0:
-            self.soft = max(_SOFT * float(np.median(np.abs(self.residual(parameters)))), 1e-4 * self.way)
         low = np.array([one.lower for one in coordinates])
         high = np.array([one.upper for one in coordinates])
 
@@ -279,7 +291,6 @@ class _Problem:
             jac=jacobian,
             bounds=(low, high),
             loss="soft_l1",
-            f_scale=self.soft,
             x_scale=np.array([0.3 if one.logarithmic else 0.1 for one in coordinates]),
             max_nfev=most,
             ftol=1e-5,
@@ -307,12 +318,20 @@ class _Problem:
         kept = [one for one in tried.coordinates if one.name not in none]
         return self.fit(replace(tried.parameters, drive=drive), kept, _TRIED)
 
+    def with_sides(self, tried: _Tried, scales: Scales) -> _Tried:
+        """With what differs between the directions, where that brings the motion closer."""
+        more = tried.parameters
+        for effect, name in (("torque_offset", "offset"), ("direction_asymmetry", "asymmetry")):
+            more = more.with_effect(EffectEntry(effect, {name: Parameter(0.0)}))
+        other = self.fit(more, coordinates_of(more, scales), _MOST)
+        return other if other.cost < (1.0 - _WORTH) * tried.cost else tried
+
     def with_intervals(self, tried: _Tried) -> Parameters:
         """The file with errors that hold for residuals correlated within a window."""
         jacobian, count = tried.jacobian, int(self.window[-1]) + 1
         bread = np.linalg.pinv(jacobian.T @ jacobian)
         # scipy scales the Jacobian by (1 + z)^-3/4 for this loss, whose gradient is J (1 + z)^-1/2 r
-        pulled = tried.residual * (1.0 + (tried.residual / self.soft) ** 2) ** 0.25
+        pulled = tried.residual * (1.0 + tried.residual**2) ** 0.25
         scores = np.zeros((count, len(tried.x)))
         np.add.at(scores, np.tile(self.window, len(self.stages)), jacobian * pulled[:, None])
         free = max(count - len(tried.x), 1)
