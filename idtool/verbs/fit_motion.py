@@ -50,7 +50,10 @@ _STEP = 0.01
 _TRIED, _MOST = 6, 40
 #: Error beyond which a row counts less, over the median one.
 _SOFT = 3.0
-#: What takes less of the cost is not added.
+#: Of the tries so many are followed to their end.
+_FOLLOWED = 2
+#: Effects that differ between the directions, and the share of the cost that they must take to be kept.
+_SIDES = (("torque_offset", "offset"), ("direction_asymmetry", "asymmetry"))
 _WORTH = 0.1
 #: An axis that swings over more may be a pendulum, rad.
 _LEAST_SWING = 0.3
@@ -110,11 +113,11 @@ def fit_motion(
     tell("fitting the motion")
     before = problem.rms(first)
     tries = [problem.fit(one, coordinates_of(one, scales), _TRIED) for one in starts]
-    best = min(tries, key=lambda one: one.cost)
-    best = problem.fit(best.parameters, best.coordinates, _MOST)
-    best = problem.pruned(best)
+    nearest = sorted(tries, key=lambda one: one.cost)[:_FOLLOWED]
+    ends = [problem.fit(one.parameters, one.coordinates, _MOST) for one in nearest]
+    best = problem.pruned(min(ends, key=lambda one: one.cost))
     if known is None:
-        best = problem.with_sides(best, scales)
+        best = problem.without_sides(best, scales)
     after = problem.rms(best.parameters)
     return MotionFit(
         problem.with_intervals(best),
@@ -155,6 +158,7 @@ def regress(recording: Recording) -> Parameters:
         },
         effects=(
             EffectEntry("inertia", {"inertia": Parameter(max(float(found[2]), 0.01 * scales.of("inertia")))}),
+            *(EffectEntry(effect, {name: Parameter(0.0)}) for effect, name in _SIDES),
         ),
     )
 
@@ -188,18 +192,18 @@ def _without_bristle(parameters: Parameters) -> Parameters:
 def _of_a_gearbox(first: Parameters, recording: Recording, scales: Scales) -> list[Parameters]:
     """Starts with what a servo has between duty and motion: friction that its gears take of the load, a
     line from duty to torque that bends, back-EMF that is gone where the drive is off."""
-    if not recording.by_voltage:
-        return []
-    drive = first.drive or Drive("duty")
-    drive = replace(
-        drive,
-        bend=drive.bend or Parameter(0.05),
-        dead_band=drive.dead_band or Parameter(0.005),
-        back_emf=drive.back_emf or Parameter(0.5 * first.static["viscous"].value),
-    )
-    plain = replace(first, drive=drive)
+    plain = first
+    if recording.by_voltage:
+        drive = first.drive or Drive("duty")
+        drive = replace(
+            drive,
+            bend=drive.bend or Parameter(0.05),
+            dead_band=drive.dead_band or Parameter(0.005),
+            back_emf=drive.back_emf or Parameter(0.5 * first.static["viscous"].value),
+        )
+        plain = replace(first, drive=drive)
     if first.gravity_model is None:
-        return [plain]
+        return [plain] if recording.by_voltage else []
     load = max(math.hypot(*(one.value for one in first.gravity.values())), 0.1 * scales.torque)
     found = []
     for share, bend in ((0.3, 0.3), (0.1, 0.1)):
@@ -211,7 +215,9 @@ def _of_a_gearbox(first: Parameters, recording: Recording, scales: Scales) -> li
             "stribeck_velocity": Parameter(0.2 * scales.velocity),
         }
         entry = {"mu": Parameter(0.1), "doubling_load": Parameter(friction / share)}
-        start_here = replace(plain, static=static, drive=replace(drive, bend=Parameter(bend)))
+        start_here = replace(plain, static=static)
+        if plain.drive is not None and plain.drive.bend is not None:
+            start_here = replace(start_here, drive=replace(plain.drive, bend=Parameter(bend)))
         found.append(start_here.with_effect(EffectEntry("load_dependent_friction", entry)))
     return found
 
@@ -265,7 +271,9 @@ class _Problem:
     def _stages(self, file: PlantFile) -> list[Stage]:
         """What is simulated: from the effort and, where the loop is known, from the goal too."""
         drive = file.parameters.drive
-        if len(self.stages) == 1 and drive is not None and drive.position_gain is not None:
+        # a torque that was measured needs no goal beside it
+        known = drive is not None and drive.position_gain is not None
+        if len(self.stages) == 1 and known and self.recording.by_voltage:
             self.stages.append(Stage.of(self.logs, self.recording, file, "goal"))
         return self.stages
 
@@ -318,13 +326,12 @@ class _Problem:
         kept = [one for one in tried.coordinates if one.name not in none]
         return self.fit(replace(tried.parameters, drive=drive), kept, _TRIED)
 
-    def with_sides(self, tried: _Tried, scales: Scales) -> _Tried:
-        """With what differs between the directions, where that brings the motion closer."""
-        more = tried.parameters
-        for effect, name in (("torque_offset", "offset"), ("direction_asymmetry", "asymmetry")):
-            more = more.with_effect(EffectEntry(effect, {name: Parameter(0.0)}))
-        other = self.fit(more, coordinates_of(more, scales), _MOST)
-        return other if other.cost < (1.0 - _WORTH) * tried.cost else tried
+    def without_sides(self, tried: _Tried, scales: Scales) -> _Tried:
+        """Without what differs between the directions, where that hardly brings the motion closer."""
+        effects = tuple(one for one in tried.parameters.effects if one.name not in dict(_SIDES))
+        less = replace(tried.parameters, effects=effects)
+        other = self.fit(less, coordinates_of(less, scales), _MOST)
+        return other if other.cost < (1.0 + _WORTH) * tried.cost else tried
 
     def with_intervals(self, tried: _Tried) -> Parameters:
         """The file with errors that hold for residuals correlated within a window."""
