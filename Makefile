@@ -3,7 +3,7 @@
 #   make test    lint, types and tests
 #   make quick   the demo and the fast part of the tests, as for another Python:
 #                make quick PYTHON=python3.13 VENV=build/python3.13
-#   make study-accuracy, study-diagnosis, study-measured, study-teach, study-played, study-reliability, study-fleet, study-board
+#   make study-accuracy, study-diagnosis, study-measured, study-simulate, study-calibrate, study-teach, study-played, study-reliability, study-fleet, study-board
 #                pages of docs/ from many sessions (minutes to an hour; the last needs avr-gcc, avr-libc, simavr)
 #   make docs-commands, docs-effects, docs-tutorial, docs-architecture, docs-notebook
 #                docs/commands.md from the program; pictures and facts of docs/effects/ (some minutes);
@@ -15,7 +15,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests quick bench fuzz package clean study-accuracy study-diagnosis study-measured \
+.PHONY: demo test lint types tests quick bench fuzz package clean study-accuracy study-diagnosis study-measured study-simulate study-calibrate \
     study-board study-teach study-played study-reliability study-fleet docs-commands docs-effects \
     docs-tutorial docs-architecture docs-notebook
 .DELETE_ON_ERROR:
@@ -58,6 +58,14 @@ study-diagnosis: $(VENV)/.ready-dev
 study-measured: export OPENBLAS_NUM_THREADS = 1
 study-measured: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.measured
+
+study-simulate: export OPENBLAS_NUM_THREADS = 1
+study-simulate: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.simulate
+
+study-calibrate: export OPENBLAS_NUM_THREADS = 1
+study-calibrate: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.calibrate
 
 study-board: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.board
