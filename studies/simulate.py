@@ -179,43 +179,47 @@ def picture(drawn: Sequence[tuple[Log, Parameters]]) -> None:
 
 TEXT = """# How far off simulated positions are
 
-Made by `make study-simulate`, from recordings of real machines that are not shipped. Definitions: an error of the
-position is simulated less measured; over windows of one second each window starts from the measured state and the rms
-is taken over all rows of all windows; a mean absolute error is over a whole trial, simulated from its first row alone.
+Made by `make study-simulate`, from recordings of real machines that are not shipped. Definitions: an error
+of the position is simulated less measured; over windows of one second each window starts from the measured
+state and the rms is taken over all rows of all windows; a mean absolute error is over a whole trial,
+simulated from its first row alone.
 
 ## Beside MuJoCo's own identification
 
-Driven by the measured torque or current, rms over windows of one second, on the recording that was fitted (as theirs):
-`ffc-id fit-motion LOG -p motion.toml`, `ffc-id simulate LOG -p motion.toml`. Fitting simulates so many seconds of motion a
-second; the last column is `ffc-id simulate` at its fine step, reading and smoothing the log included.
+Driven by the measured torque or current, rms over windows of one second, on the recording that was fitted
+(as theirs): `ffc-id fit-motion LOG -p motion.toml`, `ffc-id simulate LOG -p motion.toml`. Fitting simulates
+so many seconds of motion a second; the last column is `ffc-id simulate` at its fine step, reading and
+smoothing the log included.
 
-| machine | ours | MuJoCo's | better | processor time of the fit | times real time, fit | simulate |
+| machine | ours | MuJoCo's | better | fit, processor time | fit, times real time | `simulate` |
 |---|---|---|---|---|---|---|
 {mujoco}
 
 ## A servo without current sensing, on what was not fitted
 
-BAM's own logs of a DYNAMIXEL XL330 that swings 0.49 kg on 0.1 m: three gains, three trajectories, duty and supply
-voltage in place of a current. One gain, or one trajectory, is left out, the rest is fitted, what was left out is
-simulated. Mean absolute error, mrad, mean (each of the three logs), driven by the goals and by the duty. BAM's own models
-(M4 to M6) refitted to these nine logs reach at best {gain_goal:g} and {gain_duty:g} mrad on a gain that is none of these, and
-{trajectory_goal:g} and {trajectory_duty:g} on such a trajectory; "reached" is 0.8 of that. What is left out here are other logs than
-theirs, and a third of what there is to fit from.
+BAM's own logs of a DYNAMIXEL XL330 that swings 0.49 kg on 0.1 m: three gains, three trajectories, duty and
+supply voltage in place of a current. One gain, or one trajectory, is left out, the rest is fitted, what was
+left out is simulated. Mean absolute error, mrad, mean (each of the three logs), driven by the goals and by
+the duty. BAM's own models (M4 to M6) refitted to these nine logs reach at best {gain_goal:g} and
+{gain_duty:g} mrad on a gain that is none of these, and {trajectory_goal:g} and {trajectory_duty:g} on such
+a trajectory; "reached" is 0.8 of that. What is left out here are other logs than theirs, and a third of
+what there is to fit from.
 
 | left out | from the goals | reached | from the duty | reached | processor time |
 |---|---|---|---|---|---|
 {bam}
 
-All nine fitted: {all_goal:.1f} mrad from the goals, {all_duty:.1f} from the duty, in {all_time:.0f} s. Gain 800 is the only one at which
-the duty goes beyond 0.6, so that leaving it out asks for the bend of the line from duty to torque where nothing showed it.
+All nine fitted: {all_goal:.1f} mrad from the goals, {all_duty:.1f} from the duty, in {all_time:.0f} s. Gain
+800 is the only one at which the duty goes beyond 0.6, so that leaving it out asks for the bend of the line
+from duty to torque where nothing showed it.
 
 ![Measured and simulated position of logs that no fit saw](images/simulation.png)
 
 ## Beside the independent plant
 
-The simulated rig integrates its own formulas in steps of 0.1 ms (`idtool/rig/plant.py`). With the true numbers and its logged
-current our simulation is {plant:.2f} mrad off (rms over windows of one second) on a motion over {way:.0f} mrad; the current is
-logged every 5 ms and taken as straight between.
+The simulated rig integrates its own formulas in steps of 0.1 ms (`idtool/rig/plant.py`). With the true
+numbers and its logged current our simulation is {plant:.2f} mrad off (rms over windows of one second) on a
+motion over {way:.0f} mrad; the current is logged every 5 ms and taken as straight between.
 """
 
 
