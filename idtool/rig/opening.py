@@ -2,6 +2,7 @@
 
 sim:paper                       a simulated rig that comes with the package
 sim:my_plant.toml               one of your own
+sim:result/params.toml          what was identified, effects included (`identified`)
 sim:paper,sensors=dynamixel     with other sensors
 replay:sweep.csv                a log played back
 dynamixel:/dev/ttyUSB0,id=1     a servo on a bus; options as in `bus.settings`
@@ -10,17 +11,21 @@ feetech:/dev/ttyACM0,id=1       likewise
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from idtool.errors import InputError, misspelt, nearest
 from idtool.io.entry_points import load, outside
+from idtool.io.read_file import read_bytes
 from idtool.rig.base import Rig
 from idtool.rig.bus.settings import OPTIONS
-from idtool.rig.plant_file import PlantFile, check_sensors, read_plant_file
+from idtool.rig.plant_file import MAX_BYTES, PlantFile, check_sensors, read_plant_file
 
 _FOLDER = Path(__file__).parent
+#: By which a parameter file is told from a plant file.
+PARAMETER_SCHEMA = re.compile(rb'^schema *= *["\']ffc-id/params/', re.MULTILINE)
 #: The entry points by which other packages add kinds of rigs.
 GROUP = "ffc_id.rigs"
 
@@ -119,7 +124,7 @@ def _replay(log: str, options: Mapping[str, str], seed: int) -> Rig:
 _KINDS = {
     "sim": RigKind(
         "sim:FILE.toml",
-        "a simulated axis of your own, with any effect (see docs/rigs.md)",
+        "a simulated axis of your own, with any effect, or a parameter file (see docs/rigs.md)",
         _simulated,
         ("sensors",),
     ),
@@ -143,12 +148,23 @@ def read_plant(target: str) -> PlantFile:
         InputError: no such rig, or the file is none.
     """
     if target.endswith(".toml"):
-        return read_plant_file(target)
+        return _plant_or_parameters(Path(target))
     path = _FOLDER / f"{target}.toml"
     names = [name.removeprefix("sim:") for name in named_rigs()]
     if target not in names:
         raise InputError(f'unknown simulated rig "{target}"', remedy=nearest(target, names))
     return read_plant_file(path)
+
+
+def _plant_or_parameters(file: Path) -> PlantFile:
+    """A plant file, or a parameter file, which says so in its schema."""
+    content, _ = read_bytes(file, what="a plant file", limit=MAX_BYTES)
+    if PARAMETER_SCHEMA.search(content) is None:
+        return read_plant_file(file)
+    from idtool.parameters import Parameters
+    from idtool.rig.identified import plant_of
+
+    return plant_of(Parameters.read(file), file)
 
 
 def _options(parts: list[str], known: tuple[str, ...], spec: str) -> dict[str, str]:

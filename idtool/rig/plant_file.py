@@ -31,7 +31,7 @@ from idtool.rig.sensors import SENSORS, Motor
 
 #: Integration step of the plant, s. It stands here because reading a file must not load the compiler.
 STEP_S = 1e-4
-_MAX_BYTES = 1 << 20
+MAX_BYTES = 1 << 20
 
 #: Keys of each effect; None is required, a number is the default.
 EFFECT_KEYS: dict[str, dict[str, float | None]] = {
@@ -152,7 +152,7 @@ def read_plant_file(path: str | Path) -> PlantFile:
         InputError: it names the file and the key.
     """
     file = Path(path)
-    content, _ = read_bytes(file, what="a plant file", limit=_MAX_BYTES)
+    content, _ = read_bytes(file, what="a plant file", limit=MAX_BYTES)
     try:
         table = parse_toml(content.decode("utf-8"))
     except (ValueError, RecursionError) as error:  # a whole number too long to read is a ValueError

@@ -1,0 +1,132 @@
+"""A parameter file as a simulated rig: what was identified runs experiments, is taught and plays.
+
+The plant keeps its own formulas; this says in its numbers what the file says. What it cannot take is refused
+(a file in A or V, a linear axis) or left out and told in the rig's description (forms of an effect that the
+plant does not have).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from idtool.effects import registry
+from idtool.errors import InputError
+from idtool.model.units import file_key
+from idtool.parameters import Axis, Parameters
+from idtool.parameters.parameters import DYNAMIC, STATIC
+from idtool.rig.plant_file import EFFECT_KEYS, PlantFile, parse_plant
+
+#: A bristle that the file does not have is this stiff: it gives way over so many radians, damped so well.
+_PRESLIDING, _DAMPING_RATIO = 2e-3, 0.7
+#: Limits where the file tells none: a turn each way, and so many times what friction and gravity take.
+_TURN, _SPEED, _REACH = 2.0 * math.pi, 6.0, 4.0
+#: Inertia where the file has none, kg m^2 for each N m of friction: it stops within 0.1 s at 1 rad/s.
+_INERTIA_PER_FRICTION = 0.1
+
+
+def plant_of(parameters: Parameters, file: Path) -> PlantFile:
+    """The plant of a parameter file.
+
+    Raises:
+        InputError: a linear axis, one counted in A or V, or no static friction in the file.
+    """
+    axis = parameters.axis
+    if axis.kind != "rotary":
+        raise InputError(
+            "is of a linear axis, and simulated rigs turn",
+            file=file,
+            place="axis.kind",
+            remedy="simulate its logs with ffc-id simulate",
+        )
+    if axis.effort != "torque":
+        raise InputError(
+            f"counts in {axis.effort}, and a simulated rig in N m",
+            file=file,
+            place="axis.effort",
+            remedy="put it into N m from a known load: ffc-id calibrate LOG --mass KG --lever M -p FILE",
+        )
+    if not parameters.static:
+        raise InputError(
+            "has no [friction.static]", file=file, remedy="make it with ffc-id identify, or ffc-id fit-static"
+        )
+    effects, left_out = _effects(parameters)
+    inertia = next((one["inertia_kg_m2"] for one in effects if one["name"] == "inertia"), 0.0)
+    friction = {
+        file_key(name, STATIC[name], "rotary"): parameters.static[name].value for name in parameters.static
+    }
+    levels = max(friction["coulomb_nm"], friction["static_nm"], 1e-6)
+    for key in ("coulomb_nm", "static_nm"):
+        friction[key] = max(friction[key], 1e-3 * levels)
+    inertia = inertia if inertia > 0.0 else _INERTIA_PER_FRICTION * levels
+    friction |= _bristle(parameters, levels, inertia)
+    gravity, load = _gravity(parameters)
+    constant = axis.torque_constant or 1.0
+    table: dict[str, Any] = {
+        "description": _description(file, left_out),
+        "axis": {"kind": "rotary", "torque_constant_nm_per_a": constant},
+        "plant": {"inertia_kg_m2": inertia},
+        "gravity": gravity,
+        "friction": friction,
+        "limits": {
+            "lowest_rad": -_TURN,
+            "highest_rad": _TURN,
+            "speed_rad_s": _SPEED,
+            "current_a": _REACH * (levels + load + _SPEED * friction["viscous_nm_s_per_rad"]) / constant,
+        },
+        "effects": [one for one in effects if one["name"] != "inertia"],
+    }
+    found = parse_plant(table, file)
+    # the constant's interval and what else the file says of the axis go into the logs
+    return replace(found, axis=Axis("rotary", constant))
+
+
+def _description(file: Path, left_out: list[str]) -> str:
+    without = f", without {', '.join(left_out)}" if left_out else ""
+    return f"the axis of {file.name}{without}"
+
+
+def _bristle(parameters: Parameters, levels: float, inertia: float) -> dict[str, float]:
+    known = parameters.dynamic
+    if known and not known["bristle_stiffness"].at_bound:
+        return {file_key(name, DYNAMIC[name], "rotary"): known[name].value for name in known}
+    stiffness = levels / _PRESLIDING
+    return {
+        "bristle_stiffness_nm_per_rad": stiffness,
+        "bristle_damping_nm_s_per_rad": 2.0 * _DAMPING_RATIO * math.sqrt(stiffness * inertia),
+    }
+
+
+def _gravity(parameters: Parameters) -> tuple[dict[str, Any], float]:
+    """The table, and what the axis carries at its most without a payload."""
+    values = {name: one.value for name, one in parameters.gravity.items()}
+    if parameters.gravity_model == "arm":
+        table = {"kind": "arm", "sine_nm": values["sin"], "cosine_nm": values["cos"]}
+        return table, math.hypot(values["sin"], values["cos"])
+    base, more = values.get("base", 0.0), values.get("per_payload", 0.0)
+    return {"kind": "slide", "base_nm": base, "per_payload_nm_per_kg": more}, abs(base) + abs(more)
+
+
+def _effects(parameters: Parameters) -> tuple[list[dict[str, Any]], list[str]]:
+    """Tables of the effects, and names of what the plant does not have."""
+    found, left_out = [], []
+    for entry in parameters.effects:
+        known = EFFECT_KEYS.get(entry.name)
+        if known is None:
+            left_out.append(entry.name)
+            continue
+        dimensions = {one.name: one.dimension for one in registry.get(entry.name).parameters}
+        values = {
+            file_key(name, dimensions[name], parameters.axis.units): one.value
+            for name, one in entry.parameters.items()
+        }
+        told = {key: value for key, value in values.items() if key in known}
+        if any(default is None and key not in told for key, default in known.items()):
+            left_out.append(entry.name)
+            continue
+        if len(told) < len(values):
+            left_out.append(f"a part of {entry.name}")
+        found.append({"name": entry.name, **told})
+    return found, left_out
