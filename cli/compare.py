@@ -78,6 +78,12 @@ def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:
             ("logs", ">A", ">B", ">pairs", ">p", ""),
             [_error_row(line) for line in comparison.errors],
         )
+    if comparison.positions is not None:
+        one, other = comparison.positions
+        click.echo(
+            f"\nsimulated position, rms over windows of 1 s: {one['rms_1s_windows']:.4g} {one['unit']} (A), "
+            f"{other['rms_1s_windows']:.4g} {other['unit']} (B)"
+        )
     for note in comparison.notes:
         click.echo(f"note: {note}")
 

@@ -28,6 +28,7 @@ from idtool.log import Log
 from idtool.model.units import Units, unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
+from idtool.verbs.position_errors import position_errors
 
 SCHEMA = "ffc-id/comparison/1"
 #: Chance that two fits of one unchanged axis are said to differ, over everything that is compared.
@@ -108,6 +109,8 @@ class Comparison:
         only_a, only_b: effects that one file holds and the other does not.
         errors: prediction errors, all rows first; empty without logs.
         notes: sentences that qualify the result.
+        positions: errors of the simulated position with each file (`idtool.verbs.position_errors`); None
+            without logs, or where one of the files cannot be simulated.
     """
 
     kind: Units
@@ -116,6 +119,7 @@ class Comparison:
     only_b: tuple[str, ...]
     errors: tuple[ErrorLine, ...]
     notes: tuple[str, ...]
+    positions: tuple[dict[str, float | str], dict[str, float | str]] | None = None
 
     @property
     def differing(self) -> list[ParameterLine]:
@@ -195,6 +199,7 @@ class Comparison:
             "parameters": [line.to_document() for line in self.parameters],
             "effects": {"only_a": list(self.only_a), "only_b": list(self.only_b)},
             "prediction": prediction,
+            "position": None if self.positions is None else dict(zip("ab", self.positions, strict=True)),
             "notes": list(self.notes),
         }
 
@@ -225,7 +230,15 @@ def compare(a: Parameters, b: Parameters, logs: Sequence[Log] = ()) -> Compariso
         only_b=tuple(name for name in registry.names() if name in others - mine),
         errors=errors,
         notes=(*_notes(a, b, mine ^ others), *about_logs),
+        positions=_positions(a, b, logs),
     )
+
+
+def _positions(
+    a: Parameters, b: Parameters, logs: Sequence[Log]
+) -> tuple[dict[str, float | str], dict[str, float | str]] | None:
+    first, second = (position_errors(logs, one) for one in (a, b))
+    return None if first is None or second is None else (first, second)
 
 
 def _axis_in_words(axis: Axis) -> str:

@@ -106,6 +106,16 @@ class Diagnosis:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PositionErrors:
+    """How far the simulated position is off on the logs that were identified."""
+
+    unit: str
+    rms_1s_windows: Number = None
+    rms: Number = None
+    mean_abs: Number = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class FilterFacts:
     """The zero-phase filter and the rate after decimation."""
 
@@ -220,6 +230,7 @@ class Facts:
     stribeck_points: tuple[StribeckPoint, ...] = ()
     stribeck_curve: StribeckCurve | None = None
     gravity_points: tuple[GravityPoint, ...] = ()
+    position: PositionErrors | None = None
     cost_over_sigma0: StiffnessCost | None = None
     correlation: Correlation | None = None
     residual_tests: ResidualTests | None = None

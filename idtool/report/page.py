@@ -184,6 +184,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         next_experiment=_next(evidence),
         groups=tables.parameter_groups(evidence),
         errors=_errors(evidence),
+        position=_position(evidence),
         dependences=tables.dependence_rows(evidence, SIGNIFICANT),
         candidates=_candidates(evidence),
         guiding=read_guiding(evidence.folder),
@@ -204,6 +205,18 @@ def _code(sentence: str) -> str:
     from markupsafe import Markup, escape
 
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(sentence))))
+
+
+def _position(evidence: Evidence) -> str:
+    """The error of the simulated position, as a sentence; empty where there is none."""
+    found = evidence.facts.position
+    if found is None or found.rms_1s_windows is None:
+        return ""
+    return (
+        f"Simulated from the logged {torque_name(evidence.kind)}, the position is off by "
+        f"{text.number(found.rms_1s_windows, 3)} {found.unit} (rms over windows of one second, each from the "
+        "measured state), on the logs that were identified."
+    )
 
 
 def _headline_pair(evidence: Evidence) -> tuple[float | None, float | None]:

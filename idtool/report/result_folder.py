@@ -29,6 +29,7 @@ from idtool.io.lock import held_folder
 from idtool.model.stribeck import steady
 from idtool.parameters import Parameters
 from idtool.verbs.identify import Identification
+from idtool.verbs.position_errors import position_errors
 from idtool.version import __version__
 
 #: The recipe of the next experiment, where there is one.
@@ -202,6 +203,7 @@ def evidence_document(result: Identification, command: str, seed: int) -> dict[s
             }
             for point in gravity_points(fit)
         ],
+        "position": position_errors(result.logs, result.parameters),
         "cost_over_sigma0": _stiffness_cost(fit),
         "correlation": {"names": fit.model.names, "matrix": fit.correlation},
         "residual_tests": {

@@ -66,6 +66,7 @@ class Identification:
         drive: the servo's position loop, where every log holds its goal.
         calibration: the constant that a known load told, where that was asked for.
         motion: the fit to the position, where that was asked for.
+        logs: what was identified.
     """
 
     recording: Recording
@@ -77,6 +78,7 @@ class Identification:
     drive: Drive | None = None
     calibration: Calibration | None = None
     motion: MotionFit | None = None
+    logs: tuple[Log, ...] = ()
 
     @property
     def fit(self) -> JointFit:
@@ -214,7 +216,7 @@ def identify(
     goals = all(log.column("position_command") is not None for log in logs)
     drive = _drive_of(logs) if goals else None
     result = Identification(
-        recording, evidence, notes, options, reasons, drive=drive, calibration=calibration
+        recording, evidence, notes, options, reasons, drive=drive, calibration=calibration, logs=tuple(logs)
     )
     if calibration is not None:
         notes += calibration.notes

@@ -70,5 +70,6 @@ def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
         capsys, "identify", log, "--known-load", "--friction", "coulomb", "-o", tmp_path / "r", "--json"
     )
     assert code == 0, err
+    assert "rms over windows of one second" in (tmp_path / "r" / "report.html").read_text()
     found = Parameters.read(tmp_path / "r" / "params.toml")
     assert found.axis.torque_constant == pytest.approx(SWING.torque_constant, rel=0.02)
