@@ -45,19 +45,23 @@ class Mujoco(Target):
                 "stiff as the time step allows"
             )
         if plan.model.effect("inertia"):
-            notes.append("armature is ALL of the identified inertia; take off what your bodies have")
+            where = "armature" if plan.model.axis.kind == "rotary" else "the mass of the body"
+            notes.append(f"{where} is ALL of the identified inertia; take off what your bodies have")
         return replace(plan, notes=tuple(notes))
 
     def render(self, plan: Plan, remarks: Sequence[str], joint: str) -> str:
         model = plan.model
         kind = "hinge" if model.axis.kind == "rotary" else "slide"
-        inertia = number(_LIGHT if inertia_of(model) else _PLACEHOLDER)
+        light = number(_LIGHT if inertia_of(model) else _PLACEHOLDER)
+        # on a slide MuJoCo takes the strength of frictionloss from the mass of the body, not from armature
+        moved = inertia_of(model) if kind == "slide" else None
+        mass = number(moved) if moved else light
         root = ET.Element("mujoco", model=joint)
         ET.SubElement(root, "compiler", angle="radian")
         ET.SubElement(root, "option", timestep=_STEP, integrator="implicitfast", gravity="0 0 0")
         body = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name=f"{joint}_body")
         ET.SubElement(body, "joint", {"name": joint, "type": kind, "axis": "0 0 1"} | _joint(model))
-        ET.SubElement(body, "inertial", pos="0 0 0", mass=inertia, diaginertia=" ".join([inertia] * 3))
+        ET.SubElement(body, "inertial", pos="0 0 0", mass=mass, diaginertia=" ".join([light] * 3))
         actuators = ET.SubElement(root, "actuator")
         for name, element, attributes in _actuators(model):
             ET.SubElement(actuators, element, {"name": f"{joint}_{name}", "joint": joint} | attributes)
@@ -73,7 +77,7 @@ def _joint(model: Parameters) -> dict[str, str]:
     result = {"damping": damping}
     if not has_bristle(model):
         result |= {"frictionloss": number(static["coulomb"].value), "solreffriction": _SOLREF}
-    if inertia := inertia_of(model):
+    if (inertia := inertia_of(model)) and model.axis.kind == "rotary":
         result["armature"] = number(inertia)
     if spring := model.effect("position_stiffness"):
         result["stiffness"] = number(spring.values()["stiffness"])

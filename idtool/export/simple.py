@@ -24,7 +24,7 @@ from idtool.log import Log
 from idtool.model.contribution import Contribution
 from idtool.model.torque import Friction
 from idtool.model.torque import predict as predict_torque
-from idtool.parameters import GRAVITY_MODELS, Parameter, Parameters
+from idtool.parameters import GRAVITY_MODELS, EffectEntry, Parameter, Parameters
 from idtool.verbs.predict import explained, loaded, predict
 
 _SMALLEST = 1e-9
@@ -43,6 +43,8 @@ def copied(parameters: Parameters) -> Parameters:
 def fitted(parameters: Parameters, logs: Sequence[Log]) -> tuple[Parameters, float]:
     """Coulomb and viscous friction that fits the logs best, beside gravity and effects as they stand.
 
+    A constant torque among the effects is fitted too: it is what is left of effects that the target lacks.
+
     Args:
         parameters: gravity and effects of the model to be completed; its friction is not used.
         logs: logs of the axis.
@@ -58,11 +60,19 @@ def fitted(parameters: Parameters, logs: Sequence[Log]) -> tuple[Parameters, flo
     # the sign of the speed, with the start of each reversal no sharper than the position shows
     unit = Friction(1.0, 1.0, scales.slowest, 0.0, 1.0 / scales.shortest_bend, 0.0)
     sign = predict_torque(motion, unit, Contribution(), np.zeros(motion.stretches)).torque
-    columns = recording.filtered_columns(sign, motion.velocity)
+    offset = parameters.effect("torque_offset")
+    constant = [np.ones(len(motion))] if offset else []
+    columns = recording.filtered_columns(sign, motion.velocity, *constant)
     measured = recording.filtered(recording.torque - rest)
     scale = np.linalg.norm(columns, axis=0) + _SMALLEST
-    found = lsq_linear(columns / scale, measured, bounds=(0.0, math.inf)).x / scale
-    return _with(parameters, Parameter(float(found[0])), Parameter(float(found[1]))), scales.speed
+    lowest = np.array([0.0, 0.0, *(-math.inf for _ in constant)])
+    found = (lsq_linear(columns / scale, measured, bounds=(lowest, math.inf)).x / scale).tolist()
+    if offset:
+        value = Parameter(offset.values()["offset"] + found[2])
+        anew = EffectEntry(offset.name, offset.parameters | {"offset": value})
+        effects = tuple(anew if entry is offset else entry for entry in parameters.effects)
+        parameters = replace(parameters, effects=effects)
+    return _with(parameters, Parameter(found[0]), Parameter(found[1])), scales.speed
 
 
 def refitted(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
@@ -71,7 +81,8 @@ def refitted(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
     For a model that lacks effects of the one whose values it has: what these took up must go elsewhere.
 
     Args:
-        parameters: the model; its gravity is kept, and so are the period of a ripple and what is zero.
+        parameters: the model; its gravity is kept, and so are the period of a ripple and what is zero but a
+            constant torque.
         logs: logs of the axis.
 
     Raises:
@@ -87,7 +98,8 @@ def refitted(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
         found = effect.from_file(entry.values(), parameters.axis.kind)
         values |= {f"{effect.name}.{name}": value for name, value in found.items()}
     kept = ("gravity.", "position_ripple.cycles")
-    held = {name for name in model.names if name.startswith(kept) or values[name] == 0.0}
+    stays = {name for name, value in values.items() if value == 0.0} - {"torque_offset.offset"}
+    held = {name for name in model.names if name.startswith(kept) or name in stays}
     fit = solve(model, model.coordinates(values), held=frozenset(held))
     return replace(
         parameters,

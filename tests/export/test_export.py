@@ -140,6 +140,14 @@ def test_mujoco_sticks_until_break_away() -> None:
     assert slides.position[-1] > 4 * STATIC["static"] / DYNAMIC["bristle_stiffness"]
 
 
+@pytest.mark.parametrize("kind", ["rotary", "linear"])
+def test_mujoco_friction_is_as_strong_on_either_kind_of_axis(kind: Kind) -> None:
+    """On a slide MuJoCo scales frictionloss by the mass of the body."""
+    text = export("mujoco", axis(kind=kind), friction="coulomb").text
+    held, _ = simulate(text, 5e-4, lambda t: 0.9 * STATIC["coulomb"])
+    assert abs(held.position[-1]) < 5e-3
+
+
 def test_mujoco_coulomb_and_viscous() -> None:
     parameters = axis()
     exported = export("mujoco", parameters, friction="coulomb")

@@ -112,7 +112,7 @@ class ServoRig(Rig):
                 remedy="give low and high",
             )
         speed = _at_most("speed", settings.speed, servo.speed_limit, "rad/s")
-        self.measures, self.measures_bus_current = servo.measures, servo.measures_bus_current
+        self.measures = servo.measures
         self.speed_step = servo.speed_step
         self._refuse_strangers(settings)
         current, duty = servo.current_limit, servo.duty_limit
@@ -265,7 +265,6 @@ class ServoRig(Rig):
             reading.temperature,
             reading.voltage,
             reading.duty,
-            reading.bus_current,
         )
 
     def where(self) -> float:
@@ -361,7 +360,7 @@ class ServoRig(Rig):
             values = [getattr(reading, name) for reading, _ in rows]
             return None if values[0] is None else np.array(values)
 
-        names = ("position", "velocity", "current", "temperature", "voltage", "duty", "bus_current")
+        names = ("position", "velocity", "current", "temperature", "voltage", "duty")
         time = np.array([reading.time_s - self._origin for reading, _ in rows])
         sent = np.array([command for _, command in rows])
         return Block(time, command=sent, **{name: column(name) for name in names})  # type: ignore[arg-type]

@@ -27,7 +27,6 @@ class Reading:
     Attributes:
         current: of the motor, A; None where the servo does not measure it.
         duty: share of the supply's voltage that is at the motor, -1 to 1; None as above.
-        bus_current: of the supply, A; None as above.
     """
 
     time_s: float
@@ -37,7 +36,6 @@ class Reading:
     voltage: float
     current: float | None = None
     duty: float | None = None
-    bus_current: float | None = None
 
 
 class Registers(Protocol[_R]):
@@ -91,7 +89,6 @@ class Servo(ABC):
     Attributes:
         name: vendor and model.
         measures: the motor's current, or the voltage at it.
-        measures_bus_current: whether a reading holds a current of the supply.
         torque_constant, torque_per_volt: of the data sheet, N m/A and N m/V; None where it does not say.
         speed_step: commanded speeds are rounded to multiples of it, rad/s.
         bytes_per_period: on the wire, of a goal, a reading and their answers.
@@ -100,7 +97,6 @@ class Servo(ABC):
 
     name: str
     measures: Measured
-    measures_bus_current: bool = False
     torque_constant: float | None = None
     torque_per_volt: float | None = None
     speed_step: float

@@ -82,7 +82,6 @@ class DynamixelServo(Servo):
         self.model = model = self._identify()
         self.name = f"DYNAMIXEL {model.name}"
         self.measures = "current" if model.senses == "motor" else "voltage"
-        self.measures_bus_current = model.senses == "supply"
         if model.senses == "motor":
             self.torque_constant = model.torque_constant
         else:
@@ -236,10 +235,9 @@ class DynamixelServo(Servo):
         )
         if self.model.senses == "motor":
             return replace(reading, current=now.current * self.model.current_unit)
-        reading = replace(reading, duty=now.pwm * DUTY_UNIT)
-        if self.model.senses == "load":
-            return reading
-        return replace(reading, bus_current=now.current * self.model.current_unit)
+        # the supply's current over the duty would be the motor's, but hardly at the small duties of a guided
+        # axis
+        return replace(reading, duty=now.pwm * DUTY_UNIT)
 
     def arm(self) -> None:
         """From now on the servo stops the axis by itself when it hears nothing for `WATCHDOG_S`."""

@@ -177,7 +177,6 @@ def test_every_model_of_the_table_is_driven(number: int) -> None:
         assert rig.description.endswith(MODELS[number].name)
         model = MODELS[number]
         assert rig.measures == ("current" if model.senses == "motor" else "voltage")
-        assert rig.measures_bus_current == (model.senses == "supply")
         assert rig.axis.torque_constant == (model.torque_constant if model.senses == "motor" else None)
         assert rig.axis.torque_per_volt == (None if model.senses == "motor" else model.torque_per_volt)
 

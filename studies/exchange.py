@@ -1,0 +1,148 @@
+"""What an exported joint costs in position, beside the model that it was exported from: docs/exchange.md.
+
+python -m studies.exchange          make study-exchange (needs the network once, for EMPS)
+
+Each log is simulated from its effort over windows of one second, each from the measured state, as MuJoCo's
+own identification judges a model: by `ffc-id simulate`, and by MuJoCo from the exported file. Only logs in
+which gravity does not act take part, since a joint leaves gravity to the masses of its model.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from idtool import identify
+from idtool.experiment.recipe import read_recipe
+from idtool.experiment.runner import run
+from idtool.export.targets import export
+from idtool.importing.catalogue import fetch, read_catalogue
+from idtool.importing.recording import import_recording
+from idtool.io.atomic import atomic_write
+from idtool.log import Log
+from idtool.parameters import Parameters
+from idtool.rig import open_rig
+from idtool.rig.opening import read_plant
+from idtool.signals import record
+from idtool.verbs.plant import windows
+from idtool.verbs.predict import of_axis
+from idtool.verbs.simulate import WINDOW_S, measured_position, simulate
+
+PAGE = Path("docs/exchange.md")
+STEP_S = 2e-4
+FLAT_RECIPES = ("sweep", "sine")
+#: What is added to the bench: all that MuJoCo has a place for, and one thing that it has none for.
+_ADDED = """
+[[effects]]
+name = "torque_offset"
+offset_nm = 0.03
+[[effects]]
+name = "position_ripple"
+cycles_per_turn = 12.0
+amplitude_1_nm = 0.01
+amplitude_2_nm = 0.005
+"""
+_ASYMMETRY = """
+[[effects]]
+name = "direction_asymmetry"
+asymmetry_nm_s_per_rad = 0.03
+"""
+_HEAD = """# Exports in position
+
+You get: how far an exported joint strays, beside the model that it was made from.
+
+Made by `make study-exchange`. Every log is simulated from its effort over windows of one second, each from
+the measured state; rms of the position. MuJoCo runs the file that `ffc-id export mujoco` writes with the
+logs, at a step of 0.2 ms. `coulomb` is what two numbers leave, in MuJoCo, a URDF or Isaac's joint friction.
+
+| | our own model | MuJoCo, `dcmotor` | MuJoCo, `--friction coulomb` |
+|---|---|---|---|
+"""
+
+
+def in_mujoco(text: str, logs: Sequence[Log], parameters: Parameters) -> float:
+    """rms position over windows of one second, rad (m), of logs without gravity."""
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.timestep = STEP_S
+    known = of_axis(logs, parameters)
+    recording = record(known, every_row=True)
+    motion, torque = recording.motion, recording.torque
+    measured = measured_position(known, recording)
+    top = float(np.max(np.abs(motion.velocity)))
+    squares, rows = 0.0, 0
+    for part in windows(motion.time, motion.starts.tolist(), WINDOW_S):
+        data = mujoco.MjData(model)
+        time = motion.time[part] - motion.time[part.start]
+        velocity = float(motion.velocity[part.start])
+        data.qpos[0] = motion.position[part.start]
+        data.qvel[0] = velocity if abs(velocity) > 0.01 * top else 0.0
+        steps = math.ceil(float(time[-1]) / STEP_S) + 1
+        given = np.interp(STEP_S * np.arange(steps), time, torque[part])
+        path = np.empty(steps)
+        for k in range(steps):
+            path[k] = data.qpos[0]
+            data.ctrl[0] = given[k]
+            mujoco.mj_step(model, data)
+        found = np.interp(time, STEP_S * np.arange(steps), path)
+        squares += float(np.sum((found - measured[part]) ** 2))
+        rows += len(time)
+    return math.sqrt(squares / rows)
+
+
+def on_bench(added: str, folder: Path) -> tuple[list[Log], Parameters]:
+    """Logs of a bench with effects, and what is identified from all of them; the flat ones."""
+    text = (Path(read_plant.__code__.co_filename).parent / "bench.toml").read_text(encoding="utf-8")
+    (folder / "plant.toml").write_text(text + added, encoding="utf-8")
+    logs = []
+    for name in ("gravity", *FLAT_RECIPES):
+        with open_rig(f"sim:{folder / 'plant.toml'}", seed=1) as rig:
+            run(read_recipe(name), rig, folder / f"{name}.csv", force=True)
+        logs.append(Log.read(folder / f"{name}.csv"))
+    return logs[1:], identify(logs, seed=0).parameters
+
+
+def on_emps(folder: Path) -> tuple[list[Log], Parameters]:
+    """The public EMPS recording, made into a log as the catalogue says."""
+    fetched = fetch(read_catalogue().get("emps"), folder, force=True)
+    log = import_recording(next(iter(fetched)), torque_constant=35.15).log
+    return [log], identify([log], seed=0).parameters
+
+
+def main(emps: str | None = None) -> None:
+    """Write the page; `emps` is a log of EMPS that is there already."""
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        cases = {
+            "`sim:bench`": lambda: on_bench("", folder),
+            "... with an offset and a ripple of two waves": lambda: on_bench(_ADDED, folder),
+            "... and an asymmetry": lambda: on_bench(_ADDED + _ASYMMETRY, folder),
+            "EMPS (mm)": lambda: on_emps(folder) if emps is None else of_log(Path(emps)),
+        }
+        for title, make in cases.items():
+            logs, parameters = make()
+            figures = [simulate(logs, parameters).rms_windows]
+            for friction in ("auto", "coulomb"):
+                text = export("mujoco", parameters, logs, friction=friction).text
+                figures.append(in_mujoco(text, logs, parameters))
+            unit = "" if "(mm)" in title else " (mrad)"
+            rows.append(f"| {title}{unit} | " + " | ".join(f"{1e3 * value:.2f}" for value in figures) + " |")
+            print(rows[-1], flush=True)
+    with atomic_write(PAGE) as page:
+        page.write(_HEAD + "\n".join(rows) + "\n")
+
+
+def of_log(path: Path) -> tuple[list[Log], Parameters]:
+    """A log, and what is identified from it."""
+    log = Log.read(path)
+    return [log], identify([log], seed=0).parameters
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:2])
