@@ -1,4 +1,4 @@
-"""`ffc-id export mujoco|urdf|ros2|json`: the model as simulators and other programs read it."""
+"""`ffc-id export mujoco|isaac|urdf|ros2|...`: the model as simulators and other programs read it."""
 
 from __future__ import annotations
 
@@ -57,6 +57,20 @@ def mujoco(friction: str, **options: Any) -> None:
     _run("mujoco", friction, **options)
 
 
+@click.command(short_help="Isaac Lab and mjlab: an actuator's configuration (Python).")
+@_shared
+def isaac(**options: Any) -> None:
+    """Write an actuator's configuration for Isaac Lab and mjlab: armature, friction and gains.
+
+    Gains come from [drive] of the parameter file, where a log held the goal. With logs, friction is fitted to
+    their range of speeds, and the torque error of the whole and the exported model is stated.
+
+    \b
+    ffc-id export isaac -p result/params.toml -o actuator.py sine.csv
+    """
+    _run("isaac", "coulomb", **options)
+
+
 @click.command(short_help="URDF: Coulomb and viscous friction of a joint.")
 @_shared
 def urdf(**options: Any) -> None:
@@ -91,6 +105,31 @@ def plain_json(**options: Any) -> None:
     ffc-id export json -p result/params.toml -o params.json
     """
     _run("json", "auto", **options)
+
+
+@click.command(short_help="BAM: parameters of its models M1 and M2 (JSON).")
+@_shared
+def bam(**options: Any) -> None:
+    """Write the parameters that mean the same in BAM (Rhoban's better actuator models), as its JSON.
+
+    Coulomb, stiction, Stribeck and viscous friction, armature, torque constant and resistance: M1, or M2
+    where there is a Stribeck curve. What M3 to M6 add is of another torque than ours, and is not written.
+
+    \b
+    ffc-id export bam -p result/params.toml -o bam.json
+    """
+    _run("bam", "auto", **options)
+
+
+@click.command(short_help="A cogging map for a motor controller (CSV).")
+@_shared
+def cogging(**options: Any) -> None:
+    """Write what a motor controller adds at each angle against an identified ripple: 1024 rows over a turn.
+
+    \b
+    ffc-id export cogging -p result/params.toml -o cogging.csv
+    """
+    _run("cogging", "auto", **options)
 
 
 def _run(

@@ -34,7 +34,7 @@ class Exported:
     """An export, not written.
 
     Attributes:
-        target: "mujoco", "urdf", "ros2" or "json".
+        target: its name in `idtool.export.targets.TARGETS`.
         text: content of the file.
         plan: what it holds and what not.
         errors: model -> experiment -> {"rmse", "relative_percent", "rows"}; empty without logs. Models are

@@ -122,11 +122,13 @@ def _cogging(ripple: EffectEntry, kind: Units) -> list[str]:
     """Amplitude, n of sin(n q) and phase of each wave that the ripple has."""
     values = ripple.values()
     waves = []
-    for k in (1, 2):
-        if amplitude := values[f"amplitude_{k}"]:
-            n = k * values["cycles"] * radians_per_unit("spatial_frequency", kind)
-            # cogging acts on the joint; the ripple here is what the motor must add against it
-            waves.append(f"{number(-amplitude)} {number(n)} {number(values[f'phase_{k}'])}")
+    for prefix in (name.removesuffix("cycles") for name in values if name.endswith("cycles")):
+        for k in (1, 2):
+            if amplitude := values.get(f"{prefix}amplitude_{k}", 0.0):
+                n = k * values[f"{prefix}cycles"] * radians_per_unit("spatial_frequency", kind)
+                # cogging acts on the joint; the ripple here is what the motor must add against it
+                phase = values[f"{prefix}phase_{k}"]
+                waves.append(f"{number(-amplitude)} {number(n)} {number(phase)}")
     return waves
 
 

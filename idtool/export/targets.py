@@ -14,7 +14,10 @@ from typing import Any
 
 from idtool.errors import InputError, UsageError, nearest
 from idtool.export import simple
+from idtool.export.bam import Bam
 from idtool.export.base import Exported, Plan, Target
+from idtool.export.cogging import CoggingMap
+from idtool.export.isaac import Isaac
 from idtool.export.mujoco import Mujoco
 from idtool.export.plain_json import PlainJson
 from idtool.export.ros2 import Ros2
@@ -23,7 +26,8 @@ from idtool.log import Log
 from idtool.model.units import Units, unit_text
 from idtool.parameters import Parameters
 
-TARGETS: dict[str, Target] = {t.name: t for t in (Mujoco(), Urdf(), Ros2(), PlainJson())}
+_ALL: tuple[Target, ...] = (Mujoco(), Isaac(), Urdf(), Ros2(), PlainJson(), Bam(), CoggingMap())
+TARGETS: dict[str, Target] = {target.name: target for target in _ALL}
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 

@@ -29,6 +29,7 @@ from idtool.model.torque import Friction, predict
 from idtool.model.units import Kind
 from idtool.parameters import EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
+from idtool.parameters.drive import Drive
 
 STATIC = {"coulomb": 0.08, "static": 0.115, "stribeck_velocity": 0.08, "viscous": 0.12}
 DYNAMIC = {"bristle_stiffness": 8.0, "bristle_damping": 0.2}
@@ -279,7 +280,7 @@ def test_what_a_missing_effect_took_up_goes_elsewhere() -> None:
 def test_values_that_the_data_did_not_determine_are_named() -> None:
     parameters = axis()
     doubtful = {**parameters.static, "viscous": Parameter(0.1, identified=False)}
-    for target in TARGETS:
+    for target in TARGETS.keys() - {"cogging"}:
         assert "the data did not determine" not in export(target, parameters).text
         text = export(target, replace(parameters, static=doubtful)).text
         assert "the data did not determine: viscous" in text
@@ -342,6 +343,66 @@ def test_json_is_the_whole_file() -> None:
     found = json.loads(export("json", parameters, joint="elbow").text)
     assert found["name"] == "elbow"
     assert found["parameters"] == parameters.to_document()
+
+
+# --- Isaac Lab, BAM, cogging map --------------------------------------------------------------------------
+
+
+def python_of(text: str) -> dict[str, dict[str, Any]]:
+    """What the configurations of a snippet are called with."""
+    found: dict[str, dict[str, Any]] = {}
+
+    def config(kind: str) -> Callable[..., None]:
+        return lambda **values: found.__setitem__(kind, values)
+
+    names = {name: config(name) for name in ("ImplicitActuatorCfg", "BuiltinPositionActuatorCfg")}
+    lines = [line for line in text.splitlines() if not line.startswith("from ")]
+    exec("\n".join(lines), names)
+    return found
+
+
+def test_isaac_and_mjlab_get_armature_friction_and_gains() -> None:
+    bare = python_of(export("isaac", axis(), joint="elbow").text)
+    isaac, mjlab = bare["ImplicitActuatorCfg"], bare["BuiltinPositionActuatorCfg"]
+    assert (isaac["armature"], mjlab["armature"]) == (0.008, 0.008)
+    assert isaac["friction"] == isaac["dynamic_friction"] == mjlab["frictionloss"] == 0.08
+    assert isaac["viscous_friction"] == 0.12
+    assert isaac["stiffness"] == 0.0
+    gains = {name: Parameter(value) for name, value in (("position_gain", 5.0), ("velocity_gain", 0.2))}
+    loop = Drive("duty", **gains, limit=Parameter(1.0), delay=Parameter(0.0))
+    volts = Axis("rotary", torque_per_volt=0.3)
+    told = python_of(export("isaac", replace(axis(), axis=volts, drive=loop)).text)
+    assert told["ImplicitActuatorCfg"]["stiffness"] == pytest.approx(5.0 * 12.0 * 0.3)
+    assert told["BuiltinPositionActuatorCfg"]["damping"] == pytest.approx(0.2 * 12.0 * 0.3)
+
+
+def test_bam_takes_what_means_the_same() -> None:
+    known = Axis("rotary", 2.67, resistance=4.0)
+    extra = {"load_dependent_friction": {"mu": 0.1}}
+    exported = export("bam", replace(axis(INERTIA | extra), axis=known))
+    document = json.loads(exported.text)
+    assert (document["model"], document["kt"], document["R"]) == ("m2", 2.67, 4.0)
+    assert document["friction_base"] + document["friction_stribeck"] == pytest.approx(STATIC["static"])
+    assert (document["friction_viscous"], document["armature"], document["alpha"]) == (0.12, 0.008, 2.0)
+    assert any("load dependent friction" in sentence for sentence in exported.plan.lost)
+    plain = json.loads(export("bam", axis(static=STATIC | {"static": STATIC["coulomb"]})).text)
+    assert plain["model"] == "m1"
+    assert not {"R", "dtheta_stribeck"} & set(plain)
+    with pytest.raises(InputError, match="find its constant with ffc-id calibrate"):
+        export("bam", replace(axis(), axis=Axis("rotary", effort="voltage")))
+
+
+def test_a_cogging_map_is_what_the_motor_adds() -> None:
+    exported = export("cogging", axis(INERTIA | {"position_ripple": RIPPLE}))
+    rows = [line for line in exported.text.splitlines() if not line.startswith("#")]
+    assert rows[0] == "angle_rad,compensation_nm,compensation_a"
+    table = np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]])
+    assert table.shape == (1024, 3)
+    wave = RIPPLE["amplitude_1"] * np.sin(RIPPLE["cycles"] * table[:, 0] + RIPPLE["phase_1"])
+    assert np.allclose(table[:, 1], wave, atol=1e-6)
+    assert np.allclose(table[:, 2], wave / 2.67, atol=1e-6)
+    with pytest.raises(InputError, match="holds no position ripple of a rotary axis"):
+        export("cogging", axis())
 
 
 # --- Refusals and texts ----------------------------------------------------------------------------------
