@@ -4,7 +4,7 @@
 #   make quick   the demo and the fast part of the tests, as for another Python:
 #                make quick PYTHON=python3.13 VENV=build/python3.13
 #   make study-accuracy, study-diagnosis, study-measured, study-simulate, study-calibrate, study-teach, study-played, study-reliability, study-fleet, study-board,
-#        study-rehearsal, study-exchange
+#        study-rehearsal, study-exchange, study-volts
 #                pages of docs/ from many sessions (minutes to an hour; the last needs avr-gcc, avr-libc, simavr)
 #   make docs-commands, docs-effects, docs-tutorial, docs-architecture, docs-notebook
 #                docs/commands.md from the program; pictures and facts of docs/effects/ (some minutes);
@@ -17,7 +17,7 @@ VENV   ?= .venv
 BIN     = $(VENV)/bin
 
 .PHONY: demo test lint types tests quick bench fuzz package clean study-accuracy study-diagnosis study-measured study-simulate study-calibrate \
-    study-board study-teach study-played study-reliability study-fleet study-rehearsal study-exchange docs-commands docs-effects \
+    study-board study-teach study-played study-reliability study-fleet study-rehearsal study-exchange study-volts docs-commands docs-effects \
     docs-tutorial docs-architecture docs-notebook
 .DELETE_ON_ERROR:
 
@@ -84,6 +84,10 @@ study-fleet: $(VENV)/.ready-dev
 
 study-reliability: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.reliability
+
+study-volts: export OPENBLAS_NUM_THREADS = 1
+study-volts: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.volts
 
 study-exchange: export OPENBLAS_NUM_THREADS = 1
 study-exchange: $(VENV)/.ready-dev

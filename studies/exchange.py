@@ -82,6 +82,8 @@ def in_mujoco(text: str, logs: Sequence[Log], parameters: Parameters) -> float:
         velocity = float(motion.velocity[part.start])
         data.qpos[0] = motion.position[part.start]
         data.qvel[0] = velocity if abs(velocity) > 0.01 * top else 0.0
+        if model.na:  # the bristle, settled where the axis moves, as `ffc-id simulate` begins
+            data.act[0] = _bristle(parameters, float(data.qvel[0]))
         steps = math.ceil(float(time[-1]) / STEP_S) + 1
         given = np.interp(STEP_S * np.arange(steps), time, torque[part])
         path = np.empty(steps)
@@ -93,6 +95,16 @@ def in_mujoco(text: str, logs: Sequence[Log], parameters: Parameters) -> float:
         squares += float(np.sum((found - measured[part]) ** 2))
         rows += len(time)
     return math.sqrt(squares / rows)
+
+
+def _bristle(parameters: Parameters, velocity: float) -> float:
+    """Its steady deflection at a speed, rad (m)."""
+    values = {name: one.value for name, one in (parameters.static | parameters.dynamic).items()}
+    if velocity == 0.0:
+        return 0.0
+    fade = math.exp(-((velocity / values["stribeck_velocity"]) ** 2))
+    level = values["coulomb"] + (values["static"] - values["coulomb"]) * fade
+    return math.copysign(level / values["bristle_stiffness"], velocity)
 
 
 def on_bench(added: str, folder: Path) -> tuple[list[Log], Parameters]:

@@ -68,10 +68,11 @@ class Isaac(Target):
 def _gains(model: Parameters) -> tuple[list[str], str, str]:
     """Lines that define what the gains are made of, and the two gains, in torque per rad and per rad/s."""
     drive = model.drive
-    if drive is None:
-        lines = ["GAINS = (0.0, 0.0)  # no [drive] in the parameter file: put your own"]
+    if drive is None or drive.position_gain is None:
+        lines = ["GAINS = (0.0, 0.0)  # no gains in the parameter file: put your own"]
         return lines, "GAINS[0]", "GAINS[1]"
-    position, velocity = number(drive.position_gain.value), number(drive.velocity_gain.value)
+    position = number(drive.position_gain.value)
+    velocity = number(drive.velocity_gain.value if drive.velocity_gain else 0.0)
     if drive.command == "effort":
         return [], position, velocity
     per_volt = model.axis.voltage_constant
