@@ -227,3 +227,26 @@ def test_no_flipped_bit_passes_the_crc(packet: Packet, place: int, bit: int) -> 
     raw = bytearray(encode(packet))
     raw[place % len(raw)] ^= 1 << bit
     assert packet not in list(Decoder().feed(bytes(raw)))
+
+
+@pytest.mark.parametrize(("model", "unit"), [(1150, 2.69e-3), (321, 3.36e-3), (1200, 1e-3), (1060, 1e-3)])
+def test_every_family_speaks_of_its_own_current(model: int, unit: float) -> None:
+    """Of the motor, of the supply (the motor's for the share of the time that the bridge is on), or a load."""
+    with bench(model=model) as on:
+        client = Client(on.terminal.path)
+        on.servo.axis._out[3, 0] = current = 0.6
+        reading = on.servo.axis.read()
+        said = {1150: current, 321: current, 1200: current * reading.duty, 1060: reading.duty}[model]
+        on.servo.pass_time = lambda now: None  # the current stays what it is
+        raw, result, _ = client.read("present_current")
+        client.port.closePort()
+        assert result == sdk.COMM_SUCCESS
+        assert raw * unit == pytest.approx(said, abs=4 * unit + 0.01)
+
+
+def test_a_servo_without_a_current_sensor_has_no_current_to_set() -> None:
+    with bench(model=1060) as on:
+        client = Client(on.terminal.path)
+        assert client.write("current_limit", 100) == (sdk.COMM_SUCCESS, 7)
+        assert client.write("operating_mode", 5) == (sdk.COMM_SUCCESS, 4)
+        client.port.closePort()
