@@ -231,7 +231,7 @@ def test_no_flipped_bit_passes_the_crc(packet: Packet, place: int, bit: int) -> 
 
 @pytest.mark.parametrize(("model", "unit"), [(1150, 2.69e-3), (321, 3.36e-3), (1200, 1e-3), (1060, 1e-3)])
 def test_every_family_speaks_of_its_own_current(model: int, unit: float) -> None:
-    """Of the motor, of the supply (the motor's for the share of the time that the bridge is on), or a load."""
+    """Of the motor, of the supply (the motor's while the bridge is on), or a load."""
     with bench(model=model) as on:
         client = Client(on.terminal.path)
         on.servo.axis._out[3, 0] = current = 0.6
