@@ -154,6 +154,12 @@ def generate_c(
 
     if not _NAME.fullmatch(name):
         raise UsageError(f"{name!r} cannot begin C symbols: use a-z, 0-9 and _, a letter first, up to 31.")
+    if parameters.axis.reading == "voltage":
+        raise InputError(
+            "the parameter file reads the torque from a voltage, and the C controller from a current",
+            place="[axis]",
+            remedy="run the controller on a computer (ffc-id teach), or identify with a current",
+        )
     kept = _without(parameters, without)
     controller = ForceFreeController(kept, period_s, limits=limits)
     effects = _effects(kept, controller)

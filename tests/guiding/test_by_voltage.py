@@ -12,8 +12,10 @@ from idtool.cli.common import Output
 from idtool.cli.guiding import check_axis
 
 from idtool.control.force_free import ForceFreeController
+from idtool.control.guard import Limits as ControlLimits
 from idtool.control.online import OnlineModel
 from idtool.errors import InputError
+from idtool.export.c_controller import export_c
 from idtool.guiding.hand import SEQUENCE, ConstantForceHand
 from idtool.guiding.path import read_path
 from idtool.guiding.playback import play
@@ -79,6 +81,11 @@ def test_the_back_emf_is_taken_off_where_the_resistance_is_known() -> None:
 def test_a_file_of_a_current_is_refused_on_a_rig_of_a_voltage() -> None:
     with rig() as axis, pytest.raises(InputError, match="reads the torque from the motor's current"):
         check_axis(parameters_of("bench"), Path("params.toml"), axis, Output(json=False, quiet=True))
+
+
+def test_the_c_controller_reads_a_current_only(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="from a voltage, and the C controller from a current"):
+        export_c(by_voltage(R), tmp_path / "board", limits=ControlLimits(-1.0, 1.0))
 
 
 def test_a_file_in_volts_needs_no_constant() -> None:
