@@ -24,6 +24,8 @@ from testbench.pendulums import Pendulum
 PAGE = Path("docs/calibration.md")
 #: What must hold: off by less than this, in so many; and the interval's share between these.
 WITHIN, OFTEN, COVERED = 0.02, 0.95, (0.93, 0.97)
+#: Length of a log, s.
+SECONDS = 12.0
 #: The constant that the logs declare, over the true one.
 DECLARED = 1.5
 
@@ -73,6 +75,7 @@ def _declared(axis: Pendulum, seed: int, payload: float | None = None) -> Log:
     current = 9.80665 * axis.mass * axis.lever / axis.torque_constant
     return axis.log(
         seed=seed,
+        seconds=SECONDS,
         payload=payload,
         noise=0.01 * current,
         axis=Axis(torque_constant=DECLARED * axis.torque_constant),
@@ -111,7 +114,7 @@ def row(name: str, errors: list[float], holds: list[bool], refused: int) -> str:
 TEXT = """# How well a known load tells the torque constant
 
 Made by `make study-calibrate`. {axes} axes are drawn at random for each row (load 0.1 to 3.7 N m,
-friction from a twentieth to a third of it, 1 % of noise; a fifth as many for the last); every log
+swings of 12 s, friction from a twentieth to a third of it, 1 % of noise; a fifth as many for the last); every log
 declares a torque constant that is 50 % off, which is not used. Wanted: within 2 % in 95 % of them, and an
 interval that holds the truth in 93 to 97 %. The last row is what happens where the axis' own weight is
 taken for the load's, which the notes of the command warn of: nothing in one session tells the two apart,

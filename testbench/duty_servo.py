@@ -29,6 +29,7 @@ class DutyServo:
         share: of the load that the gears take as friction at rest; it fades with the speed.
         fading: speed over which it fades, rad/s.
         bend: b in d / (1 + b d).
+        dead_band: duty that makes no torque yet.
         gain: duty per rad.
         late: by how much the reported speed is late, s.
     """
@@ -41,6 +42,7 @@ class DutyServo:
     share: float = 0.25
     fading: float = 0.5
     bend: float = 0.6
+    dead_band: float = 0.0
     gain: float = 0.8
     late: float = 0.02
     supply: float = 7.4
@@ -54,7 +56,8 @@ class DutyServo:
         for k, t in enumerate(clock):
             on = t < off_after
             duty = min(max(self.gain * (goal[k] - q), -_FULL), _FULL) if on else 0.0
-            drive = self.supply * duty / (1.0 + self.bend * abs(duty))
+            size = max(abs(duty) - self.dead_band, 0.0)
+            drive = math.copysign(self.supply * size / (1.0 + self.bend * size), duty)
             load = self.gravity * math.sin(q)
             level = self.coulomb + self.share * abs(load) * math.exp(-((w / self.fading) ** 2))
             rest = drive - load

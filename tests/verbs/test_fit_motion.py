@@ -16,7 +16,7 @@ from testbench.duty_servo import DutyServo
 
 from .support import ffc_id
 
-SERVO = DutyServo()
+SERVO = DutyServo(dead_band=0.05)
 
 
 @cache
@@ -35,6 +35,11 @@ def test_it_finds_the_axis_behind_the_duty() -> None:
     assert found.drive.bend is not None
     assert found.drive.bend.value == pytest.approx(SERVO.bend, rel=0.25)
     assert found.drive.bend.ci95 is not None
+    assert found.drive.dead_band is not None
+    assert found.drive.dead_band.value == pytest.approx(SERVO.dead_band, rel=0.2)
+    assert found.static["coulomb"].value == pytest.approx(
+        SERVO.coulomb, rel=0.3
+    )  # none of it the dead band's
     assert found.gravity["sin"].value == pytest.approx(SERVO.gravity, rel=0.06)
     assert found.drive.back_emf is not None
     assert found.static["viscous"].value == pytest.approx(SERVO.viscous + SERVO.back_emf, rel=0.25)
