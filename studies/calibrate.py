@@ -106,22 +106,22 @@ def row(name: str, errors: list[float], holds: list[bool], refused: int) -> str:
     spread = 1.96 * math.sqrt(share * (1.0 - share) / count)
     last = f"{100 * share:.1f} ± {100 * spread:.1f} % | {refused} |"
     return (
-        f"| {name} | {100 * float(np.mean(size < WITHIN)):.1f} % | {100 * float(np.median(size)):.2f} % | "
+        f"| {name} | {count + refused} | {100 * float(np.mean(size < WITHIN)):.1f} % | {100 * float(np.median(size)):.2f} % | "
         f"{100 * float(np.quantile(size, 0.95)):.2f} % | {last}"
     )
 
 
 TEXT = """# How well a known load tells the torque constant
 
-Made by `make study-calibrate`. {axes} axes are drawn at random for each row (load 0.1 to 3.7 N m,
-swings of 12 s, friction from a twentieth to a third of it, 1 % of noise; a fifth as many for the last); every log
-declares a torque constant that is 50 % off, which is not used. Wanted: within 2 % in 95 % of them, and an
-interval that holds the truth in 93 to 97 %. The last row is what happens where the axis' own weight is
-taken for the load's, which the notes of the command warn of: nothing in one session tells the two apart,
-logs with and without the load do.
+Made by `make study-calibrate`. Axes are drawn at random (load 0.1 to 3.7 N m, swings of 12 s,
+friction from a twentieth to a third of it, 1 % of noise); every log declares a torque constant that
+is 50 % off, which is not used. Wanted: within 2 % in 95 % of them, and an interval that holds the
+truth in 93 to 97 %. The last row is what happens where the axis' own weight is taken for the
+load's, which the notes of the command warn of: nothing in one session tells the two apart, logs
+with and without the load do.
 
-| load | within 2 % | median error | 95 % of errors below | the interval holds the truth | refused |
-|---|---|---|---|---|---|
+| load | axes | within 2 % | median error | 95 % of errors below | the interval holds the truth | refused |
+|---|---|---|---|---|---|---|
 {rows}
 """
 
@@ -135,7 +135,7 @@ def main(axes: int) -> None:
         for name, variant in VARIANTS.items()
     ]
     with atomic_write(PAGE) as stream:
-        stream.write(TEXT.format(axes=axes, rows="\n".join(rows)))
+        stream.write(TEXT.format(rows="\n".join(rows)))
 
 
 if __name__ == "__main__":

@@ -326,8 +326,8 @@ def _about_effort(recording: Recording) -> list[str]:
     if recording.by_voltage and not axis.back_emf_damping:
         notes.append(
             "the effort is the voltage at the motor: its back-EMF is in the viscous coefficient, as one with "
-            "viscous friction; resistance_ohm in [axis] would split it off. Row by row a duty tells little of "
-            "the torque: `ffc-id fit-motion` fits the motion itself."
+            "viscous friction; resistance_ohm in [axis] would split it off. Row by row a duty tells little "
+            "of the torque: `ffc-id fit-motion` fits the motion itself."
         )
     return notes
 
