@@ -106,7 +106,8 @@ def row(name: str, errors: list[float], holds: list[bool], refused: int) -> str:
     spread = 1.96 * math.sqrt(share * (1.0 - share) / count)
     last = f"{100 * share:.1f} ± {100 * spread:.1f} % | {refused} |"
     return (
-        f"| {name} | {count + refused} | {100 * float(np.mean(size < WITHIN)):.1f} % | {100 * float(np.median(size)):.2f} % | "
+        f"| {name} | {count + refused} | {100 * float(np.mean(size < WITHIN)):.1f} % | "
+        f"{100 * float(np.median(size)):.2f} % | "
         f"{100 * float(np.quantile(size, 0.95)):.2f} % | {last}"
     )
 
