@@ -23,6 +23,7 @@ from idtool.fit.eliminate import eliminate
 from idtool.model import gravity
 from idtool.model.contribution import Contribution, combine, is_zero
 from idtool.model.motion import Array, Motion
+from idtool.model.stribeck import level
 from idtool.model.torque import Direction, Friction, linearise, predict
 from idtool.parameters import GRAVITY_MODELS
 from idtool.signals import Recording
@@ -105,7 +106,7 @@ class Scales:
         motion = recording.motion
         speed = np.abs(motion.velocity)
         top = float(np.quantile(speed, 0.999))
-        moving = speed[speed > 0.02 * top]
+        moving = speed[recording.moving]
         # a pass over the rows each, however many trials there are
         within = np.maximum.reduceat(motion.position, motion.starts) - np.minimum.reduceat(
             motion.position, motion.starts
@@ -344,17 +345,17 @@ class JointModel:
         """Residual at coordinates `x`, start deflections eliminated; `bend` is the prior's scale."""
         motion, recording = self.recording.motion, self.recording
         friction, effect = self.friction(x), self.contribution(x)
-        zero = np.zeros(motion.stretches)
-        prediction = predict(motion, friction, effect, zero)
+        expected = self.expected_start(x)
+        prediction = predict(motion, friction, effect, expected)
         both = recording.filtered_columns(prediction.torque, prediction.start_column)
         residual, column = self.measured - both[:, 0], both[:, 1]
         weight = self.weight(bend)
         _, share = self.eliminate_columns(residual[:, None], column, weight)
         # rows that no start explains must not bend the bristle further than it can
         most = _FURTHEST_START * self.bend(x)
-        start = np.clip(share[:, 0], -most, most)
-        residual -= column * start[recording.filtered_stretch]
-        return Evaluation(residual, start, weight * start)
+        start = np.clip(expected + share[:, 0], -most, most)
+        residual -= column * (start - expected)[recording.filtered_stretch]
+        return Evaluation(residual, start, weight * (start - expected))
 
     def differentiate(
         self, x: Array, bend: float, start: Array, varied: NDArray[np.bool_] | None = None
@@ -382,7 +383,7 @@ class JointModel:
         weight = self.weight(bend)
         projected, moved = self.eliminate_columns(columns, filtered[:, 1], weight)
         jacobian = np.vstack([projected, -weight[:, None] * moved])
-        return Evaluation(residual, start, weight * start, jacobian)
+        return Evaluation(residual, start, weight * (start - self.expected_start(x)), jacobian)
 
     def _added(self, direction: Direction) -> Array:
         """Filtered torque of a direction that only adds one; the last one of each origin is kept."""
@@ -405,6 +406,16 @@ class JointModel:
             weight,
         )
         return free, share
+
+    def expected_start(self, x: Array) -> Array:
+        """Middle of the prior of each start deflection, shape (stretches,).
+
+        An axis that moves when its trial begins has slid before: its bristle is bent as at that speed. Taken
+        for straight there, it would be damped all at once.
+        """
+        friction, entering = self.friction(x), self.recording.entering
+        levels = level(entering, friction.coulomb, friction.static, friction.stribeck_velocity)
+        return np.asarray(np.sign(entering) * levels / friction.bristle_stiffness)
 
     def weight(self, bend: float) -> Array:
         """Noise of a filtered row over the prior's standard deviation of each start, shape (stretches,).

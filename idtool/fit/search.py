@@ -107,7 +107,9 @@ class Projection:
             self._over_steps = 1.0 / level(motion.step_velocity, *curve)
             self._over_rows = np.abs(motion.velocity) / level(motion.velocity, *curve)
         along = motion.step_velocity, motion.step, self._over_steps / bend, motion.first
-        z, decay = lugre.propagate(*along, np.zeros(motion.stretches), motion.restart)
+        entering = model.recording.entering
+        expected = np.sign(entering) * bend * level(entering, *curve)
+        z, decay = lugre.propagate(*along, expected, motion.restart)
         damped = model.spec.friction == "lugre"
         rate = self._over_rows / bend
         regressors = [z / bend, motion.velocity - rate * z] if damped else [z / bend]

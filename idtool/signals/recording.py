@@ -36,6 +36,8 @@ _SPIKE = "outlier of the torque"
 #: SI magnitudes of a column as a whole lie between this and its inverse for every axis there is; squares and
 #: products of what does not lie there leave the range of a float. Times in seconds since 1970 are 2e9.
 _LARGEST = 1e12
+#: An axis moves for certain above this share of the top speed.
+_MOVING = 0.02
 #: A trial that lasts so many times the longest delay does not miss its ends.
 _LONG = 20.0
 
@@ -120,6 +122,19 @@ class Recording:
         return self.filtered_trial if self.fold is None else self.fold[self.row]
 
     @cached_property
+    def entering(self) -> Array:
+        """Velocity at the start of each trial that begins in motion, 0 for other stretches, (stretches,)."""
+        begins = np.flatnonzero(self.motion.begins)
+        moves = self.motion.first[begins] & ~self.at_rest[begins] & self.moving[begins]
+        return np.asarray(np.where(moves, self.motion.velocity[begins], 0.0))
+
+    @cached_property
+    def moving(self) -> NDArray[np.bool_]:
+        """Rows that are faster than the noise of a standing axis, for certain, (rows,)."""
+        speed = np.abs(self.motion.velocity)
+        return np.asarray(speed > _MOVING * np.quantile(speed, 0.999))
+
+    @cached_property
     def stretch_pointer(self) -> NDArray[np.intp]:
         """First filtered row of each stretch, and the number of rows at its end, (stretches + 1,)."""
         return np.searchsorted(self.filtered_stretch, np.arange(self.motion.stretches + 1))
@@ -177,7 +192,7 @@ class Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
         result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
         # the same rows: keep what was computed
-        for name in ("operator", "row", "filtered_trial", "filtered_stretch", "stretch_pointer"):
+        for name in ("operator", "row", "filtered_trial", "filtered_stretch", "stretch_pointer", "entering"):
             if name in self.__dict__:
                 result.__dict__[name] = self.__dict__[name]
         return result
