@@ -16,12 +16,13 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("--svg", is_flag=True, help="Draw each figure as SVG too, for a paper.")
 @output_options
-def report(folder: Path, output: Output) -> None:
+def report(folder: Path, svg: bool, output: Output) -> None:
     """Make the fit report of DIR, a folder that `identify` or `diagnose` wrote.
 
     Writes DIR/report.html, one page that needs no network and no other file, and its figures as PNG
-    and SVG in DIR/figures. An earlier report there is replaced.
+    in DIR/figures. An earlier report there is replaced.
 
     \b
     ffc-id identify *.csv -o result
@@ -30,12 +31,13 @@ def report(folder: Path, output: Output) -> None:
     from idtool.report import write_report
 
     with Progress(output, "drawing the figures"):
-        page = write_report(folder)
+        page = write_report(folder, svg=svg)
     figures = sorted((folder / "figures").glob("*.png"))
+    forms = "PNG and SVG" if svg else "PNG"
 
     def show(console: Console) -> None:
         # plain text: a path must stay on one line and is not markup
         click.echo(f"report: {page}")
-        click.echo(f"figures: {len(figures)} in {folder / 'figures'}, as PNG and SVG")
+        click.echo(f"figures: {len(figures)} in {folder / 'figures'}, as {forms}")
 
     output.result({"report": str(page), "figures": [str(figure) for figure in figures]}, show)

@@ -1,6 +1,6 @@
 """The report: one HTML page that holds everything, and its figures beside it.
 
-    write_report(Path("result"))    # result/report.html, result/figures/*.png and *.svg
+    write_report(Path("result"))    # result/report.html, result/figures/*.png
 
 The page needs no network and no other file: figures are inside it, and a content policy forbids it to
 load anything. Everything that comes from files is escaped by the template.
@@ -40,7 +40,6 @@ from idtool.version import __version__
 
 PAGE = "report.html"
 FIGURES = "figures"
-_FORMS = ("png", "svg")
 #: What of the provenance the page shows in words of its own.
 _SHOWN = ("tool", "logs", "seed", "friction", "friction_law", "filter_hz")
 #: Names of every figure that a report may have; those of an earlier report that this one lacks go.
@@ -112,30 +111,32 @@ class EffectCard:
     reveals: str
 
 
-def write_report(folder: Path) -> Path:
+def write_report(folder: Path, *, svg: bool = False) -> Path:
     """Draw the report of a result folder into it; returns the page.
 
-    Writes `report.html` and `figures/NAME.png`, `figures/NAME.svg`, each whole or not at all, and
-    removes figures of an earlier report that this one does not have.
+    Writes `report.html` and `figures/NAME.png`, each whole or not at all, and removes figures of an earlier
+    report that this one does not have. With `svg` each figure comes as `figures/NAME.svg` too, which
+    takes half as long again.
 
     Raises:
         InputError: the folder's files are missing or broken, or it cannot be written.
     """
     evidence = read_evidence(folder)
     plates = all_plates(evidence)
-    pictures = _draw(evidence, plates, folder / FIGURES)
+    pictures = _draw(evidence, plates, folder / FIGURES, ("png", "svg") if svg else ("png",))
     page = _render(evidence, pictures)
     with atomic_write(folder / PAGE) as stream:
         stream.write(page)
     return folder / PAGE
 
 
-def _draw(evidence: Evidence, plates: list[Plate], folder: Path) -> list[Picture]:
+def _draw(evidence: Evidence, plates: list[Plate], folder: Path, forms: tuple[str, ...]) -> list[Picture]:
+    drawn = {f"{plate.name}.{form}" for plate in plates for form in forms}
     try:
         folder.mkdir(exist_ok=True)
         for name in _KNOWN:
-            if name not in {plate.name for plate in plates}:
-                for form in _FORMS:
+            for form in ("png", "svg"):
+                if f"{name}.{form}" not in drawn:
                     (folder / f"{name}.{form}").unlink(missing_ok=True)
     except OSError as error:
         raise InputError(
@@ -144,12 +145,12 @@ def _draw(evidence: Evidence, plates: list[Plate], folder: Path) -> list[Picture
     pictures = []
     for plate in plates:
         figure = plate.draw()
-        drawn = {form: style.render(figure, form) for form in _FORMS}
-        for form, content in drawn.items():
+        content = {form: style.render(figure, form) for form in forms}
+        for form in forms:
             with atomic_write(folder / f"{plate.name}.{form}", "wb") as stream:
-                stream.write(content)
-        width, height = struct.unpack(">II", drawn["png"][16:24])  # where a PNG keeps its size
-        address = "data:image/png;base64," + base64.b64encode(drawn["png"]).decode("ascii")
+                stream.write(content[form])
+        width, height = struct.unpack(">II", content["png"][16:24])  # where a PNG keeps its size
+        address = "data:image/png;base64," + base64.b64encode(content["png"]).decode("ascii")
         pictures.append(Picture(plate, address, width, height, quiet(evidence, plate.name)))
     return pictures
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import struct
 import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 from idtool.cli.main import main
+
+from idtool.presentation import style
 
 
 def _synthetic() -> ModuleType:
@@ -37,15 +40,23 @@ def run(*arguments: str) -> int:
     return int(stop.value.code or 0)
 
 
+@pytest.fixture
+def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are built but not painted."""
+    png = b"\x89PNG\r\n\x1a\n" + b"\x00\x00\x00\rIHDR" + struct.pack(">II", 1, 1)
+    monkeypatch.setattr(style, "render", lambda figure, form: png)
+
+
+@pytest.mark.usefixtures("unpainted")
 def test_draws_again_and_says_where(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(str(folder)) == 0
     printed = capsys.readouterr()
-    assert (
-        printed.out
-        == f"report: {folder / 'report.html'}\nfigures: 20 in {folder / 'figures'}, as PNG and SVG\n"
-    )
+    assert printed.out == f"report: {folder / 'report.html'}\nfigures: 20 in {folder / 'figures'}, as PNG\n"
     assert printed.err == ""
     assert (folder / "report.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert run(str(folder), "--svg") == 0
+    assert capsys.readouterr().out.endswith("as PNG and SVG\n")
+    assert len(list((folder / "figures").glob("*.svg"))) == 20
     assert run(str(folder), "--json", "-q") == 0
     printed = capsys.readouterr()
     assert printed.err == ""

@@ -15,9 +15,9 @@ from .folder import make
 
 @pytest.fixture(scope="session")
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A rotary axis with a ripple, everything there, report drawn."""
+    """A rotary axis with a ripple, everything there, report drawn, its figures as SVG too."""
     folder = make(tmp_path_factory.mktemp("rotary") / "result")
-    write_report(folder)
+    write_report(folder, svg=True)
     return folder
 
 

@@ -171,7 +171,7 @@ def test_commands_in_notes_are_set_as_code(folder: Path) -> None:
 
 def test_linear_axis_has_its_own_words_and_units(tmp_path: Path) -> None:
     folder = synthetic.make(tmp_path / "slide", "linear")
-    page = Page(write_report(folder))
+    page = Page(write_report(folder, svg=True))
     assert page.mistakes == []
     assert "linear axis" in page.text
     assert "coulomb_n 0.08055 N 0.00081" in page.text
@@ -286,7 +286,8 @@ def test_null_or_empty_lists_leave_the_rest_standing(drawn: Path, folder: Path, 
 
 @pytest.mark.usefixtures("quick")
 def test_redrawing_removes_figures_that_are_gone_and_keeps_strangers(folder: Path) -> None:
-    write_report(folder)
+    write_report(folder, svg=True)
+    assert (folder / "figures" / "gravity.svg").exists()
     stranger = folder / "figures" / "mine.png"
     stranger.write_bytes(b"mine")
     evidence = synthetic.read_json(folder, "evidence")
@@ -294,7 +295,7 @@ def test_redrawing_removes_figures_that_are_gone_and_keeps_strangers(folder: Pat
     synthetic.write_json(folder, "evidence", evidence)
     write_report(folder)
     assert not (folder / "figures" / "gravity.png").exists()
-    assert not (folder / "figures" / "gravity.svg").exists()
+    assert list((folder / "figures").glob("*.svg")) == []  # of the report before
     assert stranger.exists()
 
 
@@ -322,7 +323,7 @@ def test_drawing_is_repeatable_and_leaves_no_trace(drawn: Path, folder: Path) ->
     from matplotlib import rc_context, rcParams
 
     with rc_context({"font.size": 31.0, "axes.grid": False}):
-        write_report(folder)
+        write_report(folder, svg=True)
         assert rcParams["font.size"] == 31.0
         assert rcParams["axes.grid"] is False
     assert (folder / "report.html").read_bytes() == (drawn / "report.html").read_bytes()
