@@ -15,8 +15,8 @@ from idtool.model.motion import Motion
 from idtool.signals import lowpass
 from idtool.signals.recording import Recording
 
-#: Rows that are left for each period of the filter's bandwidth, three times what Nyquist asks for.
-_ROWS_PER_PERIOD = 6
+#: Rows that are left for each period of the filter's bandwidth, two and a half times what Nyquist asks for.
+_ROWS_PER_PERIOD = 5
 
 
 def thin(recording: Recording) -> Recording:
