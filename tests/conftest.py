@@ -15,7 +15,7 @@ settings.load_profile("untimed")
 _PROJECT = Path(__file__).resolve().parent.parent
 #: Rooms whose single tests last longest; they start first, so that two workers end together.
 _LONGEST = ("docs", "diagnosis", "verbs")
-#: Tests that talk to a virtual servo in real time, and what a rig says when a busy computer kept one of the two
+#: Tests that talk to a virtual servo in real time, and what a rig says when a busy computer kept one of both
 #: from running for longer than a bus may be silent.
 _REAL_TIME = ("tests/rig/dynamixel", "tests/rig/feetech", "tests/cli/test_hardware.py")
 _STARVED = ("does not answer", "the computer was busy", "clock jumped")
