@@ -112,10 +112,11 @@ class Transactions(ABC):
 
     def _wait_for_bytes(self) -> None:
         """Sleep until an answer begins or the time for it is over; the SDK itself would spin."""
-        over = False
+        allowed = 1e-3 * self._port.packet_timeout * self.clock.scale
+        begun, over = self.clock.now(), False
         while not over:
             # one look more when the time is over: the computer itself may have been busy elsewhere
-            over = self._port.isPacketTimeout()
+            over = self.clock.now() - begun > allowed
             self.clock.sleep(_PAUSE_S)
             if self._port.getBytesAvailable():
                 return
