@@ -1,7 +1,7 @@
 """The servo's own position loop, `[drive]` of the parameter file.
 
     command = p (goal(t - delay) - q) - d w,   held within +- limit
-    effort  = supply * c (1 - b |c|),          c = command less the dead band
+    effort  = supply * c / (1 + b |c|),        c = command less the dead band
 
 The command is a duty (share of the supply, -1 to 1) where the log holds one, else the effort itself. On a
 servo whose gain can be set, `position_gain` is the one at `gain_setting`, and another setting (`[drive]
@@ -49,7 +49,7 @@ class Drive:
         back_emf: the part of the viscous coefficient that is there only while the drive is on, since it is
             the motor's back-EMF; None where that is not known.
         dead_band: command that makes no torque yet; None where it was not looked for.
-        bend: b, the share of its torque that the drive lacks at full command; None likewise.
+        bend: b; at full command the drive makes 1 / (1 + b) of what its first part promises; None likewise.
         gain_setting: the servo's own number for the gain at which `position_gain` holds; None where no log
             told one.
     """

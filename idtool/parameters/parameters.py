@@ -446,6 +446,14 @@ def _read_drive(table: Any, kind: Units, file: Path) -> Drive | None:
     loop = any(file_key(name, known[name], kind) in numbers for name in LOOP)
     optional = frozenset(known) - (frozenset(LOOP) if loop else frozenset())
     read = _parameters(numbers, known, "drive", kind, file, optional)
+    for name in {"bend", "dead_band"} & set(read):
+        if read[name].value < 0.0:
+            raise InputError(
+                f"expected a number >= 0, found {read[name].value:g}",
+                file=file,
+                place=f"drive.{name}.value",
+                remedy="correct it, or fit it again",
+            )
     return Drive(command, **read, gain_setting=setting)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from idtool import InputError, Log, Parameters
+from idtool.parameters import Parameter
 from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.simulate import simulate
 from testbench.duty_servo import DutyServo
@@ -62,6 +63,10 @@ def test_the_file_comes_back_as_it_was_written(tmp_path: Path) -> None:
     again = Parameters.read(file)
     assert again.drive == fitted().parameters.drive
     assert again.to_document() == fitted().parameters.to_document()
+    assert fitted().parameters.drive is not None
+    wrong = replace(fitted().parameters.drive, bend=Parameter(-1.0))
+    with pytest.raises(InputError, match=r"drive\.bend\.value: expected a number >= 0"):
+        replace(fitted().parameters, drive=wrong).write(file, force=True)
 
 
 def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
