@@ -60,6 +60,8 @@ You get: how far an exported joint strays, beside the model that it was made fro
 Made by `make study-exchange`. Every log is simulated from its effort over windows of one second, each from
 the measured state; rms of the position. MuJoCo runs the file that `ffc-id export mujoco` writes with the
 logs, at a step of 0.2 ms. `coulomb` is what two numbers leave, in MuJoCo, a URDF or Isaac's joint friction.
+The parameters were identified from these same logs, so the figures compare the simulations, not how well an
+axis is predicted. MJCF has no damping that depends on direction: the third row is what that costs.
 
 | | our own model | MuJoCo, `dcmotor` | MuJoCo, `--friction coulomb` |
 |---|---|---|---|
