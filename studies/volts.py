@@ -199,8 +199,8 @@ break-away torque of the axis without power; an axis stands that is slower than 
 started by itself if it went more than two counts in the 10 s in which nobody touched it. The aims are a
 share of 30 %, a stop within 100 ms and no start by itself.
 
-**The share of 30 % is not reached by most axes**: what the voltage leaves uncertain (its noise, the back-EMF of a speed
-that is read late and coarsely) has to stay friction's.
+**The share of 30 % is not reached by most axes**: what the voltage leaves uncertain (its
+noise, the back-EMF of a speed that is read late and coarsely) has to stay friction's.
 
 | | share, median | 95 % below | within 30 % | let go at | stop, 95 % below | in 100 ms | started | faults |
 |---|---|---|---|---|---|---|---|---|
