@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, stats
+from scipy import optimize, special
 
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity
@@ -343,7 +343,7 @@ class _Problem:
         np.add.at(scores, np.tile(self.window, len(self.stages)), jacobian * pulled[:, None])
         free = max(count - len(tried.x), 1)
         covariance = bread @ (scores.T @ scores) @ bread * count / free
-        quantile = float(stats.t.ppf(0.975, free))
+        quantile = float(special.stdtrit(free, 0.975))
         values = parameters_with_errors(tried.coordinates, tried.x, covariance, quantile)
         return with_values(tried.parameters, tried.coordinates, values)
 
