@@ -59,10 +59,11 @@ _RIGHT = 0.03
 #: The controller leaves it out, see `ForceFreeController`.
 NOT_GUIDED = {"external_periodic": "left out: the phase is not known once the clock starts anew"}
 MUJOCO = {
-    "inertia": "`armature`",
+    "inertia": "`armature` (on a slide the body's mass)",
     "nonlinear_viscous": "`damping`",
     "position_stiffness": "`stiffness`",
-    "position_ripple": "`cogging`, one harmonic",
+    "position_ripple": "`cogging`",
+    "torque_offset": "a constant bias",
 }
 
 
