@@ -32,6 +32,16 @@ _SMALL = 1e-5  # below this x, 1 - exp(-x) - x exp(-x) loses its digits and x*x/
 
 
 @numba.njit(cache=True, fastmath=False)
+def _pace(velocity: float, step: float, rho: float) -> tuple[float, float, float]:
+    """x and E of a step, and what a straight bristle is bent by in it."""
+    x = rho * abs(velocity) * step
+    e = math.exp(-x)
+    if x > _SMALL:
+        return x, e, math.copysign((1.0 - e) / rho, velocity)
+    return x, e, velocity * step * (1.0 - 0.5 * x)
+
+
+@numba.njit(cache=True, fastmath=False)
 def _propagate(
     velocity: Array,
     step: Array,
@@ -50,12 +60,8 @@ def _propagate(
         if first[k]:
             forced = 0.0
         else:
-            x = rho[k] * abs(velocity[k]) * step[k]
-            e = math.exp(-x)
-            if x > _SMALL:
-                forced = e * forced + math.copysign((1.0 - e) / rho[k], velocity[k])
-            else:
-                forced = e * forced + velocity[k] * step[k] * (1.0 - 0.5 * x)
+            _, e, bent = _pace(velocity[k], step[k], rho[k])
+            forced = e * forced + bent
             fade *= e
         if first[k] or restart[k]:
             stretch += 1
@@ -91,15 +97,13 @@ def _propagate_tangents(
             for j in range(m):
                 running[j] = 0.0
         else:
-            x = rho[k] * abs(velocity[k]) * step[k]
-            e = math.exp(-x)
+            x, e, bent = _pace(velocity[k], step[k], rho[k])
             sensitivity = -x * e * forced
             if x > _SMALL:
-                forced = e * forced + math.copysign((1.0 - e) / rho[k], velocity[k])
                 sensitivity -= math.copysign((1.0 - e - x * e) / rho[k], velocity[k])
             else:
-                forced = e * forced + velocity[k] * step[k] * (1.0 - 0.5 * x)
                 sensitivity -= 0.5 * x * velocity[k] * step[k]
+            forced = e * forced + bent
             for j in range(m):
                 running[j] = e * running[j] + sensitivity * dlog_rho[k, j]
                 fading[j] += x * dlog_rho[k, j]
