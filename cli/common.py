@@ -117,7 +117,8 @@ rig_option = click.option(
     "--rig",
     metavar="SPEC",
     shell_complete=complete_rig,
-    help="sim:NAME, sim:FILE.toml, dynamixel:DEVICE or replay:LOG; asked for where it is left out.",
+    help="sim:NAME, sim:FILE.toml, dynamixel:DEVICE, feetech:DEVICE or replay:LOG; asked for where it is left"
+    " out.",
 )
 
 

@@ -53,7 +53,7 @@ def complete_rig(_: click.Context, __: click.Parameter, incomplete: str) -> list
         from idtool.io.entry_points import outside
 
         others = (f"{name}:" for name in outside("ffc_id.rigs"))
-        known = [*(f"sim:{name}" for name in rig_names()), "dynamixel:", "replay:", *others]
+        known = [*(f"sim:{name}" for name in rig_names()), "dynamixel:", "feetech:", "replay:", *others]
         return _items(word for word in known if word.startswith(incomplete))
     if kind == "sim":
         found = [name for name in rig_names() if name.startswith(rest)] + list(_paths(rest, (".toml",)))

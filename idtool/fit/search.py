@@ -16,6 +16,8 @@ from dataclasses import dataclass, field
 
 import nlopt
 import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
 
 from idtool.errors import InputError, nearest
 from idtool.fit.eliminate import moments
@@ -44,6 +46,8 @@ _BASINS = 3
 #: What is linear and how the start deflections pass through sigma1 are found in turn, until that keeps
 #: within this share.
 _PASSES, _SAME = 20, 1e-3
+#: Filtered rows that tell one basin from another: of more of them every second, third, ... is looked at.
+_ENOUGH = 4000
 #: Evaluations of a local polish, and its first steps (logarithms).
 _POLISH = 40
 _STEP = {"bend": 0.1, "ratio": 0.2, "stribeck_velocity": 0.3}
@@ -62,6 +66,8 @@ class Projection:
     model: JointModel
     coulomb: float | None = None
     evaluations: int = 0
+    _operator: sparse.csr_matrix = field(init=False)
+    _pointer: NDArray[np.intp] = field(init=False)
     _fixed: Array = field(init=False)
     _products: Array = field(init=False)
     _names: list[str] = field(init=False)
@@ -86,8 +92,14 @@ class Projection:
                 if isinstance(at.torque, np.ndarray) and at.only_torque:
                     columns.append(at.torque)
                     self._names.append(f"{effect.name}.{c.name}")
-        fixed = self.model.recording.filtered(np.column_stack(columns))
-        self._fixed = np.column_stack([self.model.measured, fixed])
+        recording = self.model.recording
+        looked_at = slice(None, None, -(-len(recording.row) // _ENOUGH))
+        self._operator = recording.operator[looked_at]
+        stretch = recording.filtered_stretch[looked_at]
+        self._pointer = np.searchsorted(stretch, np.arange(motion.stretches + 1))
+        self._fixed = np.column_stack(
+            [self.model.measured[looked_at], self._operator @ np.column_stack(columns)]
+        )
         self._products = self._fixed.T @ self._fixed
         self._typical = 0.5 * self.model.friction_sizes[1] if self.coulomb is None else self.coulomb
 
@@ -114,7 +126,7 @@ class Projection:
         rate = self._over_rows / bend
         regressors = [z / bend, motion.velocity - rate * z] if damped else [z / bend]
         starts = [decay / bend, rate * decay] if damped else [decay / bend]
-        new = model.recording.filtered_columns(*starts, *regressors)
+        new = np.column_stack([self._operator @ column for column in (*starts, *regressors)])
         weight = model.weight(max(curve[:2]) * bend) / self._typical
         values = self._linear(new, len(starts), weight, medium)
         cost, scale = values.pop("cost"), values.pop("level")
@@ -131,8 +143,7 @@ class Projection:
             weight: root of the weight of each start's prior, shape (stretches,).
             medium: friction level at a medium speed over the Coulomb level.
         """
-        pointer = self.model.recording.stretch_pointer
-        by_stretch = moments(new, np.hstack([new, self._fixed]), pointer)
+        by_stretch = moments(new, np.hstack([new, self._fixed]), self._pointer)
         added = by_stretch[:, starts:].sum(axis=0)[:, starts:]
         mixed = added[:, new.shape[1] - starts :]
         products = np.block([[added[:, : len(added)], mixed], [mixed.T, self._products]])
@@ -160,6 +171,11 @@ class Projection:
             if abs(through - before) <= _SAME * through:
                 break
         return values
+
+    @property
+    def rows(self) -> int:
+        """How many filtered rows are looked at."""
+        return len(self._fixed)
 
     def medium_level(self, shape: Mapping[str, float]) -> float:
         """Friction level at a medium speed over the Coulomb level."""
@@ -337,7 +353,7 @@ def cost_over_stiffness(
     }
     costs = [projection.solve({**shape, "bend": float(bend)})[0] for bend in bends]
     level = values["coulomb"] * projection.medium_level(shape)
-    return level / bends, np.sqrt(np.array(costs) / len(model.measured))
+    return level / bends, np.sqrt(np.array(costs) / projection.rows)
 
 
 def _box(model: JointModel, names: list[str]) -> tuple[Array, Array]:

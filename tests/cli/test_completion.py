@@ -53,7 +53,7 @@ def offered(line: str, cwd: Path) -> list[str]:
     ("line", "expected"),
     [
         ("ffc-id run-s", ["run-sweep", "run-sine"]),
-        ("ffc-id export ", ["c", "mujoco", "urdf", "ros2", "json"]),
+        ("ffc-id export ", ["c", "mujoco", "isaac", "urdf", "ros2", "json", "bam", "cogging"]),
         ("ffc-id export m", ["mujoco"]),
         ("ffc-id recipes ", ["list", "show"]),
         ("ffc-id recipes show p", ["pauses"]),
@@ -62,7 +62,10 @@ def offered(line: str, cwd: Path) -> list[str]:
         ("ffc-id identify --friction ", ["lugre", "stribeck", "coulomb"]),
         ("ffc-id identify --friction=st", ["stribeck"]),
         ("ffc-id identify ", ["<file>"]),
-        ("ffc-id run-sine --rig ", ["sim:bench", "sim:paper", "dynamixel:", "replay:"]),
+        (
+            "ffc-id run-sine --rig ",
+            ["sim:bench", "sim:paper", "sim:sts3215", "dynamixel:", "feetech:", "replay:"],
+        ),
         # bash takes sim for a word of its own and wants what follows the colon
         ("ffc-id run-sine --rig sim:p", ["paper", "plants/"]),
         ("ffc-id run-sine --rig=sim:pa", ["paper"]),

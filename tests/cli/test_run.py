@@ -255,9 +255,13 @@ def test_a_terminal_gets_a_bar_with_the_time_left(folder: Path) -> None:
 def test_rigs_and_recipes_are_listed(ffc_id: Program) -> None:
     done = ffc_id("rigs")
     assert done.returncode == 0
-    for word in ("sim:paper", "sim:bench", "sim:FILE.toml", "dynamixel:DEVICE[,id=N]"):
+    for word in ("sim:paper", "sim:bench", "sim:FILE.toml", "dynamixel:DEVICE[,id=N]", "feetech:DEVICE"):
         assert word in done.stdout
-    assert set(json.loads(ffc_id("rigs", "--json").stdout)["rigs"]) == {"sim:paper", "sim:bench"}
+    assert set(json.loads(ffc_id("rigs", "--json").stdout)["rigs"]) == {
+        "sim:paper",
+        "sim:bench",
+        "sim:sts3215",
+    }
     for arguments in (["recipes"], ["recipes", "list"]):
         listed = ffc_id(*arguments)
         assert [line.split()[0] for line in listed.stdout.splitlines()] == [
