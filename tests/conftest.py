@@ -26,7 +26,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.path.parent.name not in _LONGEST)
     for item in items:
         if item.nodeid.startswith(_REAL_TIME):
-            item.add_marker(pytest.mark.flaky(reruns=3, reruns_delay=1, only_rerun=list(_STARVED)))
+            item.add_marker(pytest.mark.flaky(reruns=4, reruns_delay=10, only_rerun=list(_STARVED)))
 
 
 @pytest.fixture(scope="session")
