@@ -48,54 +48,14 @@ bench: $(VENV)/.ready-bench
 	$(BIN)/python -m benchmarks
 
 # Longer than tests; each writes a page of docs/.
-study-accuracy: export OPENBLAS_NUM_THREADS = 1
-study-accuracy: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.accuracy
+STUDIES = accuracy diagnosis measured simulate calibrate board played fleet reliability volts exchange rehearsal
+# on one core, as the tests
+$(patsubst %,study-%,teach $(filter-out board played reliability,$(STUDIES))): export OPENBLAS_NUM_THREADS = 1
+$(STUDIES:%=study-%): study-%: $(VENV)/.ready-dev
+	$(BIN)/python -m studies.$*
 
-study-diagnosis: export OPENBLAS_NUM_THREADS = 1
-study-diagnosis: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.diagnosis
-
-study-measured: export OPENBLAS_NUM_THREADS = 1
-study-measured: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.measured
-
-study-simulate: export OPENBLAS_NUM_THREADS = 1
-study-simulate: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.simulate
-
-study-calibrate: export OPENBLAS_NUM_THREADS = 1
-study-calibrate: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.calibrate
-
-study-board: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.board
-
-study-teach: export OPENBLAS_NUM_THREADS = 1
 study-teach: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.guiding
-
-study-played: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.played
-
-study-fleet: export OPENBLAS_NUM_THREADS = 1
-study-fleet: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.fleet
-
-study-reliability: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.reliability
-
-study-volts: export OPENBLAS_NUM_THREADS = 1
-study-volts: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.volts
-
-study-exchange: export OPENBLAS_NUM_THREADS = 1
-study-exchange: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.exchange
-
-study-rehearsal: export OPENBLAS_NUM_THREADS = 1
-study-rehearsal: $(VENV)/.ready-dev
-	$(BIN)/python -m studies.rehearsal
 
 docs-commands: $(VENV)/.ready-dev
 	$(BIN)/python -m pages.commands

@@ -34,39 +34,8 @@ from idtool.parameters.scaling import in_torque
 from idtool.rig.base import TrialSetup
 from idtool.rig.opening import read_plant
 from idtool.verbs.simulate import simulate
-from testbench.bench import Bench
+from testbench.bench import SHORT_SESSION, Bench
 
-_HEADER = """
-schema = "ffc-id/recipe/1"
-name = "{0}"
-experiment = "{0}"
-[setup]
-tilt_alpha_rad = {1}
-[[trials]]
-"""
-#: The bundled recipes, shortened.
-RECIPES = {
-    "gravity": _HEADER.format("gravity", 0.0)
-    + """
-kind = "back_and_forth"
-payload_kg = [0.0, 0.5, 1.0]
-speed_rad_s = 0.3
-travel_rad = 0.8
-""",
-    "sweep": _HEADER.format("sweep", math.pi / 2)
-    + """
-kind = "back_and_forth"
-speed_rad_s = [0.024, 0.048, 0.096, 0.192, 0.384, 0.767]
-travel_rad = [0.12, 0.16, 0.24, 0.4, 0.8, 1.6]
-""",
-    "sine": _HEADER.format("sine", math.pi / 2)
-    + """
-kind = "sine"
-frequency_hz = [0.5, 1.0]
-amplitude_rad_s = 0.6
-duration_s = 4.0
-""",
-}
 PAGE = Path("docs/rehearsal.md")
 GRAVITY = 9.80665
 FLAT = TrialSetup(tilt_alpha_rad=math.pi / 2)
@@ -130,7 +99,9 @@ def rehearse(session: Session, folder: Path) -> dict[str, str]:
         for name in ("gravity", "sweep", "sine"):
             path = folder / f"{name}.csv"
             with on.rig(**session.options) as rig:
-                seconds += run(parse_recipe(RECIPES[name], name), rig, path, confirm=on.setup).duration_s
+                seconds += run(
+                    parse_recipe(SHORT_SESSION[name], name), rig, path, confirm=on.setup
+                ).duration_s
             logs.append(Log.read(path))
         said = {"recipes": f"{seconds:.0f} s of motion"}
         file = read_plant(session.plant)

@@ -19,6 +19,37 @@ from idtool.virtual_servo.feetech.table import FIELDS as FEETECH_FIELDS
 from idtool.virtual_servo.rehearsal import virtual_servo
 from idtool.virtual_servo.terminal import VirtualTerminal
 
+_HEADER = """
+schema = "ffc-id/recipe/1"
+name = "{0}"
+experiment = "{0}"
+[setup]
+tilt_alpha_rad = {1}
+[[trials]]
+"""
+#: The bundled recipes, shortened: name -> text.
+SHORT_SESSION = {
+    "gravity": _HEADER.format("gravity", 0.0)
+    + """
+kind = "back_and_forth"
+payload_kg = [0.0, 0.5, 1.0]
+speed_rad_s = 0.3
+travel_rad = 0.8
+""",
+    "sweep": _HEADER.format("sweep", np.pi / 2)
+    + """
+kind = "back_and_forth"
+speed_rad_s = [0.024, 0.048, 0.096, 0.192, 0.384, 0.767]
+travel_rad = [0.12, 0.16, 0.24, 0.4, 0.8, 1.6]
+""",
+    "sine": _HEADER.format("sine", np.pi / 2)
+    + """
+kind = "sine"
+frequency_hz = [0.5, 1.0]
+amplitude_rad_s = 0.6
+duration_s = 4.0
+""",
+}
 BAUD = 1_000_000
 #: Lying on its side: without torque it stays where it is.
 FLAT = TrialSetup(tilt_alpha_rad=np.pi / 2)

@@ -3,10 +3,30 @@
 from __future__ import annotations
 
 import errno
+from importlib import import_module
 from typing import Any
 
-from idtool.errors import InputError
+from idtool.errors import InputError, RigFault
 from idtool.rig.faults import DeviceGone
+
+
+def import_sdk(module: str, servo: str, extra: str) -> Any:
+    """A vendor's SDK, which is an extra of this package.
+
+    Args:
+        module: its name.
+        servo: what needs it, for the message.
+        extra: of this package.
+
+    Raises:
+        RigFault: it is not installed.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise RigFault(
+            f"{servo} needs the manufacturer's SDK; install it with: pip install 'ffc-id[{extra}]'"
+        ) from error
 
 
 def open_port(sdk: Any, device: str, baud: int, rates: tuple[int, ...]) -> Any:

@@ -9,8 +9,7 @@ import struct
 from dataclasses import dataclass
 from typing import Any
 
-from idtool.errors import RigFault
-from idtool.rig.bus.port import open_port
+from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
 from idtool.rig.clock import Clock
 from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, Register, hardware_error_text
@@ -60,19 +59,13 @@ class Present:
     temperature: int
 
 
-def import_sdk() -> Any:
-    """The SDK, which is an extra of this package.
+def vendor_sdk() -> Any:
+    """The SDK.
 
     Raises:
         RigFault: it is not installed.
     """
-    try:
-        import dynamixel_sdk
-    except ImportError as error:
-        raise RigFault(
-            "a DYNAMIXEL servo needs the manufacturer's SDK; install it with: pip install 'ffc-id[dynamixel]'"
-        ) from error
-    return dynamixel_sdk
+    return import_sdk("dynamixel_sdk", "a DYNAMIXEL servo", "dynamixel")
 
 
 class Bus(Transactions):
@@ -91,7 +84,7 @@ class Bus(Transactions):
     """
 
     def __init__(self, device: str, id: int, baud: int, clock: Clock | None = None) -> None:
-        sdk = import_sdk()
+        sdk = vendor_sdk()
         port = open_port(sdk, device, baud, BAUD_RATES)
         super().__init__(port, sdk.Protocol2PacketHandler(), sdk.COMM_SUCCESS, device, id, baud, clock)
         self._asked = self._tick_at = 0.0

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from idtool.rig.bus.scan import Scanner
-from idtool.rig.dynamixel.bus import BAUD_RATES, import_sdk
+from idtool.rig.dynamixel.bus import BAUD_RATES, vendor_sdk
 from idtool.rig.dynamixel.models import MODELS
 
 
@@ -16,7 +16,7 @@ def dynamixel_scanner() -> Scanner:
     Raises:
         RigFault: the SDK is not installed.
     """
-    sdk = import_sdk()
+    sdk = vendor_sdk()
     handler = sdk.Protocol2PacketHandler()
 
     def who(port: Any) -> Iterator[tuple[int, int]]:

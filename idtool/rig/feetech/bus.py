@@ -11,8 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from idtool.errors import RigFault
-from idtool.rig.bus.port import open_port
+from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
 from idtool.rig.clock import Clock
 from idtool.rig.faults import ServoRestarted, ServoShutdown
@@ -60,19 +59,13 @@ class Present:
     temperature: int
 
 
-def import_sdk() -> Any:
-    """The SDK, which is an extra of this package.
+def vendor_sdk() -> Any:
+    """The SDK.
 
     Raises:
         RigFault: it is not installed.
     """
-    try:
-        import scservo_sdk
-    except ImportError as error:
-        raise RigFault(
-            "a Feetech servo needs the manufacturer's SDK; install it with: pip install 'ffc-id[feetech]'"
-        ) from error
-    return scservo_sdk
+    return import_sdk("scservo_sdk", "a Feetech servo", "feetech")
 
 
 class Bus(Transactions):
@@ -94,7 +87,7 @@ class Bus(Transactions):
     """
 
     def __init__(self, device: str, id: int, baud: int, clock: Clock | None = None) -> None:
-        sdk = import_sdk()
+        sdk = vendor_sdk()
         port = open_port(sdk, device, baud, BAUD_RATES)
         super().__init__(port, sdk.sms_sts(port), sdk.COMM_SUCCESS, device, id, baud, clock)
         self.torque = False

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from idtool.rig.bus.scan import Scanner
-from idtool.rig.feetech.bus import BAUD_RATES, import_sdk
+from idtool.rig.feetech.bus import BAUD_RATES, vendor_sdk
 from idtool.rig.feetech.models import MODELS
 
 #: Ids that are asked; each that is not there costs a twentieth of a second.
@@ -19,7 +19,7 @@ def feetech_scanner() -> Scanner:
     Raises:
         RigFault: the SDK is not installed.
     """
-    sdk = import_sdk()
+    sdk = vendor_sdk()
 
     def who(port: Any) -> Iterator[tuple[int, int]]:
         handler = sdk.sms_sts(port)

@@ -17,50 +17,20 @@ from idtool.guiding.session import limits_of, teach
 from idtool.rig.base import TrialSetup
 from idtool.rig.faults import ServoShutdown
 from idtool.rig.opening import read_plant
+from testbench.bench import SHORT_SESSION
 
 from .support import Bench, bench, parameters_of, recipe
-
-HEAD = """
-schema = "ffc-id/recipe/1"
-name = "{0}"
-experiment = "{0}"
-[setup]
-tilt_alpha_rad = {1}
-[[trials]]
-"""
-SESSION = {
-    "gravity": HEAD.format("gravity", 0.0)
-    + """
-kind = "back_and_forth"
-payload_kg = [0.0, 0.5, 1.0]
-speed_rad_s = 0.3
-travel_rad = 0.8
-""",
-    "sweep": HEAD.format("sweep", math.pi / 2)
-    + """
-kind = "back_and_forth"
-speed_rad_s = [0.024, 0.048, 0.096, 0.192, 0.384, 0.767]
-travel_rad = [0.12, 0.16, 0.24, 0.4, 0.8, 1.6]
-""",
-    "sine": HEAD.format("sine", math.pi / 2)
-    + """
-kind = "sine"
-frequency_hz = [0.5, 1.0]
-amplitude_rad_s = 0.6
-duration_s = 4.0
-""",
-}
 
 
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Log]:
     folder = tmp_path_factory.mktemp("session")
     with bench(plant="bench") as on:
-        for name, text in SESSION.items():
+        for name, text in SHORT_SESSION.items():
             # the slow motions need no more than a hundred samples a second
             with on.rig(period=0.005 if name == "sine" else 0.01) as rig:
                 run(recipe(text), rig, folder / f"{name}.csv", confirm=on.setup)
-    return [Log.read(folder / f"{name}.csv") for name in SESSION]
+    return [Log.read(folder / f"{name}.csv") for name in SHORT_SESSION]
 
 
 def test_the_parameters_of_the_plant_come_back(logs: list[Log]) -> None:
