@@ -47,7 +47,7 @@ travel_rad = [0.12, 0.16, 0.24, 0.4, 0.8, 1.6]
 kind = "sine"
 frequency_hz = [0.5, 1.0]
 amplitude_rad_s = 0.6
-duration_s = 4.0
+duration_s = 8.0
 """,
 }
 BAUD = 1_000_000
