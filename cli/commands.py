@@ -39,6 +39,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "virtual-servo": ("virtual_servo", "virtual_servo", "A virtual servo, to rehearse a session with."),
     "teach": ("teach", "teach", "Run the force-free controller: a hand moves the axis."),
     "play": ("play", "play", "Play a taught path back."),
+    "jog": ("jog", "jog", "Move the axis by the arrow keys."),
     "completion": ("completion", "completion", "Print the completion script of bash, zsh or fish."),
     "export": ("export", "export", "Turn a parameter file into what other programs and boards use."),
 }

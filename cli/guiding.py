@@ -5,16 +5,20 @@ from __future__ import annotations
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .common import Output
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from idtool.control import Limits
+    from idtool.guiding.player import Stop
+    from idtool.model.units import Kind
     from idtool.parameters import Parameters
-    from idtool.rig.base import Rig
+    from idtool.rig.base import Rig, TrialSetup
 
 #: What a simulated axis carries unless told otherwise, kg: the paper's camera.
 SIMULATED_PAYLOAD_KG = 0.4
@@ -26,6 +30,13 @@ _INSIDE, _INSIDE_MOST = 0.05, 0.1
 
 _MEASURED = {"current": "the motor's current", "voltage": "the voltage at the motor"}
 
+#: A force at the moving part that is a contact, N: beyond the 5 N that the paper's hand needs.
+CONTACT_N = 10.0
+#: Where the file does not say how the part moves: so many friction levels are a contact.
+_CONTACT_LEVELS = 4.0
+#: An axis so far behind where it is wanted meets something, share of its range.
+BEHIND = 0.05
+
 #: Most energy that a guided axis may give to a hand that it has not from it, J.
 ENERGY_J = 0.05
 
@@ -34,6 +45,13 @@ payload_option = click.option(
     metavar="KG",
     type=click.FloatRange(0.0),
     help="What the axis carries [simulated: 0.4; a real axis: asked for].",
+)
+
+contact_option = click.option(
+    "--contact",
+    metavar="N",
+    type=click.FloatRange(0.0, min_open=True),
+    help="Stop at this force at the moving part [10 N; needs -p].",
 )
 
 max_speed_option = click.option(
@@ -149,3 +167,60 @@ def inside(axis: Rig, output: Output, *, move: bool) -> float | None:
             raise UsageError(f"{where}: move it inside by hand.")
     output.say(f"moving slowly to {goal:.3g}")
     return goal
+
+
+def setup_of(payload: float, tilt: tuple[float, float], axis: Rig, start: float | None = None) -> TrialSetup:
+    """How the axis stands before it is guided; a real one stays where it is unless `start` is given."""
+    from idtool.rig.base import TrialSetup
+
+    middle = 0.5 * sum(axis.limits.position) if axis.simulated else start
+    return TrialSetup(
+        payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1], start_position=middle
+    )
+
+
+def travel_of(parameters: Parameters | None, kind: str) -> float | None:
+    """m of travel per position; None where nothing says it."""
+    from idtool.guiding.hand import travel_per_position
+
+    if kind == "linear":
+        return 1.0
+    return travel_per_position(parameters) if parameters is not None else None
+
+
+def contact_limit(parameters: Parameters | None, force_n: float | None) -> float:
+    """The torque that is a contact, N m (N).
+
+    Raises:
+        UsageError: a force was told, and there is no model to tell it by.
+    """
+    from idtool.errors import UsageError
+
+    if parameters is None:
+        if force_n is not None:
+            raise UsageError(
+                "--contact is a force that only the model of -p can tell; pass the parameter file."
+            )
+        return math.inf
+    ratio = travel_of(parameters, parameters.axis.kind)
+    if ratio is not None:
+        return (force_n or CONTACT_N) * ratio
+    level = max((parameters.static[name].value for name in ("coulomb", "static")), default=0.0)
+    return force_n or _CONTACT_LEVELS * level
+
+
+def stop_document(stop: Stop | None) -> dict[str, Any] | None:
+    """Where and why an axis was stopped, for `--json`."""
+    if stop is None:
+        return None
+    return {"why": stop.why, "time_s": stop.time_s, "position": stop.position, "torque": stop.torque}
+
+
+def show_stop(screen: Console, stop: Stop, kind: Kind) -> None:
+    """Where and why an axis was stopped, for a person."""
+    from idtool.model.units import unit_text
+
+    where = f"{stop.position:.4g} {unit_text('position', kind)}"
+    felt = "" if stop.torque is None else f", {stop.torque:+.3g} {unit_text('torque', kind)} felt"
+    word = "met something" if stop.why == "contact" else "stayed behind where it was wanted"
+    screen.print(f"stopped: the axis {word} at {where}{felt}.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,19 @@ from .common import (
     tilt_deg_option,
     told_rig,
 )
-from .guiding import check_axis, inside, payload_option, told_payload
+from .guiding import (
+    BEHIND,
+    check_axis,
+    contact_limit,
+    contact_option,
+    inside,
+    payload_option,
+    setup_of,
+    show_stop,
+    stop_document,
+    told_payload,
+    travel_of,
+)
 from .live import live_option, live_page
 from .progress import Progress
 
@@ -26,14 +37,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from idtool.guiding.playback import Played
-    from idtool.parameters import Parameters
+    from idtool.model.units import Kind
 
-#: A force at the moving part that is a contact, N: beyond the 5 N that the paper's hand needs.
-CONTACT_N = 10.0
-#: Where the file does not say how the part moves: so many friction levels are a contact.
-_CONTACT_LEVELS = 4.0
-#: An axis so far behind its path meets something, share of its range.
-_BEHIND = 0.05
 #: Time in which a played axis gets to its limit of speed, s.
 _SPEED_UP_S = 0.25
 
@@ -55,12 +60,7 @@ _SPEED_UP_S = 0.25
     help="Speed, relative to how it was taught.",
 )
 @click.option("--loop", default=1, show_default=True, metavar="N", type=click.IntRange(1), help="How often.")
-@click.option(
-    "--contact",
-    metavar="N",
-    type=click.FloatRange(0.0, min_open=True),
-    help="Stop at this force at the moving part [10 N; needs -p].",
-)
+@contact_option
 @click.option(
     "--waypoints", type=click.Path(path_type=Path), help="Write the path as points to edit, and play those."
 )
@@ -98,25 +98,23 @@ def play(
     ffc-id play taught.csv --rig sim:bench -p result/params.toml --speed 0.5
     ffc-id play taught.csv --waypoints points.toml --rig sim:bench
     """
-    from idtool.errors import InputError, UsageError
+    from idtool.errors import InputError
     from idtool.guiding.path import limited, read_path, write_waypoints
     from idtool.guiding.playback import play as run
     from idtool.io.atomic import refuse_existing
     from idtool.parameters import Parameters
     from idtool.rig import open_rig
-    from idtool.rig.base import TrialSetup
 
     path, axis = read_path(taught)
     if waypoints is not None:
         points = write_waypoints(waypoints, path, force=force)
         output.say(f"{points} waypoints written: {waypoints}")
         path, axis = read_path(waypoints)
-    if contact is not None and params is None:
-        raise UsageError("--contact is a force that only the model of -p can tell; pass the parameter file.")
     parameters = Parameters.read(params) if params is not None else None
+    limit = contact_limit(parameters, contact)
     if log is not None:
         refuse_existing(log, force)
-    alpha, beta = radians(tilt_deg, tilt) or (0.0, 0.0)
+    tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
     with open_rig(told_rig(rig, output), seed=seed) as device:
         if axis.kind != device.axis.kind:
             raise InputError(
@@ -138,9 +136,7 @@ def play(
         )
         if scale < speed:
             output.warn(f"played at {scale:.2g} of the taught speed: faster is beyond the limits of the rig.")
-        setup = TrialSetup(load, alpha, beta, start_position=inside(device, output, move=move_inside))
-        if device.simulated:
-            setup = replace(setup, start_position=0.5 * (low + high))
+        setup = setup_of(load, tilted, device, inside(device, output, move=move_inside))
         with live_page(live, device, output) as watch, Progress(output, "playing") as bar:
             played = run(
                 path,
@@ -148,14 +144,14 @@ def play(
                 setup,
                 loops=loop,
                 parameters=parameters,
-                contact=_limit(parameters, contact),
-                behind=_BEHIND * (high - low),
+                contact=limit,
+                behind=BEHIND * (high - low),
                 log=log,
                 force=force,
                 progress=lambda share: bar.at(share, 1.0),
                 watch=watch,
             )
-    ratio = _ratio(parameters, axis.kind)
+    ratio = travel_of(parameters, axis.kind)
     output.result(
         _document(played, ratio, scale, log), lambda screen: _show(screen, played, ratio, axis.kind, log)
     )
@@ -164,37 +160,12 @@ def play(
     return 4 if played.stopped is not None else 0
 
 
-def _ratio(parameters: Parameters | None, kind: str) -> float | None:
-    """m of travel per position; None where nothing says it."""
-    from idtool.guiding.hand import travel_per_position
-
-    if kind == "linear":
-        return 1.0
-    return travel_per_position(parameters) if parameters is not None else None
-
-
-def _limit(parameters: Parameters | None, force_n: float | None) -> float:
-    """The torque that is a contact, N m (N)."""
-    import math
-
-    if parameters is None:
-        return math.inf
-    ratio = _ratio(parameters, parameters.axis.kind)
-    if ratio is not None:
-        return (force_n or CONTACT_N) * ratio
-    level = max((parameters.static[name].value for name in ("coulomb", "static")), default=0.0)
-    return force_n or _CONTACT_LEVELS * level
-
-
 def _document(played: Played, ratio: float | None, scale: float, log: Path | None) -> dict[str, Any]:
-    stop = played.stopped
     key, factor = ("rms_error_mrad", 1e3) if ratio is None else ("rms_error_mm", 1e3 * ratio)
     return {
         "schema": "ffc-id/play/1",
         key: played.rms_error * factor,
-        "stopped": None
-        if stop is None
-        else {"why": stop.why, "time_s": stop.time_s, "position": stop.position, "torque": stop.torque},
+        "stopped": stop_document(played.stopped),
         "speed": scale,
         "lag_s": played.lag_s,
         "interrupted": played.interrupted,
@@ -202,20 +173,14 @@ def _document(played: Played, ratio: float | None, scale: float, log: Path | Non
     }
 
 
-def _show(screen: Console, played: Played, ratio: float | None, kind: str, log: Path | None) -> None:
-    from idtool.model.units import unit_text
-
+def _show(screen: Console, played: Played, ratio: float | None, kind: Kind, log: Path | None) -> None:
     error = (
         f"{1e3 * played.rms_error:.2f} mrad" if ratio is None else f"{1e3 * ratio * played.rms_error:.3f} mm"
     )
     screen.print(
         f"played; position off by {error} rms (loop's lag {1e3 * played.lag_s:.0f} ms, led by that)."
     )
-    stop = played.stopped
-    if stop is not None:
-        where = f"{stop.position:.4g} {unit_text('position', 'linear' if kind == 'linear' else 'rotary')}"
-        felt = "" if stop.torque is None else f", {stop.torque:+.3g} N m felt"
-        word = "met something" if stop.why == "contact" else "fell behind its path"
-        screen.print(f"stopped: the axis {word} at {where}{felt}.")
+    if played.stopped is not None:
+        show_stop(screen, played.stopped, kind)
     if log is not None:
         screen.print(f"written: {log}", soft_wrap=True)

@@ -18,7 +18,15 @@ from .common import (
     tilt_deg_option,
     told_rig,
 )
-from .guiding import check_axis, idle_option, inside, max_speed_option, payload_option, session_limits
+from .guiding import (
+    check_axis,
+    idle_option,
+    inside,
+    max_speed_option,
+    payload_option,
+    session_limits,
+    setup_of,
+)
 from .guiding import told_payload as ask_payload
 from .live import live_option, live_page
 from .progress import Progress
@@ -221,16 +229,6 @@ def _controller(
         return ForceFreeController(parameters, period, limits=limits, correction=correction)
     except InputError as error:
         raise InputError(str(error).removesuffix("."), file=file) from error
-
-
-def setup_of(payload: float, tilt: tuple[float, float], axis: Rig, start: float | None = None) -> TrialSetup:
-    """How the axis stands before it is guided; a real one stays where it is unless `start` is given."""
-    from idtool.rig.base import TrialSetup
-
-    middle = 0.5 * sum(axis.limits.position) if axis.simulated else start
-    return TrialSetup(
-        payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1], start_position=middle
-    )
 
 
 def _hand(parameters: Parameters, speed: float, force: float | None) -> Hand:

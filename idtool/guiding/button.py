@@ -12,17 +12,15 @@ What cannot be read is a button that is up.
 
 from __future__ import annotations
 
-import os
-import select
-import sys
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, final
+from typing import final
 
 from idtool.errors import InputError, RigFault, nearest
+from idtool.guiding.keys import TerminalKeys
 
 #: A key begins to repeat itself within so long (terminals wait 0.2 to 0.66 s), and then every so often, s.
 FIRST_REPEAT_S, REPEAT_S = 0.7, 0.15
@@ -82,32 +80,20 @@ class KeyButton(Button):
     """The space bar of the terminal on standard input."""
 
     def __init__(self, *, toggle: bool, now: Callable[[], float] = time.monotonic) -> None:
-        import termios
-        import tty
-
+        self._keys = TerminalKeys("--button", "name a pin or a serial port, or ask for --button none")
         self.hint = "press the space bar to guide, and again to hold" if toggle else "hold the space bar down"
         self._now = now
         self._key: HeldKey | ToggledKey = ToggledKey() if toggle else HeldKey()
-        self._file = sys.stdin.fileno()
-        self._before: list[Any] = termios.tcgetattr(self._file)
-        tty.setcbreak(self._file)
 
     def __call__(self, run_s: float) -> bool:
         now = self._now()
-        while select.select([self._file], [], [], 0.0)[0]:
-            keys = os.read(self._file, 64)
-            if not keys:
-                break  # the terminal is gone: no key comes any more
-            if b" " in keys:
-                self._key.press(now)
+        if b" " in self._keys.read():
+            self._key.press(now)
         return self._key.down(now)
 
     def close(self) -> None:
         """Give the terminal back as it was."""
-        import termios
-
-        with suppress(termios.error):
-            termios.tcsetattr(self._file, termios.TCSADRAIN, self._before)
+        self._keys.close()
 
 
 @final
@@ -183,12 +169,6 @@ def open_button(spec: str) -> Iterator[Button | None]:
     elif spec == "sim":
         button = SimulatedButton()
     elif spec in ("key", "key:toggle"):
-        if not sys.stdin.isatty():
-            raise InputError(
-                "standard input is no terminal, so no key can be read",
-                place="--button",
-                remedy="name a pin or a serial port, or ask for --button none",
-            )
         button = KeyButton(toggle=where == "toggle")
     elif kind == "gpio" and where:
         button = PinButton(where)

@@ -185,7 +185,7 @@ def file_of(machine: Machine, seed: int, cache: Path, *, diagnosed: bool = False
 
 def _fitted(logs: list[Log]) -> Parameters:
     recording = record(logs)
-    start, spec, _, _ = begin(recording, "lugre", "auto")
+    start, spec, _ = begin(recording, "lugre", "auto")
     effects = tuple(registry.get(name) for name in ("inertia", "direction_asymmetry"))
     whole = Spec(spec.friction, spec.gravity, spec.gravity_columns, effects)
     zero = {"inertia.inertia": 0.0, "direction_asymmetry.asymmetry": 0.0}

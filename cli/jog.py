@@ -1,0 +1,180 @@
+"""`ffc-id jog`: move an axis by the arrow keys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import (
+    Output,
+    force_option,
+    output_options,
+    radians,
+    rig_option,
+    seed_option,
+    tilt_deg_option,
+    told_rig,
+)
+from .guiding import (
+    BEHIND,
+    check_axis,
+    contact_limit,
+    contact_option,
+    inside,
+    payload_option,
+    setup_of,
+    show_stop,
+    stop_document,
+    told_payload,
+    travel_of,
+)
+from .live import live_option, live_page
+from .progress import Progress
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from idtool.guiding.jog import Jogged
+    from idtool.model.units import Kind
+
+
+@click.command()
+@rig_option
+@click.option(
+    "-p",
+    "--params",
+    type=click.Path(path_type=Path),
+    help="Parameter file: feel a contact by its model, and count in mm.",
+)
+@payload_option
+@click.option("--tilt", nargs=2, type=float, metavar="ALPHA BETA", help="Tilt of the axis, rad [none].")
+@tilt_deg_option
+@click.option(
+    "--step",
+    metavar="MM",
+    type=click.FloatRange(0.0, min_open=True),
+    help="A tap moves so far [0.5 mm]; in mrad where nothing says how the part moves [10 mrad].",
+)
+@click.option(
+    "--speed",
+    metavar="MM_S",
+    type=click.FloatRange(0.0, min_open=True),
+    help="A key that is held moves so fast [5 mm/s; else 100 mrad/s].",
+)
+@contact_option
+@click.option("--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly.")
+@click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
+@live_option
+@seed_option
+@force_option
+@output_options
+def jog(
+    output: Output,
+    live: bool,
+    rig: str | None,
+    params: Path | None,
+    payload: float | None,
+    tilt: tuple[float, float] | None,
+    tilt_deg: tuple[float, float] | None,
+    step: float | None,
+    speed: float | None,
+    contact: float | None,
+    move_inside: bool,
+    log: Path | None,
+    seed: int,
+    force: bool,
+) -> int:
+    """Move the axis by the arrow keys of a terminal, for fine positioning.
+
+    Up and right are forwards, down and left backwards. A tap moves by one step; a key that is held moves on
+    slowly until it is released (0.15 s later, as a terminal tells no release). q ends it. The axis stays
+    inside the rig's position, speed and current, and stops where it meets something (exit code 4). With -o
+    the way is a taught path, which `play` repeats.
+
+    \b
+    ffc-id jog --rig sim:bench -p result/params.toml --step 0.1 -o way.csv
+    """
+    from idtool.guiding.jog import SPEED_M_S, SPEED_RAD_S, STEP_M, STEP_RAD, ArrowKeys
+    from idtool.guiding.jog import jog as run
+    from idtool.guiding.keys import TerminalKeys
+    from idtool.io.atomic import refuse_existing
+    from idtool.parameters import Parameters
+    from idtool.rig import open_rig
+    from idtool.rig.clock import HostClock
+
+    parameters = Parameters.read(params) if params is not None else None
+    limit = contact_limit(parameters, contact)
+    if log is not None:
+        refuse_existing(log, force)
+    tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
+    with open_rig(told_rig(rig, output), seed=seed) as device:
+        if parameters is not None and params is not None:
+            check_axis(parameters, params, device, output)
+        load = told_payload(payload, parameters, device) if parameters is not None else payload or 0.0
+        kind: Kind = device.axis.kind
+        ratio = travel_of(parameters, kind)
+        usual_step, usual_speed = (STEP_RAD, SPEED_RAD_S) if ratio is None else (STEP_M, SPEED_M_S)
+        scale = 1.0 if ratio is None else 1.0 / ratio
+        low, high = device.limits.position
+        setup = setup_of(load, tilted, device, inside(device, output, move=move_inside))
+        with (
+            TerminalKeys(
+                "jog", "run it in a terminal, or move the axis by `play` and a file of waypoints"
+            ) as keys,
+            live_page(live, device, output) as watch,
+            Progress(output, "hands off, it listens", timed=False) as bar,
+        ):
+            output.say("arrow keys move the axis, q ends it")
+
+            def tell(position: float) -> None:
+                bar.say(_place(position, ratio, kind))
+                bar.at(position - low, high - low)
+
+            jogged = run(
+                device,
+                setup,
+                ArrowKeys(keys.read, lambda: keys.gone),
+                step=scale * (usual_step if step is None else 1e-3 * step),
+                speed=scale * (usual_speed if speed is None else 1e-3 * speed),
+                parameters=parameters,
+                contact=limit,
+                behind=BEHIND * (high - low),
+                log=log,
+                force=force,
+                watch=watch,
+                tell=tell,
+                clock=HostClock() if device.simulated else None,
+            )
+    output.result(_document(jogged, ratio, log), lambda screen: _show(screen, jogged, ratio, kind, log))
+    if jogged.interrupted:
+        return 130
+    return 4 if jogged.stopped is not None else 0
+
+
+def _place(position: float, ratio: float | None, kind: Kind) -> str:
+    from idtool.model.units import unit_text
+
+    mm = "" if ratio is None else f", {1e3 * ratio * position:+.2f} mm"
+    return f"{position:+.4f} {unit_text('position', kind)}{mm}"
+
+
+def _document(jogged: Jogged, ratio: float | None, log: Path | None) -> dict[str, Any]:
+    key, factor = ("moved_mrad", 1e3) if ratio is None else ("moved_mm", 1e3 * ratio)
+    return {
+        "schema": "ffc-id/jog/1",
+        "position": jogged.position,
+        key: factor * (jogged.position - jogged.start),
+        "stopped": stop_document(jogged.stopped),
+        "interrupted": jogged.interrupted,
+        "log": str(log) if log else None,
+    }
+
+
+def _show(screen: Console, jogged: Jogged, ratio: float | None, kind: Kind, log: Path | None) -> None:
+    screen.print(f"at {_place(jogged.position, ratio, kind)}.")
+    if jogged.stopped is not None:
+        show_stop(screen, jogged.stopped, kind)
+    if log is not None:
+        screen.print(f"written: {log}", soft_wrap=True)

@@ -1,0 +1,218 @@
+"""Moving an axis to places that somebody wants, watched: rows, contact, and a stop in every case.
+
+What the axis feels meanwhile is the hand's torque of the controller (`idtool.control.sensing`), listened to
+at rest before it moves; beyond a limit it is a contact. Without a parameter file a contact shows only as an
+axis that stays behind its command.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from idtool.control.guard import Measurement
+from idtool.control.online import OnlineModel
+from idtool.control.sensing import HandSense
+from idtool.errors import RigFault
+from idtool.guiding.session import place_of
+from idtool.io.defer_signals import deferred_signals
+from idtool.log import LogWriter, columns_of
+from idtool.parameters import Parameters
+from idtool.rig.base import Rig, Sample, TrialSetup, Watch
+from idtool.rig.supervisor import Supervisor
+
+#: How long it stands and listens before it moves, s.
+REST_S = 0.5
+#: Filter of the torque that is a contact, s, and the encoder's step that it needs to know, rad (m).
+_FILTER_S = 0.03
+_RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
+#: Rows are handed to the log in portions of this many.
+_LOG_EVERY = 25
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Where and why the axis was stopped.
+
+    Attributes:
+        time_s: of the run.
+        position: rad (m).
+        torque: that was felt, N m (N); None without a parameter file.
+        why: "contact" or "behind".
+    """
+
+    time_s: float
+    position: float
+    torque: float | None
+    why: str
+
+
+class ContactSense:
+    """The torque that something else than the axis itself puts on it, N m (N)."""
+
+    def __init__(self, parameters: Parameters, period: float, setup: TrialSetup) -> None:
+        model = OnlineModel(parameters)
+        model.drop("external_periodic", "its phase is not known once the clock starts anew")
+        self._sense = HandSense(model, period, _FILTER_S, _RESOLUTION[parameters.axis.kind])
+        self._setup = setup
+        self._back_emf = model.back_emf
+
+    def _measurement(self, sample: Sample) -> Measurement:
+        setup = self._setup
+        return Measurement(
+            sample.time_s,
+            sample.position,
+            sample.velocity,
+            sample.effort - self._back_emf * sample.velocity,
+            setup.payload_kg,
+            setup.tilt_alpha_rad,
+            setup.tilt_beta_rad,
+            sample.temperature,
+        )
+
+    def listen(self, sample: Sample) -> None:
+        """Take in a sample at rest, nobody touching."""
+        self._sense.listen(self._measurement(sample))
+
+    def settle(self) -> None:
+        """The end of it."""
+        self._sense.settle()
+
+    def feel(self, sample: Sample) -> float:
+        """The torque now."""
+        return self._sense.feel(self._measurement(sample))
+
+
+class Player:
+    """A rig that is moved step by step, watched.
+
+    As a context it stops the axis whatever happens; Ctrl-C ends the block without an error.
+
+    Args:
+        rig: prepared here; not closed.
+        setup: payload and tilt; where it starts is where the axis is.
+        experiment: name of it in the log.
+        parameters: of the axis, for the contact.
+        contact: a torque beyond this stops it, N m (N).
+        behind: an axis farther from where it is wanted than this stops it, rad (m).
+        log: where to write the run.
+        force: overwrite it.
+        obstacle: simulated: torque that something puts on the axis, N m (N), from the last sample.
+        watch: called with every sample.
+
+    Attributes:
+        commanded: the last command, rad (m).
+        interrupted: stopped by the user.
+
+    Raises:
+        InputError: the log cannot be written.
+        RigFault: the rig failed.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        setup: TrialSetup,
+        experiment: str,
+        *,
+        parameters: Parameters | None = None,
+        contact: float = math.inf,
+        behind: float = math.inf,
+        log: str | os.PathLike[str] | None = None,
+        force: bool = False,
+        obstacle: Callable[[Sample], float] | None = None,
+        watch: Watch | None = None,
+    ) -> None:
+        self._rig = Supervisor(rig)
+        self._setup, self._obstacle, self._watch = setup, obstacle, watch
+        self._contact, self._behind = contact, behind
+        self._sense = ContactSense(parameters, rig.period_s, setup) if parameters is not None else None
+        self.commanded = 0.0
+        self.interrupted = False
+        roles = columns_of(rig.axis.kind)
+        names = ("trial", "time", "position", "velocity", *rig.step_readings, "position_command", "payload")
+        columns = [roles[name] for name in names] + [roles["tilt_alpha"], roles["tilt_beta"]]
+        self._rows: list[tuple[Any, ...]] = []
+        self._writer = LogWriter(log, columns, rig.axis, experiment, force=force) if log is not None else None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> bool:
+        self.interrupted = isinstance(error, KeyboardInterrupt)
+        failed = error is not None and not self.interrupted
+        with deferred_signals():
+            try:
+                # where stopping fails too, the first fault is the one to tell
+                with suppress(RigFault) if failed else nullcontext():
+                    self._rig.stop()
+            finally:
+                self._close()
+        return self.interrupted
+
+    def begin(self) -> Sample:
+        """The first sample, the axis held where it is."""
+        self._rig.prepare(self._setup)
+        start = self._setup.start_position
+        self._sample: Sample | None = None
+        return self.step(place_of(self._rig) if start is None else start)
+
+    def listen(self, sample: Sample) -> Sample:
+        """Stand for a moment and read the friction."""
+        place = self.commanded
+        begun = sample.time_s
+        while sample.time_s - begun < REST_S:
+            if self._sense is not None:
+                self._sense.listen(sample)
+            sample = self.step(place)
+        if self._sense is not None:
+            self._sense.settle()
+        return sample
+
+    def step(self, command: float) -> Sample:
+        """Command a position, inside the range."""
+        low, high = self._rig.limits.position
+        command = min(max(command, low), high)
+        torque = self._obstacle(self._sample) if self._obstacle and self._sample else 0.0
+        self._sample = sample = self._rig.step(command, torque)
+        self.commanded = command
+        if self._watch is not None:
+            self._watch(sample.time_s, sample.position, sample.effort, math.nan)
+        if self._writer is not None:
+            efforts = (getattr(sample, name) for name in self._rig.step_readings.values())
+            row = (0, sample.time_s, sample.position, sample.velocity, *efforts, command)
+            around = (self._setup.payload_kg, self._setup.tilt_alpha_rad, self._setup.tilt_beta_rad)
+            self._rows.append((*row, *around))
+            if len(self._rows) >= _LOG_EVERY:
+                self._flush(self._writer)
+        return sample
+
+    def met(self, sample: Sample, wanted: float) -> Stop | None:
+        """Whether something is in the way of an axis that is wanted at `wanted`, rad (m)."""
+        torque = self._sense.feel(sample) if self._sense is not None else None
+        if torque is not None and abs(torque) > self._contact:
+            return Stop(sample.time_s, sample.position, torque, "contact")
+        if abs(sample.position - wanted) > self._behind:
+            return Stop(sample.time_s, sample.position, torque, "behind")
+        return None
+
+    def _flush(self, writer: LogWriter) -> None:
+        rows, self._rows = np.array(self._rows, dtype=float), []
+        if len(rows):
+            writer.append(rows)
+
+    def _close(self) -> None:
+        if self._writer is not None:
+            try:
+                self._flush(self._writer)
+            finally:
+                self._writer.close()
