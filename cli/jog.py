@@ -156,8 +156,8 @@ def jog(
 def _place(position: float, ratio: float | None, kind: Kind) -> str:
     from idtool.model.units import unit_text
 
-    mm = "" if ratio is None else f", {1e3 * ratio * position:+.2f} mm"
-    return f"{position:+.4f} {unit_text('position', kind)}{mm}"
+    mm = "" if ratio is None else f", {1e3 * ratio * position:+z.2f} mm"
+    return f"{position:+z.4f} {unit_text('position', kind)}{mm}"
 
 
 def _document(jogged: Jogged, ratio: float | None, log: Path | None) -> dict[str, Any]:

@@ -21,8 +21,8 @@ from idtool.rig.clock import Clock
 #: A tap's way and the speed of a held key unless told otherwise: m and m/s where the travel of the part is
 #: known, else rad and rad/s.
 STEP_M, SPEED_M_S, STEP_RAD, SPEED_RAD_S = 0.5e-3, 5e-3, 0.01, 0.1
-#: Time in which a jogged axis gets to its speed, s.
-SPEED_UP_S = 0.25
+#: Time in which a jogged axis brakes from its speed, s.
+BRAKE_S = 0.25
 #: Keys of a terminal (ECMA-48, and as an application keypad sends them) and their directions.
 _ARROWS = {
     begin + letter: direction
@@ -76,7 +76,7 @@ class JogMotion:
 
     def __init__(self, place: float, *, step: float, speed: float, low: float, high: float) -> None:
         self.goal = self._target = place
-        self._step, self._speed, self._acceleration = step, speed, speed / SPEED_UP_S
+        self._step, self._speed, self._braking = step, speed, speed / BRAKE_S
         self._low, self._high = low, high
         self._moves = 0.0
         self._direction, self._last, self._held = 0, -math.inf, False
@@ -99,11 +99,11 @@ class JogMotion:
         if not self._held:
             self._target = target
         left = target - self.goal
-        # half of the acceleration, so that a period more or less leads nowhere beyond the target
-        most = min(self._speed, math.sqrt(self._acceleration * abs(left)))
-        change = self._acceleration * period
+        most = min(self._speed, math.sqrt(2.0 * self._braking * abs(left)))
+        # twice what braking needs, so that a period more or less leads nowhere beyond the target
+        change = 2.0 * self._braking * period
         self._moves = min(max(math.copysign(most, left), self._moves - change), self._moves + change)
-        if abs(left) <= abs(self._moves) * period:
+        if abs(left) <= change * period and abs(self._moves) <= change:
             self.goal, self._moves = target, 0.0
         else:
             self.goal += self._moves * period
@@ -111,7 +111,7 @@ class JogMotion:
 
     def _rest(self) -> float:
         """Where it comes to rest if it brakes now."""
-        return self.goal + self._moves * abs(self._moves) / self._acceleration
+        return self.goal + self._moves * abs(self._moves) / (2.0 * self._braking)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +15,12 @@ from idtool.effects import registry
 from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
 from idtool.fit.joint import refit
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 from idtool.signals.recording import record
+from idtool.signals.thin import thin
 from idtool.verbs.identify import begin, parameters_of
 from studies.guiding import plant
 from studies.guiding.plant import ELASTO_PLASTIC, LUGRE, MAXWELL, Plant
@@ -184,10 +185,10 @@ def file_of(machine: Machine, seed: int, cache: Path, *, diagnosed: bool = False
 
 
 def _fitted(logs: list[Log]) -> Parameters:
-    recording = record(logs)
-    start, spec, _ = begin(recording, "lugre", "auto")
+    recording = thin(record(logs))
+    start = begin(recording, "lugre", "auto")[0][-1]  # a softer bristle is last, where it predicts better
     effects = tuple(registry.get(name) for name in ("inertia", "direction_asymmetry"))
-    whole = Spec(spec.friction, spec.gravity, spec.gravity_columns, effects)
+    whole = replace(start.model.spec, effects=effects)
     zero = {"inertia.inertia": 0.0, "direction_asymmetry.asymmetry": 0.0}
     return parameters_of(refit(start, JointModel.build(recording, whole), zero))
 
