@@ -167,7 +167,16 @@ def fit_static(
             high=curve["high"],
         )
 
-    quality = {"adjusted_r2": result.adjusted_r2, "windows": len(result.windows), "curve_fit": result.curve}
+    quality = {
+        "adjusted_r2": result.adjusted_r2,
+        "windows": len(result.windows),
+        "curve_fit": result.curve,
+        "curve_outcome": result.curve_outcome.value,
+    }
+    if not result.curve_outcome.converged:
+        notes.append(
+            f"the curve through the windows: {result.curve_outcome.value}; the joint fit's stands for it."
+        )
     _finish(parameters, params, "static", quality, fitted, notes, draw, figure, output)
 
 
@@ -272,11 +281,15 @@ def _finish(
     figure: Path | None,
     output: Output,
 ) -> None:
+    from dataclasses import replace
+
     from idtool.fit.identifiability import shortcomings
     from idtool.verbs.identify import findings
 
     from .tables import document_of, print_parameters
 
+    ended = {f"fit_{part}": fit.outcome.value}
+    parameters = replace(parameters, provenance={**parameters.provenance, **ended})
     parameters.write(params, force=True)
     if figure is not None:
         from idtool.report import save_figure
@@ -299,6 +312,7 @@ def _finish(
         "figure": str(figure) if figure is not None else None,
         "parameters": document_of(parameters, part),
         "quality": quality,
+        "fit": fit.outcome.value,
         "notes": notes,
         "findings": [one.to_document() for one in shortcomings(fit, parts)],
     }

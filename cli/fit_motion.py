@@ -66,6 +66,7 @@ def fit_motion(logs: Sequence[Path], params: Path, given: Given, output: Output)
         "params": str(params),
         f"rms_1s_windows_{unit}": {"before": 1e3 * result.before, "after": 1e3 * result.after},
         "evaluations": result.evaluations,
+        "fit": result.outcome.value,
         "notes": list(result.notes),
         "parameters": result.parameters.to_document(),
     }

@@ -173,9 +173,7 @@ def _model_on(fit: JointFit, recipe: Recipe) -> tuple[Array, Array, float]:
     """
     recording = with_load(_recording_of(recipe, fit.model.recording), fit)
     motion = recording.motion
-    model = JointModel(recording, fit.model.spec, fit.model.constants)
-    for name in ("names", "scales"):  # those of the data that the fit is of
-        model.__dict__[name] = getattr(fit.model, name)
+    model = JointModel(recording, fit.model.spec, fit.model.constants, coordinates_from=fit.model.recording)
     start = np.zeros(motion.stretches)
     prediction, jacobian = linearise(
         motion, model.friction(fit.x), model.contribution(fit.x), start, model.directions(fit.x)

@@ -37,7 +37,6 @@ from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve, t
 from idtool.fit.left_out import prediction_errors, root_mean
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
-from idtool.fit.starts import with_starts
 from idtool.model.motion import Array
 
 #: Family-wise error of the score tests of one round (Holm): chance in one session of a hundred.
@@ -272,7 +271,7 @@ def _with_its_own_load(fit: JointFit) -> JointFit:
     loaded = JointModel.build(recording, model.spec, model.constants)
     if any("load" in need for effect in model.spec.effects for need in effect.needs):
         return refit(fit, loaded)
-    return replace(fit, model=with_starts(loaded, model.starts))
+    return replace(fit, model=replace(loaded, starts=model.starts))
 
 
 def _promising(selection: Selection, scored: list[_Scored]) -> list[_Scored]:

@@ -103,13 +103,29 @@ def shortcomings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[Shortcomin
         fit: of any friction law; what a law leaves out is not judged.
         parts: parts of the parameter file to speak about.
     """
-    found = [*_about_parameters(fit), unsteady(fit, steady_windows(fit)), saturated(fit.model.recording)]
+    found = [
+        not_converged(fit),
+        *_about_parameters(fit),
+        unsteady(fit, steady_windows(fit)),
+        saturated(fit.model.recording),
+    ]
     return [one for one in found if one is not None and set(one.parts) & set(parts)]
 
 
 def undetermined(fit: JointFit) -> frozenset[str]:
     """ "part.name" of every parameter that the data do not determine, beyond what its error says."""
     return frozenset(name for one in _about_parameters(fit) for name in one.parameters)
+
+
+def not_converged(fit: JointFit) -> Shortcoming | None:
+    """A fit that ended before it found the least squares."""
+    outcome = fit.outcome
+    if outcome.converged:
+        return None
+    code = outcome.value.replace(" ", "_")
+    return Shortcoming(
+        code, PARTS, (), f"{outcome.value}: {outcome.meaning}, so its numbers may be off", outcome.advice
+    )
 
 
 def _about_parameters(fit: JointFit) -> list[Shortcoming]:

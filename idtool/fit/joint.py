@@ -13,7 +13,8 @@ from idtool.errors import InputError
 from idtool.fit.covariance import Uncertainty, correlation_rows, uncertainty
 from idtool.fit.levenberg import minimise
 from idtool.fit.model import JointModel
-from idtool.fit.starts import free_starts, settled, with_starts
+from idtool.fit.outcome import Outcome
+from idtool.fit.starts import free_starts, settled
 from idtool.model.motion import Array
 from idtool.model.torque import predict
 
@@ -40,7 +41,7 @@ class JointFit:
         jacobian: projected, (filtered rows + stretches, coordinates).
         evaluations: how often the model was evaluated.
         held: coordinates that were not varied.
-        converged: whether nothing more was to be gained; it ran out of evaluations otherwise.
+        ended: how the search ended; see `outcome`.
         pull: by how much an effect that the model lacks can have moved each coordinate; None if nothing is
             known to be lacking.
     """
@@ -54,8 +55,14 @@ class JointFit:
     jacobian: Array
     evaluations: int
     held: frozenset[str] = frozenset()
-    converged: bool = True
+    ended: Outcome = Outcome.CONVERGED
     pull: Array | None = None
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the fit ended, a coordinate that sits at a bound counted as such."""
+        stuck = any(at and name not in self.held for name, at in self.at_bound.items())
+        return self.ended.at(bound=stuck)
 
     @property
     def sse(self) -> float:
@@ -211,7 +218,7 @@ def solve(
         last.jacobian,
         evaluations,
         held,
-        found.converged,
+        Outcome.CONVERGED if found.outcome.converged else found.outcome,
     )
 
 
@@ -227,7 +234,7 @@ def refit(
     values = {**fit.values, **(extra or {})}
     known = fit.model.starts if model.recording.trials == fit.model.recording.trials else {}
     names = [effect.name for effect in model.spec.effects if effect.free_start]
-    model = with_starts(model, {name: known[name] for name in names if name in known})
+    model = replace(model, starts={name: known[name] for name in names if name in known})
     x = model.coordinates({name: values[name] for name in model.names})
     new = solve(model, x, most=most, tolerance=tolerance)
     # starts found before hardly move when another effect comes in: they are not worth their time here

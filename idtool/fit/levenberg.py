@@ -14,12 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.fit.outcome import Outcome
 from idtool.model.motion import Array
 
 _FIRST_DAMPING = 1e-3
 _MOST_DAMPING = 1e12
 #: Keeps what no row determines where it is.
 _LEAST_DAMPING = 1e-10
+#: A search that ends where steps promise more than this share of the sum of squares, and none of them gains
+#: anything, found no minimum.
+_STALL = 0.01
 
 
 @dataclass(frozen=True)
@@ -29,12 +33,12 @@ class Minimum:
     Attributes:
         x: the point, inside the bounds.
         evaluations: how often the residual was computed.
-        converged: whether nothing more was to be gained; it ran out of evaluations otherwise.
+        outcome: how it ended.
     """
 
     x: Array
     evaluations: int
-    converged: bool
+    outcome: Outcome
 
 
 def minimise(
@@ -69,7 +73,8 @@ def minimise(
         scale = np.where(size > 0.0, size, 1.0)
         free = ~((x <= low) & (gradient > 0.0)) & ~((x >= high) & (gradient < 0.0))
         if not free.any():
-            return Minimum(x, evaluations, True)
+            return Minimum(x, evaluations, Outcome.AT_BOUND)
+        most_promised = 0.0
         while True:
             step = _step(
                 information / np.outer(scale, scale),
@@ -88,9 +93,12 @@ def minimise(
             if new < cost:
                 break
             damping, raise_by = damping * raise_by, 2.0 * raise_by
+            most_promised = max(most_promised, promised)
             if evaluations >= most or damping > _MOST_DAMPING or abs(promised) < tolerance * cost:
                 residual(x)  # leave the caller where the answer is
-                return Minimum(x, evaluations, evaluations < most)
+                failed = Outcome.OUT_OF_EVALUATIONS if evaluations >= most else Outcome.STALLED
+                ended = failed if most_promised > _STALL * cost else Outcome.CONVERGED
+                return Minimum(x, evaluations, ended.at(bound=_touches(x, low, high)))
         ratio = min((cost - new) / max(promised, 1e-300), 2.0)
         damping, raise_by = damping * max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 2.0
         gained = (cost - new) / cost
@@ -99,8 +107,12 @@ def minimise(
         arrived = bool(np.any(((tried <= low) & (x > low)) | ((tried >= high) & (x < high))))
         x, r, cost = tried, r_tried, new
         if cost == 0.0 or (not arrived and (gained < tolerance or moved < tolerance)):
-            return Minimum(x, evaluations, True)
-    return Minimum(x, evaluations, False)
+            return Minimum(x, evaluations, Outcome.CONVERGED.at(bound=_touches(x, low, high)))
+    return Minimum(x, evaluations, Outcome.OUT_OF_EVALUATIONS)
+
+
+def _touches(x: Array, low: Array, high: Array) -> bool:
+    return bool(np.any((x <= low) | (x >= high)))
 
 
 def _step(

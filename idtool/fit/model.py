@@ -156,12 +156,15 @@ class JointModel:
         constants: numbers of each effect that the data set and no fit varies.
         starts: where the memory of an effect starts in each trial (`Past.start`), shape (trials,); that
             of an effect that is not named starts in the middle of its range.
+        coordinates_from: where the coordinates and their scales come from, if not from `recording`: a run
+            that is only thought of may not show all that the fitted one did.
     """
 
     recording: Recording
     spec: Spec
     constants: dict[str, dict[str, float]] = field(default_factory=dict)
     starts: dict[str, Array] = field(default_factory=dict)
+    coordinates_from: Recording | None = None
 
     @classmethod
     def build(
@@ -177,7 +180,11 @@ class JointModel:
     @cached_property
     def scales(self) -> Scales:
         """Typical sizes of the data."""
-        return Scales.of(self.recording)
+        return Scales.of(self._shown)
+
+    @property
+    def _shown(self) -> Recording:
+        return self.coordinates_from or self.recording
 
     @property
     def friction_coordinates(self) -> tuple[str, ...]:
@@ -190,7 +197,7 @@ class JointModel:
         names = list(self.friction_coordinates)
         names += [f"gravity.{column}" for column in self.spec.gravity_columns]
         for effect in self.spec.effects:
-            names += [f"{effect.name}.{c.name}" for c in effect.active(self.recording.motion)]
+            names += [f"{effect.name}.{c.name}" for c in effect.active(self._shown.motion)]
         return tuple(names)
 
     @cached_property
@@ -283,12 +290,11 @@ class JointModel:
         }
         return {**self.constants[effect.name], **values}
 
-    def contribution(self, x: Array) -> Contribution:
-        """Gravity and all effects."""
+    def contribution(self, x: Array, starts: Mapping[str, Array] | None = None) -> Contribution:
+        """Gravity and all effects; `starts` in place of the model's own."""
         motion = self.recording.motion
-        parts = [
-            e.from_start(motion, self.effect_values(x, e), self.starts.get(e.name)) for e in self.spec.effects
-        ]
+        begun = self.starts if starts is None else starts
+        parts = [e.from_start(motion, self.effect_values(x, e), begun.get(e.name)) for e in self.spec.effects]
         coefficients = np.array([self.values(x)[f"gravity.{c}"] for c in self.spec.gravity_columns])
         if len(coefficients):
             parts.append(Contribution(torque=self.gravity_columns @ coefficients))
@@ -341,10 +347,11 @@ class JointModel:
         friction = self.friction(x)
         return max(friction.coulomb, friction.static) / friction.bristle_stiffness
 
-    def evaluate(self, x: Array, bend: float) -> Evaluation:
-        """Residual at coordinates `x`, start deflections eliminated; `bend` is the prior's scale."""
+    def evaluate(self, x: Array, bend: float, starts: Mapping[str, Array] | None = None) -> Evaluation:
+        """Residual at coordinates `x`, start deflections eliminated; `bend` is the prior's scale, `starts` in
+        place of the model's own."""
         motion, recording = self.recording.motion, self.recording
-        friction, effect = self.friction(x), self.contribution(x)
+        friction, effect = self.friction(x), self.contribution(x, starts)
         expected = self.expected_start(x)
         prediction = predict(motion, friction, effect, expected)
         both = recording.filtered_columns(prediction.torque, prediction.start_column)

@@ -8,7 +8,6 @@ hands back only its own part.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +20,7 @@ from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.joint import JointFit, solve
 from idtool.fit.model import JointModel, Spec
+from idtool.fit.outcome import Outcome, outcome_of
 from idtool.fit.search import cost_over_stiffness, search
 from idtool.fit.windows import Window, steady_windows
 from idtool.model import gravity as gravity_model
@@ -30,6 +30,8 @@ from idtool.parameters import GRAVITY_MODELS, Parameters
 from idtool.signals import Recording
 
 _LEAST_SPEEDS = 3
+#: Evaluations of the fit of four numbers through the windows.
+_CURVE_MOST = 400
 
 
 @dataclass(frozen=True)
@@ -54,11 +56,15 @@ class GravityFit:
 
 @dataclass(frozen=True)
 class StaticFit:
-    """Outcome of `fit_static`: windows, the curve through them and its adjusted R2."""
+    """What `fit_static` found: windows, the curve through them, how its fit ended, and its adjusted R2.
+
+    Where that fit did not converge the curve is the joint fit's.
+    """
 
     fit: JointFit
     windows: list[Window]
     curve: dict[str, float]
+    curve_outcome: Outcome
     adjusted_r2: float
 
 
@@ -177,8 +183,7 @@ def fit_static(
             file=recording.sources[0],
             remedy="give a velocity sweep (ffc-id run-sweep)",
         )
-    curve, r2 = _curve(fit, windows)
-    return StaticFit(fit, windows, curve, r2)
+    return StaticFit(fit, windows, *_curve(fit, windows))
 
 
 def fit_dynamic(
@@ -242,8 +247,8 @@ def _holding(fit: JointFit, held: dict[str, float]) -> JointFit:
     return solve(fit.model, fit.model.coordinates({**fit.values, **mine}), held=frozenset(mine))
 
 
-def _curve(fit: JointFit, windows: Sequence[Window]) -> tuple[dict[str, float], float]:
-    """The paper's Eq. 9 through the windows, and its adjusted R2."""
+def _curve(fit: JointFit, windows: Sequence[Window]) -> tuple[dict[str, float], Outcome, float]:
+    """The paper's Eq. 9 through the windows, how that fit ended, and its adjusted R2."""
     friction = fit.model.friction(fit.x)
     names = ("coulomb", "static", "stribeck_velocity", "viscous")
     start = np.array([getattr(friction, name) for name in names])
@@ -251,18 +256,18 @@ def _curve(fit: JointFit, windows: Sequence[Window]) -> tuple[dict[str, float], 
     torque = np.array([window.friction for window in windows])
     low = np.array([0.0, 0.0, 0.2 * start[2], -np.inf])
     high = np.array([np.inf, np.inf, 5.0 * start[2], np.inf])
-    try:
-        with warnings.catch_warnings():
-            # four windows or fewer leave no covariance, which nobody asks for here
-            warnings.simplefilter("ignore", optimize.OptimizeWarning)
-            found, _ = optimize.curve_fit(steady, w, torque, np.maximum(start, low), bounds=(low, high))
-    except RuntimeError:  # no convergence: the joint fit's curve stands
-        found = start
+
+    def off(x: Array) -> Array:
+        return np.asarray(steady(w, *x) - torque)
+
+    curve = optimize.least_squares(off, np.maximum(start, low), bounds=(low, high), max_nfev=_CURVE_MOST)
+    outcome = outcome_of(curve)
+    found = curve.x if outcome.converged else start
     left = torque - steady(w, *found)
     spare = max(len(w) - len(names) - 1, 1)
     r2 = 1.0 - float(left @ left) / max(float(np.sum((torque - torque.mean()) ** 2)), 1e-300)
     adjusted = 1.0 - (1.0 - r2) * (len(w) - 1) / spare
-    return dict(zip(names, found.tolist(), strict=True)), adjusted
+    return dict(zip(names, found.tolist(), strict=True)), outcome, adjusted
 
 
 def _standard_error(values: Array) -> float:

@@ -8,6 +8,7 @@ them are tried at one place of a coarse grid with a single evaluation, and each 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -19,8 +20,6 @@ from idtool.model.motion import Array
 _COARSE = np.linspace(-1.0, 1.0, 9)
 _FINE = np.array([-0.1875, -0.125, -0.0625, 0.0625, 0.125, 0.1875])
 _FINEST = np.array([-0.03125, 0.03125])
-#: What depends on the recording and the spec only.
-_KEPT = ("names", "scales", "bounds", "measured", "gravity_columns", "filtered_noise", "friction_sizes")
 
 
 def free_starts(model: JointModel) -> int:
@@ -28,17 +27,11 @@ def free_starts(model: JointModel) -> int:
     return model.recording.trials * sum(effect.free_start for effect in model.spec.effects)
 
 
-def with_starts(model: JointModel, starts: dict[str, Array]) -> JointModel:
-    """The same model with other starts, each shape (trials,)."""
-    new = replace(model, starts=starts)
-    for name in _KEPT:  # a cached property is not a field, which `replace` would copy
-        if name in model.__dict__:
-            new.__dict__[name] = model.__dict__[name]
-    return new
-
-
 def settled(model: JointModel, x: Array, bend: float) -> JointModel:
     """The model with the starts that fit best at coordinates `x`; `bend` as in `JointModel.evaluate`."""
+    if not free_starts(model):
+        return model
+    starts = dict(model.starts)
     for effect in model.spec.effects:
         if not effect.free_start:
             continue
@@ -48,17 +41,17 @@ def settled(model: JointModel, x: Array, bend: float) -> JointModel:
             centre = best.copy()
             for step in steps:
                 tried = np.clip(centre + step, -1.0, 1.0)
-                error = _errors(with_starts(model, {**model.starts, effect.name: tried}), x, bend)
+                error = _errors(model, x, bend, {**starts, effect.name: tried})
                 better = error < least
                 best[better], least[better] = tried[better], error[better]
-        model = with_starts(model, {**model.starts, effect.name: best})
-    return model
+        starts[effect.name] = best
+    return replace(model, starts=starts)
 
 
-def _errors(model: JointModel, x: Array, bend: float) -> Array:
+def _errors(model: JointModel, x: Array, bend: float, starts: Mapping[str, Array]) -> Array:
     """Sum of squares of each trial, shape (trials,)."""
-    found = model.evaluate(x, bend)
+    found = model.evaluate(x, bend, starts)
     recording, trials = model.recording, model.recording.trials
     rows = np.bincount(recording.filtered_trial, found.residual**2, trials)
-    starts = np.bincount(recording.motion.trial[recording.motion.begins], found.penalty**2, trials)
-    return np.asarray(rows + starts)
+    bends = np.bincount(recording.motion.trial[recording.motion.begins], found.penalty**2, trials)
+    return np.asarray(rows + bends)

@@ -190,12 +190,7 @@ class Recording:
 
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
-        result = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
-        # the same rows: keep what was computed
-        for name in ("operator", "row", "filtered_trial", "filtered_stretch", "stretch_pointer", "entering"):
-            if name in self.__dict__:
-                result.__dict__[name] = self.__dict__[name]
-        return result
+        return replace(self, motion=replace(self.motion, load=load, load_upright=upright))
 
 
 def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:

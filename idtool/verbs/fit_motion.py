@@ -24,6 +24,7 @@ from scipy import optimize, special
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity
 from idtool.fit.drive import fit_drive
+from idtool.fit.outcome import Outcome, outcome_of
 from idtool.log import Log
 from idtool.model import gravity
 from idtool.model.motion import Array
@@ -70,6 +71,7 @@ class MotionFit:
         before, after: rms error over windows of one second from the effort, rad (m); `before` is that of the
             start.
         evaluations: how often the logs were simulated.
+        outcome: how the last fit ended.
         notes: sentences that qualify it.
     """
 
@@ -77,6 +79,7 @@ class MotionFit:
     before: float
     after: float
     evaluations: int
+    outcome: Outcome
     notes: tuple[str, ...]
 
 
@@ -119,12 +122,16 @@ def fit_motion(
     if known is None:
         best = problem.without_sides(best, scales)
     after = problem.rms(best.parameters)
+    ended = best.outcome
+    failed = () if ended.converged else (f"{ended.value}: {ended.meaning}; {ended.advice}.",)
+    fitted = problem.with_intervals(best)
     return MotionFit(
-        problem.with_intervals(best),
+        replace(fitted, provenance={**fitted.provenance, "fit_motion": ended.value}),
         before,
         after,
         problem.evaluations,
-        (*notes, *PlantFile.of(best.parameters, recording.motion.torque_constant).notes),
+        ended,
+        (*notes, *failed, *PlantFile.of(best.parameters, recording.motion.torque_constant).notes),
     )
 
 
@@ -230,6 +237,7 @@ class _Tried:
     cost: float
     jacobian: Array
     residual: Array
+    outcome: Outcome
 
 
 class _Problem:
@@ -311,6 +319,7 @@ class _Problem:
             float(result.cost),
             np.asarray(result.jac),
             result.fun,
+            outcome_of(result),
         )
 
     def pruned(self, tried: _Tried) -> _Tried:

@@ -90,7 +90,8 @@ class Identification:
         """The parameter file."""
         found = replace(parameters_of(self.fit, self.options), drive=self.drive)
         if self.motion is not None:
-            found = replace(self.motion.parameters, provenance=found.provenance)
+            ended = {"fit_motion": self.motion.outcome.value}
+            found = replace(self.motion.parameters, provenance={**found.provenance, **ended})
         if self.calibration is not None:
             found = in_torque(found, self.calibration.constant, self.calibration.unit)
         return found
@@ -361,6 +362,7 @@ def parameters_of(fit: JointFit, options: dict[str, Any] | None = None) -> Param
             "tool": f"ffc-id {__version__}",
             "logs": list(recording.sources),
             "friction_law": spec.friction,
+            "fit": fit.outcome.value,
             "filter_hz": float(f"{recording.filter.bandwidth_hz:.6g}"),
             **(options or {}),
         },

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import optimize
 
 from idtool.fit.levenberg import minimise
+from idtool.fit.outcome import Outcome
 from idtool.model.motion import Array
 
 OPEN = np.full(2, np.inf)
@@ -25,12 +26,12 @@ def its_jacobian(x: Array) -> Array:
 def test_a_curved_valley() -> None:
     found = minimise(rosenbrock, its_jacobian, np.array([-1.2, 1.0]), -OPEN, OPEN, most=100)
     np.testing.assert_allclose(found.x, [1.0, 1.0], atol=1e-6)
-    assert found.converged
+    assert found.outcome is Outcome.CONVERGED
 
 
 def test_out_of_evaluations() -> None:
     found = minimise(rosenbrock, its_jacobian, np.array([-1.2, 1.0]), -OPEN, OPEN, most=4)
-    assert not found.converged
+    assert found.outcome is Outcome.OUT_OF_EVALUATIONS
     assert found.evaluations == 4
     assert np.sum(rosenbrock(found.x) ** 2) <= np.sum(rosenbrock(np.array([-1.2, 1.0])) ** 2)
 
@@ -53,6 +54,15 @@ def test_a_start_outside_is_moved_in() -> None:
     low, high = np.array([0.0, 0.0]), np.array([0.5, 2.0])
     found = minimise(rosenbrock, its_jacobian, np.array([9.0, -9.0]), low, high, most=100)
     np.testing.assert_allclose(found.x, [0.5, 0.25], atol=1e-6)
+    assert found.outcome is Outcome.AT_BOUND
+
+
+def test_a_wrong_slope_is_a_stall() -> None:
+    """Every step that the slope promises something of makes it worse."""
+    found = minimise(
+        lambda x: x - 3.0, lambda x: np.array([[-1.0]]), np.zeros(1), -OPEN[:1], OPEN[:1], most=200
+    )
+    assert found.outcome is Outcome.STALLED
 
 
 def test_a_coordinate_that_no_row_shows_stays() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -10,7 +11,7 @@ import pytest
 
 from idtool.effects import registry
 from idtool.fit.model import LOGARITHMIC, JointModel, Spec
-from idtool.fit.starts import free_starts, settled, with_starts
+from idtool.fit.starts import free_starts, settled
 from idtool.log import Log
 from idtool.model.torque import predict
 from idtool.signals import record
@@ -49,7 +50,7 @@ def model(tmp_path: object, noise: float) -> tuple[JointModel, np.ndarray]:
     frame.to_csv(file, index=False)
     recording = record([Log.read(file)])
     spec = Spec("lugre", None, (), (registry.get("backlash"),))
-    made = with_starts(JointModel.build(recording, spec), {"backlash": TRUE})
+    made = replace(JointModel.build(recording, spec), starts={"backlash": TRUE})
     # not by `coordinates`, whose bounds would be those of a log without torque
     x = np.array([math.log(VALUES[n]) if n in LOGARITHMIC else VALUES[n] for n in made.names])
     torque = predict(recording.motion, made.friction(x), made.contribution(x), np.zeros(n)).torque

@@ -1,0 +1,60 @@
+"""A fit says by name how it ended, in its messages and in the parameter file."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy import optimize
+
+from benchmarks.sessions import log_of, truth
+from idtool.effects import registry
+from idtool.fit.identifiability import shortcomings
+from idtool.fit.joint import JointFit, solve
+from idtool.fit.model import JointModel, Spec
+from idtool.fit.outcome import Outcome, outcome_of
+from idtool.signals import record
+from idtool.verbs.identify import findings, parameters_of
+
+
+@cache
+def fit(most: int, inertia: float = 0.0) -> JointFit:
+    spec = Spec("lugre", None, ()).adding(registry.get("inertia"))
+    model = JointModel.build(record([log_of("sine", 3, (2, 3))]), spec)
+    return solve(model, model.coordinates({**truth(), "inertia.inertia": inertia}), most=most)
+
+
+def test_a_fit_cut_short_says_so_with_advice() -> None:
+    cut = fit(2)
+    assert cut.outcome is Outcome.OUT_OF_EVALUATIONS
+    told = {one.code: one for one in shortcomings(cut)}["out_of_evaluations"]
+    assert "may be off" in told.why
+    assert told.remedy == Outcome.OUT_OF_EVALUATIONS.advice != ""
+    assert any(sentence.startswith("out of evaluations: ") for sentence in findings(cut, ("static",)))
+    assert parameters_of(cut).provenance["fit"] == "out of evaluations"
+
+
+def test_a_fit_that_converged_says_so_in_the_file_only() -> None:
+    whole = fit(60)
+    stuck = any(whole.at_bound.values())
+    assert whole.outcome is (Outcome.AT_BOUND if stuck else Outcome.CONVERGED)
+    assert not {one.code for one in shortcomings(whole)} & {"out_of_evaluations", "stalled"}
+    assert parameters_of(whole).provenance["fit"] == whole.outcome.value
+
+
+@pytest.mark.parametrize("outcome", list(Outcome))
+def test_what_did_not_converge_has_advice(outcome: Outcome) -> None:
+    assert outcome.meaning
+    assert outcome.converged or outcome.advice
+
+
+@pytest.mark.parametrize(
+    ("most", "high", "outcome"),
+    [(50, 9.0, Outcome.CONVERGED), (50, 0.5, Outcome.AT_BOUND), (1, 9.0, Outcome.OUT_OF_EVALUATIONS)],
+)
+def test_scipy_s_words_for_it(most: int, high: float, outcome: Outcome) -> None:
+    result = optimize.least_squares(
+        lambda x: np.exp(x) - 3.0, [0.0], bounds=([-9.0], [high]), max_nfev=most, xtol=1e-12
+    )
+    assert outcome_of(result) is outcome
