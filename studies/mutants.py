@@ -1,0 +1,179 @@
+"""Mutation testing of what keeps a hand safe: a number, a sign, a comparison is changed; a test must fail.
+
+Of each module a seeded sample of the mutants of cosmic-ray is tried on a copy of the project, each against
+that module's own quick tests. The compiled code runs as plain Python there, which costs less than compiling
+every mutant. A mutant that survives is a change that no quick test notices; some change nothing at all.
+
+python -m studies.mutants [--most N] [--module NAME] [--out docs/reliability.md]        (make mutants)
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+from cosmic_ray.work_db import WorkDB, use_db
+from cosmic_ray.work_item import TestOutcome, WorkerOutcome, WorkItem, WorkResult
+
+from pages.markdown import with_made
+
+_PROJECT = Path(__file__).resolve().parent.parent
+_SEED = 1
+#: Numbers changed by one, conditions turned round, signs and the four operations exchanged. Other exchanges
+#: of operators (a shift in place of a sum) fail at once and say nothing.
+_KINDS = re.compile(
+    r"core/(NumberReplacer|AddNot|ReplaceAndWithOr|ReplaceOrWithAnd|ReplaceTrueWithFalse|ReplaceFalseWithTrue"
+    r"|ReplaceUnaryOperator_(USub_UAdd|Delete_USub|Delete_Not)|ZeroIterationForLoop"
+    r"|ReplaceComparisonOperator_(Lt_Gt|Gt_Lt|LtE_GtE|GtE_LtE|Eq_NotEq|NotEq_Eq|Is_IsNot|IsNot_Is)"
+    r"|ReplaceBinaryOperator_(Add_Sub|Sub_Add|Mul_Div|Div_Mul))$"
+)
+_TIMEOUT_S = 60.0
+_COPIED = ("idtool", "cli", "recipes", "data", "tests", "testbench", "studies", "benchmarks", "pages")
+
+
+@dataclass(frozen=True)
+class Module:
+    """One module and the tests that must notice its mutants: options of pytest."""
+
+    path: str
+    what: str
+    tests: str
+
+
+_CONTROL = "tests/control"
+MODULES = (
+    Module("guard", "limits and the check of every measurement", f"{_CONTROL}/test_guard.py -k 'not any_'"),
+    Module("session_limits", "speed, energy, idle time", f"{_CONTROL}/test_session_limits.py"),
+    Module("rest_load", "the load at rest", f"{_CONTROL}/test_button.py -k 'load_counts or allowance'"),
+    Module("button", "braking and holding", f"{_CONTROL}/test_sensing.py"),
+    Module("sensing", "the hand's torque, published law", f"{_CONTROL}/test_sensing.py"),
+    Module("paper", "the published law", f"{_CONTROL}/test_sensing.py"),
+    Module("admittance/kernel", "the light law and its tare", f"{_CONTROL}/test_admittance_kernel.py"),
+    Module("admittance/constants", "its constants", f"{_CONTROL}/test_admittance_kernel.py"),
+    Module("load", "the model's torque", f"{_CONTROL}/test_online.py"),
+)
+
+
+@dataclass(frozen=True)
+class Score:
+    """What became of a module's mutants.
+
+    Attributes:
+        possible: mutants there are, of the kinds that are tried.
+        tried: of them.
+        survived: the change of each that no test noticed, as a diff.
+    """
+
+    module: Module
+    possible: int
+    tried: int
+    survived: tuple[str, ...]
+
+
+def score(module: Module, folder: Path, most: int) -> Score:
+    """Try a sample of a module's mutants in a copy of the project.
+
+    Raises:
+        RuntimeError: the tests fail without a mutant.
+    """
+    name = module.path.replace("/", "_")
+    config, session = folder / f"{name}.toml", folder / f"{name}.sqlite"
+    tests = f"{sys.executable} -m pytest -x -p no:cacheprovider -p no:xdist -p no:rerunfailures"
+    config.write_text(
+        f'[cosmic-ray]\nmodule-path = "idtool/control/{module.path}.py"\ntimeout = {_TIMEOUT_S}\n'
+        f'test-command = "{tests} {module.tests}"\nexcluded-modules = []\n'
+        '[cosmic-ray.distributor]\nname = "local"\n',
+        encoding="utf-8",
+    )
+    _cosmic_ray(folder, "init", config, session)
+    _cosmic_ray(folder, "baseline", config)
+    with use_db(session) as db:
+        possible, chosen = _sample(db, most)
+    _cosmic_ray(folder, "exec", config, session)
+    with use_db(session, mode=WorkDB.Mode.open) as db:
+        outcomes = [result for job, result in db.results if job in chosen]
+    survived = [one.diff or "" for one in outcomes if one.test_outcome is TestOutcome.SURVIVED]
+    return Score(module, possible, len(outcomes), tuple(sorted(survived)))
+
+
+def _sample(db: WorkDB, most: int) -> tuple[int, set[str]]:
+    """How many mutants there are, and the jobs that are to be tried; the others are marked as skipped."""
+    items = sorted(db.pending_work_items, key=lambda item: _place(item))
+    mine = [item for item in items if all(_KINDS.match(one.operator_name) for one in item.mutations)]
+    chosen = {item.job_id for item in random.Random(_SEED).sample(mine, min(most, len(mine)))}
+    skipped = WorkResult(output="not in the sample", worker_outcome=WorkerOutcome.SKIPPED)
+    db.set_multiple_results([item.job_id for item in items if item.job_id not in chosen], skipped)
+    return len(mine), chosen
+
+
+def _place(item: WorkItem) -> tuple[object, ...]:
+    """An order that does not depend on the names of the jobs."""
+    (one,) = item.mutations
+    return (*one.start_pos, one.operator_name, one.occurrence)
+
+
+def _cosmic_ray(folder: Path, command: str, *files: Path) -> None:
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, "-m", "cosmic_ray.cli", command, *map(str, files)],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        raise RuntimeError(f"cosmic-ray {command} failed: {done.stdout[-2000:]}{done.stderr[-2000:]}")
+
+
+def table(scores: list[Score]) -> str:
+    """The scores as Markdown."""
+    lines = ["| `idtool/control/` | what it is | mutants | tried | noticed | |", "|---|---|---|---|---|---|"]
+    for one in scores:
+        noticed = one.tried - len(one.survived)
+        share = f"{100 * noticed / one.tried:.0f} %"
+        cells = (f"`{one.module.path}.py`", one.module.what, one.possible, one.tried, noticed, share)
+        lines.append("| " + " | ".join(map(str, cells)) + " |")
+    tried = sum(one.tried for one in scores)
+    noticed = tried - sum(len(one.survived) for one in scores)
+    lines.append(f"| together | | {sum(one.possible for one in scores)} | {tried} | {noticed} | "
+                 f"{100 * noticed / tried:.0f} % |")  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+@click.command()
+@click.option("--most", default=30, show_default=True, help="Mutants of a module to try.")
+@click.option("--module", "names", multiple=True, help="Modules to try, all if none is named.")
+@click.option("--out", type=click.Path(path_type=Path), help="Page to write the scores into.")
+def main(most: int, names: tuple[str, ...], out: Path | None) -> None:
+    """Run the study, show the changes that survived, and write the scores."""
+    scores = []
+    with tempfile.TemporaryDirectory(prefix="mutants-") as name:
+        folder = Path(name)
+        for part in _COPIED:
+            ignored = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(_PROJECT / part, folder / part, ignore=ignored)
+        shutil.copy(_PROJECT / "pyproject.toml", folder)
+        for module in MODULES:
+            if names and module.path not in names:
+                continue
+            scores.append(score(module, folder, most))
+            for change in scores[-1].survived:
+                click.echo(change)
+            click.echo(table(scores[-1:]))
+    click.echo(table(scores))
+    if out is not None:
+        page = out.read_text(encoding="utf-8")
+        out.write_text(with_made(page, "mutants", table(scores), "mutants"), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
