@@ -11,12 +11,13 @@
 #                outputs and pictures of docs/tutorial.md
 #   make package wheel and sdist into dist/, checked and tried in fresh environments of every Python that there is
 #   make fuzz    coverage-guided fuzzing of every reader, a minute each (Linux)
+#   make mutants mutation testing of what keeps a hand safe, into docs/reliability.md (20 minutes)
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: demo test lint types tests quick bench fuzz package clean study-accuracy study-diagnosis study-measured study-simulate study-calibrate \
+.PHONY: demo test lint types tests quick bench fuzz mutants package clean study-accuracy study-diagnosis study-measured study-simulate study-calibrate \
     study-board study-teach study-played study-reliability study-fleet study-rehearsal study-exchange study-volts docs-commands docs-effects \
     docs-tutorial docs-architecture docs-notebook
 .DELETE_ON_ERROR:
@@ -85,6 +86,10 @@ fuzz: $(VENV)/.ready-fuzz
 	    $(BIN)/python -m studies.fuzz $$target -max_total_time=60 -rss_limit_mb=2000 -timeout=20 || exit 1; \
 	done
 
+# One core at the lowest priority; a survivor is shown as the change that no test noticed.
+mutants: $(VENV)/.ready-mutants
+	nice -n 19 $(BIN)/python -m studies.mutants --out docs/reliability.md
+
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit("ffc-id needs Python 3.11 or newer: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else 0'
 	$(PYTHON) -m venv $(VENV)
@@ -103,6 +108,10 @@ $(VENV)/.ready-bench: pyproject.toml constraints.txt | $(VENV)/bin/python
 
 $(VENV)/.ready-fuzz: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[fuzz]'
+	@touch $@ $(VENV)/.ready
+
+$(VENV)/.ready-mutants: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[dev,mutants]'
 	@touch $@ $(VENV)/.ready
 
 clean:

@@ -318,6 +318,8 @@ _INTRODUCTION = (
     f"The bus watchdog is armed with {1e3 * WATCHDOG_S:.0f} ms whenever the axis may move. A lost packet is",
     "asked for again up to three times, which takes less than that.",
 )
+#: From here on the page is another study's (`studies.mutants`).
+MUTANTS = "<!-- mutants: "
 _REMARKS = (
     "## What to know",
     "",
@@ -338,7 +340,8 @@ _REMARKS = (
 )
 def main(repeats: int, kills: int, out: Path) -> None:
     """Run the study and write its page."""
-    text = page(repeats, kills)
+    _, mark, mutants = out.read_text(encoding="utf-8").partition(MUTANTS) if out.exists() else ("", "", "")
+    text = page(repeats, kills) + (f"\n{mark}{mutants}" if mark else "")
     out.write_text(text, encoding="utf-8")
     click.echo(text)
 

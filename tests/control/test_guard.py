@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from idtool.control import ForceFreeController, Limits, Reason, State
+from idtool.control.guard import Guard, Measurement, check_torque
 from idtool.errors import InputError
 
 from .double import parameters
@@ -209,3 +211,139 @@ def test_any_plausible_motion_is_followed_inside_the_limits(
         assert before is None or abs(command - before) <= LIMITS.command_step * (1 + 1e-12)
         assert abs(controller.status.velocity_wanted) <= LIMITS.speed
         before = command
+
+
+def test_the_bounds_that_hold_where_nobody_set_any() -> None:
+    assert Limits() == Limits(
+        position_min=-math.inf,
+        position_max=math.inf,
+        margin=0.05,
+        speed=3.0,
+        command_step=None,
+        measured_speed=12.0,
+        current=10.0,
+        torque=math.inf,
+        mismatch=None,
+        guided_speed=math.inf,
+        energy=math.inf,
+        idle_s=math.inf,
+        stale_samples=5,
+        gap_periods=5.0,
+    )
+    assert Measurement(1.0, 2.0, 3.0, 4.0) == Measurement(1.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, None)
+
+
+#: A period that floats count exactly, s.
+PERIOD = 2.0**-7
+
+
+def guard(**limits: float) -> Guard:
+    return Guard(Limits(**limits), PERIOD, 2.0**-10, "rad")
+
+
+def reason(found: tuple[Reason, str] | None) -> Reason | None:
+    return None if found is None else found[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "last_good", "first_bad", "expected"),
+    [
+        ("payload", 1e4, 1.00001e4, Reason.SURROUNDINGS),
+        ("payload", 0.0, -1e-9, Reason.SURROUNDINGS),
+        ("tilt_alpha", 10.0, 10.001, Reason.SURROUNDINGS),
+        ("tilt_beta", -10.0, -10.001, Reason.SURROUNDINGS),
+        ("temperature", 400.0, 400.5, Reason.SURROUNDINGS),
+        ("temperature", -90.0, -90.5, Reason.SURROUNDINGS),
+        ("position", 1e6, 1000000.5, Reason.OUT_OF_RANGE),
+        ("position", -1e6, -1000000.5, Reason.OUT_OF_RANGE),
+        ("velocity", 12.0, 12.001, Reason.VELOCITY),
+        ("velocity", -12.0, -12.001, Reason.VELOCITY),
+        ("current", 10.0, 10.001, Reason.CURRENT),
+        ("current", -10.0, -10.001, Reason.CURRENT),
+    ],
+)
+def test_where_a_measurement_becomes_impossible(
+    name: str, last_good: float, first_bad: float, expected: Reason
+) -> None:
+    good = Measurement(0.0, 0.0, 0.0, 0.0)
+    assert guard().check(replace(good, **{name: last_good}), clocked=True) is None
+    assert reason(guard().check(replace(good, **{name: first_bad}), clocked=True)) is expected
+
+
+def test_an_axis_may_be_measured_outside_its_range_by_the_margin() -> None:
+    for position, outside in ((1.25, False), (1.2501, True), (-2.25, False), (-2.2501, True)):
+        found = guard(position_min=-2.0, position_max=1.0, margin=0.25)
+        told = reason(found.check(Measurement(0.0, position, 0.0, 0.0), clocked=True))
+        assert told is (Reason.OUT_OF_RANGE if outside else None)
+
+
+def after(step: float, position: float = 0.0, *, clocked: bool = True) -> Reason | None:
+    found = guard(gap_periods=5.0, measured_speed=8.0)
+    assert found.check(Measurement(1.0, 0.0, 0.0, 0.0), clocked=clocked) is None
+    return reason(found.check(Measurement(1.0 + step, position, 0.0, 0.0), clocked=clocked))
+
+
+def test_time_goes_on_by_five_periods_at_most() -> None:
+    assert after(5.0 * PERIOD) is None
+    assert after(5.01 * PERIOD) is Reason.TIME_JUMP
+    assert after(-PERIOD) is Reason.TIME_JUMP
+    assert after(0.0) is Reason.STALE
+    assert after(0.0, clocked=False) is None  # counted, not measured
+
+
+def test_a_position_moves_no_further_than_its_speed_and_one_period_of_grace() -> None:
+    for way in (1.0, -1.0):
+        assert after(2.0 * PERIOD, way * 8.0 * 3.0 * PERIOD) is None
+        assert after(2.0 * PERIOD, way * 8.0 * 3.01 * PERIOD) is Reason.POSITION_JUMP
+
+
+def alike(samples: int, velocity: float, /, **change: float) -> list[Reason | None]:
+    found = guard(stale_samples=4)
+    same = Measurement(0.0, 0.5, velocity, 0.1)
+    rows = [replace(same, time=k * PERIOD) for k in range(samples)]
+    rows[-1] = replace(rows[-1], **change)
+    return [reason(found.check(row, clocked=True)) for row in rows]
+
+
+def test_samples_alike_are_stale_while_the_axis_is_said_to_move() -> None:
+    assert alike(5, 1.0) == [None] * 4 + [Reason.STALE]
+    assert alike(5, -1.0) == [None] * 4 + [Reason.STALE]
+    for name in ("position", "velocity", "current"):
+        assert alike(5, 1.0, **{name: 0.51}) == [None] * 5
+    # 4 periods at 0.09 rad/s are less than three counts, 5 are more
+    assert alike(6, 0.09) == [None] * 5 + [Reason.STALE]
+
+
+def test_a_bad_sample_is_not_what_the_next_is_held_against() -> None:
+    found = guard()
+    assert found.check(Measurement(0.0, 0.0, 0.0, 0.0), clocked=True) is None
+    assert found.check(Measurement(PERIOD, 9.0, 0.0, 0.0), clocked=True) is not None
+    assert found.check(Measurement(2.0 * PERIOD, 0.01, 0.0, 0.0), clocked=True) is None
+    found.reset()
+    assert found.check(Measurement(0.0, 9.0, 0.0, 0.0), clocked=True) is None
+
+
+def test_a_torque_that_no_hand_has() -> None:
+    for torque, expected in ((2.0, None), (2.01, Reason.TORQUE), (-2.0, None), (-2.01, Reason.TORQUE)):
+        assert reason(check_torque(Limits(torque=2.0), torque, "N m")) is expected
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "speed",
+        "measured_speed",
+        "current",
+        "torque",
+        "gap_periods",
+        "guided_speed",
+        "energy",
+        "idle_s",
+        "mismatch",
+    ],
+)
+def test_no_limit_is_zero_or_less(name: str) -> None:
+    Limits(**{name: 1e-3})
+    for value in (0.0, -1.0, math.nan):
+        with pytest.raises(InputError, match=name):
+            Limits(**{name: value})
