@@ -52,7 +52,7 @@ _CONTROL = "tests/control"
 MODULES = (
     Module("guard", "limits and the check of every measurement", f"{_CONTROL}/test_guard.py -k 'not any_'"),
     Module("session_limits", "speed, energy, idle time", f"{_CONTROL}/test_session_limits.py"),
-    Module("rest_load", "the load at rest", f"{_CONTROL}/test_button.py -k 'load_counts or allowance'"),
+    Module("rest_load", "the load at rest", f"{_CONTROL}/test_rest_load.py"),
     Module("button", "braking and holding", f"{_CONTROL}/test_sensing.py"),
     Module("sensing", "the hand's torque, published law", f"{_CONTROL}/test_sensing.py"),
     Module("paper", "the published law", f"{_CONTROL}/test_sensing.py"),

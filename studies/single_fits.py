@@ -21,21 +21,24 @@ from pathlib import Path
 import click
 import numpy as np
 from click.testing import CliRunner
+from idtool.cli.commands import ffc_id
 
-from idtool.cli.main import main as program
+from idtool.errors import InputError
+from idtool.parameters import Parameter, Parameters
 from pages.markdown import with_made
 from testbench.cases import EFFECTS, draw_effects
 from testbench.other_plants.effects import EFFECTS as OTHER_EFFECTS
 from testbench.other_plants.session import NoSuchSessionError, make
 from testbench.plants import SESSION, either_bristle, random_plant, record_session
 
-#: Command -> its part of the parameter file, and the runs of the other axes that show it, best first.
-_PARTS = {"fit-gravity": "gravity", "fit-static": "static", "fit-dynamic": "dynamic"}
+#: In the order of the runs of a session; and the runs of the other axes that are for each, best first.
+_COMMANDS = ("fit-gravity", "fit-static", "fit-dynamic")
 _OTHER_RUNS = {
     "fit-gravity": ("payloads", "slow_sweep"),
     "fit-static": ("speeds",),
     "fit-dynamic": ("sines",),
 }
+_AXES = ("ours", "other")
 _DYNAMIC = ("bristle_stiffness", "bristle_damping")
 #: What the commands say of a model that lacks something.
 _WARNING = "the model lacks something"
@@ -88,15 +91,11 @@ def ours(effect: str, number: int, folder: Path) -> Session:
     sensors = ("lab", "dynamixel")[number % 2]
     plant = draw_effects(plant, (effect,), rng, sensors, SESSION).plant
     logs = {}
-    for command, log in zip(_PARTS, _in_order(record_session(plant, sensors, seed)), strict=True):
+    for command, log in zip(_COMMANDS, record_session(plant, sensors, seed), strict=True):
         logs[command] = folder / f"{command}.csv"
         log.write(logs[command])
     names = ("base", "per_payload", "coulomb", "static", "stribeck_velocity", "viscous", *_DYNAMIC)
     return Session(logs, {name: getattr(plant, name) for name in names})
-
-
-def _in_order(logs: Sequence[object]) -> Sequence[object]:
-    return logs
 
 
 def other(effect: str, number: int, folder: Path) -> Session:
@@ -120,30 +119,26 @@ def told(axes: str, effect: str, session: Session, folder: Path) -> Iterator[Tol
     """What the three commands say, one after another into one file."""
     params = folder / "params.toml"
     for command, log in session.logs.items():
-        done = CliRunner().invoke(program, [command, str(log), "-p", str(params), "--json"])
-        if done.exit_code:
-            yield Told(axes, effect, command, (), 0, False, done.stderr.strip() or repr(done.exception))
+        done = CliRunner().invoke(ffc_id, [command, str(log), "-p", str(params), "--json"])
+        if isinstance(done.exception, InputError):
+            yield Told(axes, effect, command, (), 0, False, str(done.exception))
             continue
-        document = json.loads(done.stdout)
-        checked, off = 0, []
-        for name, value in _numbers(document["parameters"]):
-            if name not in session.truth or not value.get("identified") or not value.get("ci95"):
-                continue
-            checked += 1
-            low, high = value["ci95"]
-            if not low <= session.truth[name] <= high:
-                off.append(name)
-        warned = any(_WARNING in note for note in document["notes"])
-        yield Told(axes, effect, command, tuple(off), checked, warned)
+        if done.exception is not None:
+            raise done.exception
+        notes = json.loads(done.stdout)["notes"]
+        found = {
+            name: one
+            for name, one in _part(Parameters.read(params), command).items()
+            if name in session.truth and one.identified and one.ci95 is not None
+        }
+        off = tuple(n for n, one in found.items() if not one.ci95[0] <= session.truth[n] <= one.ci95[1])
+        yield Told(axes, effect, command, off, len(found), any(_WARNING in note for note in notes))
 
 
-def _numbers(table: Mapping[str, object]) -> Iterator[tuple[str, Mapping[str, object]]]:
-    """Every parameter under its name without the unit."""
-    for name, value in table.items():
-        if isinstance(value, Mapping) and "value" in value:
-            yield name, value
-        elif isinstance(value, Mapping):
-            yield from _numbers(value)
+def _part(parameters: Parameters, command: str) -> Mapping[str, Parameter]:
+    """What that command gives."""
+    part = {"fit-gravity": "gravity", "fit-static": "static", "fit-dynamic": "dynamic"}[command]
+    return getattr(parameters, part)
 
 
 def study(each: int, effects: Sequence[str] = ()) -> list[Told]:
@@ -164,3 +159,66 @@ def study(each: int, effects: Sequence[str] = ()) -> list[Told]:
                     for one in found[-len(session.logs) :]:
                         click.echo(str(one), err=True)
     return found
+
+
+def table(found: Sequence[Told]) -> str:
+    """One row an effect, and one for each kind of axis together."""
+    lines = [
+        "| effect | " + " | ".join(f"{axes}, {one}" for axes in _AXES for one in _COMMANDS) + " |",
+        "|---|" + "---|" * (len(_AXES) * len(_COMMANDS)),
+    ]
+    groups: dict[tuple[str, str, str], list[Told]] = defaultdict(list)
+    for one in found:
+        groups[one.effect, one.axes, one.command].append(one)
+        groups["together", one.axes, one.command].append(one)
+    for effect in [*dict.fromkeys(one.effect for one in found), "together"]:
+        cells = [_cell(groups[effect, axes, command]) for axes in _AXES for command in _COMMANDS]
+        lines.append("| " + " | ".join([effect.replace("_", " "), *cells]) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _cell(group: Sequence[Told]) -> str:
+    return f"{sum(one.honest for one in group)} of {len(group)}" if group else "–"
+
+
+def section(found: Sequence[Told], each: int) -> str:
+    """The part of docs/accuracy.md."""
+    honest = sum(one.honest for one in found)
+    covered = sum(not one.off and not one.refused for one in found)
+    numbers, off = sum(one.checked for one in found), sum(len(one.off) for one in found)
+    silent = sum(len(one.off) for one in found if not one.warned)
+    warned = sum(one.warned for one in found)
+    text = f"""
+## The single fits where the model lacks an effect
+
+Made by `make study-single_fits`: {each} sessions of every effect on random axes of our rig, and as many on
+axes that share no code with it (`testbench/other_plants`; its friction is LuGre's in two thirds of them). The
+commands run one after another, each on the run that it is for, and are told of no effect. A fit misleads
+nobody if every interval that it tells as found holds the truth, or if it says that its model lacks something,
+or refuses the log.
+
+It was so in {honest} of {len(found)} fits ({100 * honest / len(found):.0f} %): in {covered} every interval
+held the truth, and {warned} said that the model lacks something. Of {numbers} numbers told as found {off} had
+an interval that excludes the truth, {silent} of them without a word.
+
+"""
+    return text + table(found) + "\n"
+
+
+@click.command()
+@click.option("--each", default=2, show_default=True, help="Sessions of each effect on each kind of axis.")
+@click.option("--effect", "effects", multiple=True, help="Only this one; may be repeated.")
+@click.option("--out", type=click.Path(path_type=Path), help="Page to write the figures into.")
+def main(each: int, effects: tuple[str, ...], out: Path | None) -> None:
+    """Run the study and write its part of the page."""
+    found = study(each, effects)
+    click.echo(section(found, each))
+    if out is not None:
+        page = out.read_text(encoding="utf-8")
+        out.write_text(
+            with_made(page, "single fits", section(found, each), "study-single_fits"), encoding="utf-8"
+        )
+
+
+if __name__ == "__main__":
+    main()

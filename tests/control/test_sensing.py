@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -242,3 +243,88 @@ def test_a_brake_lasts_30_ms_at_least_and_ends_inside_the_range() -> None:
     assert hold.stopping
     assert hold.command(at(3, position=1.04)) == 1.0
     assert not hold.stopping
+
+
+def carried(effects: dict[str, dict[str, float]], samples: list[Measurement]) -> list[float]:
+    found = HandSense(OnlineModel(parameters(BENCH, **effects)), PERIOD, 0.02, COUNT)
+    raw = []
+    for one in samples:
+        found.feel(one)
+        raw.append(found.raw)
+    return raw
+
+
+def test_an_inertia_is_no_hand() -> None:
+    """0.1 rad/s in 10 ms are 10 rad/s^2; the axis moves, so no friction at rest is assumed."""
+    motion = [at(k, 0.0, 0.3 + 0.004 * k, 0.1 * (k == 3)) for k in range(5)]
+    heavy, light = carried({"inertia": {"inertia": 0.02}}, motion), carried({}, motion)
+    assert [a - b for a, b in zip(heavy, light, strict=True)] == pytest.approx([0.0, 0.0, 0.0, 0.2, -0.2])
+
+
+def test_a_motion_that_is_reported_late_is_held_against_the_current_of_then() -> None:
+    hands = [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]
+    motion = [at(k, hand, 0.3 + 0.004 * k) for k, hand in enumerate(hands)]
+    late, plain = carried({"transport_delay": {"delay": 0.02}}, motion), carried({}, motion)
+    still = carried({}, [at(k, 0.0, 0.3 + 0.004 * k) for k in range(6)])
+    assert [a - b for a, b in zip(plain, still, strict=True)] == pytest.approx(hands)
+    assert [a - b for a, b in zip(late, still, strict=True)] == pytest.approx([0.0, 0.0, *hands[:4]])
+
+
+def test_a_current_that_is_reported_late_is_held_against_the_load_of_then() -> None:
+    motion = [replace(at(k, 0.0, 0.3 + 0.004 * k), payload=0.4 * (k >= 2)) for k in range(6)]
+    early = carried({"transport_delay": {"delay": -0.02}}, motion)
+    still = carried({"transport_delay": {"delay": -0.02}}, [replace(one, payload=0.0) for one in motion])
+    payload = 0.4 * BENCH["per_payload"]
+    assert [a - b for a, b in zip(early, still, strict=True)] == pytest.approx([0.0] * 4 + [payload] * 2)
+
+
+def test_a_motor_that_saturates_gives_less() -> None:
+    """Of 0.2 N m more at the motor 0.1 per A goes at 1 A."""
+    model = parameters(BENCH, torque_constant_saturation={"kappa": 0.1})
+    found = HandSense(OnlineModel(model), PERIOD, 0.02, COUNT)
+    for k in range(3):
+        found.feel(Measurement(PERIOD * k, 0.3 + 0.004 * k, 0.0, 1.0))
+    plain = HandSense(OnlineModel(parameters(BENCH)), PERIOD, 0.02, COUNT)
+    for k in range(3):
+        plain.feel(Measurement(PERIOD * k, 0.3 + 0.004 * k, 0.0, 1.0))
+    assert found.raw - plain.raw == pytest.approx(0.1 * 2.67)
+
+
+def test_what_rested_in_the_bristle_stays_there_when_it_moves() -> None:
+    one, other = listened(0.0), listened(0.0)
+    other.slack = 0.02
+    for found in (one, other):
+        found.feel(at(20, 0.0, 0.304))
+    kept = (other._model.bristle - one._model.bristle) * BENCH["bristle_stiffness"]
+    assert kept == pytest.approx(0.02)
+    assert other.slack == 0.0
+
+
+def test_the_lag_is_trimmed_by_the_share_of_the_speed_that_is_missing() -> None:
+    for share, missing in ((0.5, 0.5), (1.5, -0.5), (-3.0, 1.0), (9.0, -1.0)):
+        found = guiding()
+        lead = 0.05 * 1.03  # of the first sample, at which the axis stood
+        wanted = 2.05 / (2.05 + lead) * 1.68 * 0.2
+        command = found.wish(at(13, 0.2, velocity=share * wanted))
+        lead *= 1.0 + 0.03 * missing
+        # speed is damped, which takes some of the hand: the law's own figure says how much
+        assert command == pytest.approx(0.3 + lead * found.wanted, rel=0.02)
+
+
+def test_after_a_brake_a_hand_starts_in_two_samples_again() -> None:
+    found = guiding()
+    found.wish(at(13, 0.08))
+    assert found.state is State.RESTING
+    for k in range(14, 19):
+        found.wish(at(k))
+    assert found.wish(at(19, 0.1)) == 0.3
+    assert found.state is State.RESTING
+    found.wish(at(20, 0.1))
+    assert found.state is State.GUIDING
+
+
+def test_a_new_law_is_at_zero_and_listens() -> None:
+    found = law()
+    assert (found.anchor, found.state, found.torque, found.wanted) == (0.0, State.STARTING, 0.0, 0.0)
+    found.begin(1.4)
+    assert found.anchor == 1.0

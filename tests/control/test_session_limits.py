@@ -82,3 +82,6 @@ def test_only_a_rest_counts_as_idle_and_anew_each_time(other: State) -> None:
             session.check(sample(0.0), 0.0, State.RESTING)
         session.check(sample(0.0), 0.0, other)
     assert not session.expired
+    for _ in range(10):
+        session.check(sample(0.0), 0.0, State.RESTING)
+    assert session.expired
