@@ -168,8 +168,10 @@ def test_the_least_push_of_late_is_two_samples_old_and_never_negative() -> None:
     sensed(c, s, 0.1)
     assert (s["least_2"], s["least_1"]) == (0.04, 0.05)
     assert s["least"] == pytest.approx(0.05 + (1.0 - math.exp(-0.01 / 0.15)) * 0.05)
-    sensed(c, s, -0.2)
-    assert s["least"] == 0.0
+    c, s = law(hand=0.01, least=0.02)
+    sensed(c, s, -0.045)
+    assert s["raw"] == -0.045
+    assert (s["seems"], s["least"]) == (0, 0.0)
 
 
 def test_a_hand_that_leaves_a_resting_axis_opens_the_zero_once() -> None:
