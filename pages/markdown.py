@@ -130,3 +130,9 @@ def with_made(page: str, part: str, text: str, target: str = "docs-effects") -> 
     if not found or not closed:
         raise ValueError(f"no markers of the part {part!r}")
     return head + begin + text + end + tail
+
+
+def keeping_made(page: str, before: str) -> str:
+    """A page made anew, with the parts of other makers at the end of what it was before."""
+    _, mark, made = before.partition("<!-- ")
+    return f"{page}\n{mark}{made}" if mark else page

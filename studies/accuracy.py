@@ -26,6 +26,7 @@ from idtool.fit.results import dynamic_parameters, gravity_parameters, static_pa
 from idtool.model.torque import linearise
 from idtool.rig.sensors import SENSORS
 from idtool.signals import Recording, record
+from pages.markdown import keeping_made
 from testbench.plants import TORQUE_CONSTANT, Plant, random_plant, record_session
 from testbench.truth import NAMES, SPEC, truth_of
 
@@ -193,10 +194,11 @@ _REMARKS = (
 def main(sessions: int, out: Path) -> None:
     """Run the study and write its page."""
     results = {}
+    before = out.read_text(encoding="utf-8") if out.exists() else ""
     for title, grade in GRADES.items():
         results[title] = study(max(1, round(grade.share * sessions)), grade)
         click.echo("\n".join([title, *table(results[title])]))
-        out.write_text(page(results), encoding="utf-8")
+        out.write_text(keeping_made(page(results), before), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ from idtool.log import Log
 from idtool.parameters import Parameter
 from idtool.rig.dynamixel.servo import WATCHDOG_S
 from idtool.rig.opening import read_plant
+from pages.markdown import keeping_made
 from testbench.bench import BAUD, Bench
 from testbench.kill import RECIPE, Killed, killed
 
@@ -318,8 +319,6 @@ _INTRODUCTION = (
     f"The bus watchdog is armed with {1e3 * WATCHDOG_S:.0f} ms whenever the axis may move. A lost packet is",
     "asked for again up to three times, which takes less than that.",
 )
-#: From here on the page is another study's (`studies.mutants`).
-MUTANTS = "<!-- mutants: "
 _REMARKS = (
     "## What to know",
     "",
@@ -340,8 +339,8 @@ _REMARKS = (
 )
 def main(repeats: int, kills: int, out: Path) -> None:
     """Run the study and write its page."""
-    _, mark, mutants = out.read_text(encoding="utf-8").partition(MUTANTS) if out.exists() else ("", "", "")
-    text = page(repeats, kills) + (f"\n{mark}{mutants}" if mark else "")
+    before = out.read_text(encoding="utf-8") if out.exists() else ""
+    text = keeping_made(page(repeats, kills), before)
     out.write_text(text, encoding="utf-8")
     click.echo(text)
 

@@ -5,7 +5,7 @@ of `testbench/other_plants`, which shares no code with it. The three commands ru
 runs that they are for, as a new user would run them. A number is honest if its 95 % interval holds the
 truth, if it is told as not found, or if the command says that its model lacks something.
 
-python -m studies.single_fits [--each N] [--out docs/accuracy.md]      (make study-single_fits)
+python -m studies.partial [--each N] [--out docs/accuracy.md]      (make study-partial)
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ def section(found: Sequence[Told], each: int) -> str:
     text = f"""
 ## The single fits where the model lacks an effect
 
-Made by `make study-single_fits`: {each} sessions of every effect on random axes of our rig, and as many on
+Made by `make study-partial`: {each} sessions of every effect on random axes of our rig, and as many on
 axes that share no code with it (`testbench/other_plants`; its friction is LuGre's in two thirds of them). The
 commands run one after another, each on the run that it is for, and are told of no effect. A fit misleads
 nobody if every interval that it tells as found holds the truth, or if it says that its model lacks something,
@@ -216,7 +216,7 @@ def main(each: int, effects: tuple[str, ...], out: Path | None) -> None:
     if out is not None:
         page = out.read_text(encoding="utf-8")
         out.write_text(
-            with_made(page, "single fits", section(found, each), "study-single_fits"), encoding="utf-8"
+            with_made(page, "single fits", section(found, each), "study-partial"), encoding="utf-8"
         )
 
 
