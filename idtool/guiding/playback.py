@@ -102,11 +102,9 @@ def play(
         watch=watch,
     )
     with player:
-        sample = player.begin()
+        sample = player.listen(player.begin())
         for loop in range(loops):
-            sample = _approach(player, sample, float(path.position[0]), APPROACH_SPEED[path.kind])
-            if loop == 0:
-                sample = player.listen(sample)
+            sample, stopped = _approach(player, sample, float(path.position[0]), APPROACH_SPEED[path.kind])
             begun = sample.time_s
             while stopped is None and (now := sample.time_s - begun) < path.duration:
                 wanted, speed = path.at(now + rig.period_s)
@@ -124,13 +122,16 @@ def play(
     return Played(time, position, where, lag, stopped, player.interrupted)
 
 
-def _approach(player: Player, sample: Sample, goal: float, speed: float) -> Sample:
+def _approach(player: Player, sample: Sample, goal: float, speed: float) -> tuple[Sample, Stop | None]:
     """Move to `goal` with a smooth start and end, and stand."""
     start = sample.position
     way = goal - start
     duration = max(1.5 * abs(way) / speed, 0.2)  # a smooth step's middle is half as fast again as its mean
     begun = sample.time_s
-    while (now := sample.time_s - begun) < duration + REST_S:
+    stopped = None
+    while stopped is None and (now := sample.time_s - begun) < duration + REST_S:
         share = min(now / duration, 1.0)
-        sample = player.step(start + way * share * share * (3.0 - 2.0 * share))
-    return sample
+        wanted = start + way * share * share * (3.0 - 2.0 * share)
+        sample = player.step(wanted)
+        stopped = player.met(sample, wanted)
+    return sample, stopped

@@ -162,3 +162,14 @@ def test_a_file_of_another_payload_is_felt_from_the_start() -> None:
     """It listens at rest; what the payload is wrong by is not taken for a contact."""
     rig = replace(Double(position_gain=20.0), real_payload=0.5)
     assert play(straight(), rig, SETUP, parameters=parameters(), contact=0.4).stopped is None
+
+
+def test_it_stops_on_the_way_to_the_start_too() -> None:
+    def wall(sample: Sample) -> float:
+        return -90.0 * max(sample.position - 0.1, 0.0)
+
+    played = play(straight(), Double(), SETUP, parameters=parameters(), contact=0.4, obstacle=wall)
+    assert played.stopped is not None
+    assert played.stopped.why == "contact"
+    assert played.stopped.position < 0.2
+    assert not len(played.time)
