@@ -50,6 +50,18 @@ if TYPE_CHECKING:
     help="Positions that may be commanded, rad or m; must be told, or --any-position.",
 )
 @click.option("--any-position", is_flag=True, help="Let it command any position: an axis without ends.")
+@click.option(
+    "--path",
+    type=click.Path(path_type=Path),
+    help="A path to play from flash: the log of `teach -o`, or a file of waypoints.",
+)
+@click.option(
+    "--path-speed",
+    default=1.0,
+    show_default=True,
+    type=click.FloatRange(0.0, 10.0, min_open=True),
+    help="Speed of the path, relative to how it was taught.",
+)
 @max_speed_option
 @idle_option
 @force_option
@@ -62,6 +74,8 @@ def export_c(
     period: float | None,
     reach: tuple[float, float] | None,
     any_position: bool,
+    path: Path | None,
+    path_speed: float,
     max_speed: float,
     idle: float,
     force: bool,
@@ -79,6 +93,7 @@ def export_c(
     from idtool.control import Limits
     from idtool.errors import UsageError
     from idtool.export.c_controller import export_c as run
+    from idtool.guiding.path import read_path
     from idtool.parameters import Parameters
 
     if (reach is None) is not any_position:
@@ -96,6 +111,8 @@ def export_c(
         without=without,
         period_s=period,
         limits=limits,
+        path=read_path(path)[0] if path is not None else None,
+        path_speed=path_speed,
         source=params.name,
         force=force,
     )

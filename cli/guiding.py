@@ -34,8 +34,6 @@ _MEASURED = {"current": "the motor's current", "voltage": "the voltage at the mo
 CONTACT_N = 10.0
 #: Where the file does not say how the part moves: so many friction levels are a contact.
 _CONTACT_LEVELS = 4.0
-#: An axis so far behind where it is wanted meets something, share of its range.
-BEHIND = 0.05
 
 #: Most energy that a guided axis may give to a hand that it has not from it, J.
 ENERGY_J = 0.05

@@ -18,7 +18,6 @@ from .common import (
     told_rig,
 )
 from .guiding import (
-    BEHIND,
     check_axis,
     contact_limit,
     contact_option,
@@ -99,6 +98,7 @@ def jog(
     from idtool.guiding.jog import SPEED_M_S, SPEED_RAD_S, STEP_M, STEP_RAD, ArrowKeys
     from idtool.guiding.jog import jog as run
     from idtool.guiding.keys import TerminalKeys
+    from idtool.guiding.player import BEHIND_SHARE
     from idtool.io.atomic import refuse_existing
     from idtool.parameters import Parameters
     from idtool.rig import open_rig
@@ -140,7 +140,7 @@ def jog(
                 speed=scale * (usual_speed if speed is None else 1e-3 * speed),
                 parameters=parameters,
                 contact=limit,
-                behind=BEHIND * (high - low),
+                behind=BEHIND_SHARE * (high - low),
                 log=log,
                 force=force,
                 watch=watch,

@@ -18,7 +18,6 @@ from .common import (
     told_rig,
 )
 from .guiding import (
-    BEHIND,
     check_axis,
     contact_limit,
     contact_option,
@@ -38,9 +37,6 @@ if TYPE_CHECKING:
 
     from idtool.guiding.playback import Played
     from idtool.model.units import Kind
-
-#: Time in which a played axis gets to its limit of speed, s.
-_SPEED_UP_S = 0.25
 
 
 @click.command()
@@ -101,6 +97,7 @@ def play(
     from idtool.errors import InputError
     from idtool.guiding.path import limited, read_path, write_waypoints
     from idtool.guiding.playback import play as run
+    from idtool.guiding.player import BEHIND_SHARE
     from idtool.io.atomic import refuse_existing
     from idtool.parameters import Parameters
     from idtool.rig import open_rig
@@ -126,14 +123,7 @@ def play(
             check_axis(parameters, params, device, output)
         load = told_payload(payload, parameters, device) if parameters is not None else payload or 0.0
         low, high = device.limits.position
-        path, scale = limited(
-            path,
-            low=low,
-            high=high,
-            speed=device.limits.speed,
-            acceleration=device.limits.speed / _SPEED_UP_S,
-            scale=speed,
-        )
+        path, scale = limited(path, low=low, high=high, speed=device.limits.speed, scale=speed)
         if scale < speed:
             output.warn(f"played at {scale:.2g} of the taught speed: faster is beyond the limits of the rig.")
         setup = setup_of(load, tilted, device, inside(device, output, move=move_inside))
@@ -145,7 +135,7 @@ def play(
                 loops=loop,
                 parameters=parameters,
                 contact=limit,
-                behind=BEHIND * (high - low),
+                behind=BEHIND_SHARE * (high - low),
                 log=log,
                 force=force,
                 progress=lambda share: bar.at(share, 1.0),

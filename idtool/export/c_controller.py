@@ -22,6 +22,8 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
                  listen_here, begin_enabling, wish_enabled
                                                   EnabledLaw._listen, .begin, .wish
                  begin_session, check_session     SessionLimits.reset, .check
+    path.h       NAME_path_at                     PathTable.at
+                 NAME_path_step                   guiding.playback.play, ._approach
     force_free.c bounded, fail, NAME_reset, NAME_recover, NAME_step, NAME_ready, NAME_tare
                                                   ForceFreeController
 
@@ -48,6 +50,8 @@ from idtool.effects import registry
 from idtool.errors import InputError, UsageError, nearest, sentence
 from idtool.export.c_constants import constants, microseconds, settle_s, tables
 from idtool.export.c_literals import EffectInC
+from idtool.export.c_path import in_c
+from idtool.guiding.path import TaughtPath
 from idtool.io.atomic import atomic_write, cannot_write, refuse_existing
 from idtool.model.contribution import FIELDS
 from idtool.model.units import SUFFIXES, Units, unit_text
@@ -102,10 +106,14 @@ def export_c(
     without: Sequence[str] = (),
     period_s: float | None = None,
     limits: Limits | None = None,
+    path: TaughtPath | None = None,
+    path_speed: float = 1.0,
     source: str = "",
     force: bool = False,
 ) -> ExportedC:
     """Write NAME.h, NAME.c, an Arduino sketch and its NAME_servo.h into `folder`, all or none.
+
+    Where there is a path, NAME_path.h too.
 
     Args:
         parameters: what `ForceFreeController` takes.
@@ -113,30 +121,33 @@ def export_c(
         name: what every symbol and file begins with: lower case letters, digits, underscores.
         without: effects of the file to leave out.
         period_s, limits: as of `ForceFreeController`.
+        path: a taught path that the board is to play, in its flash.
+        path_speed: how fast, relative to how it was taught.
         source: the parameter file, for the comment at the top.
         force: overwrite what is there.
 
     Raises:
         UsageError: a name that is no C identifier, or an effect to leave out that the file does not hold.
         InputError: an effect that has no C form, a number that single precision cannot hold, a file that
-            exists or cannot be written.
+            exists or cannot be written, a path without a range or too long for a board.
     """
     texts, carried, notes = generate_c(
-        parameters, folder, name=name, without=without, period_s=period_s, limits=limits, source=source
-    )
+        parameters, folder, name=name, without=without, period_s=period_s, limits=limits, path=path,
+        path_speed=path_speed, source=source,
+    )  # fmt: skip
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise cannot_write(folder, error) from error
-    paths = {folder / file: text for file, text in texts.items()}
-    for path in paths:
-        refuse_existing(path, force)
+    files = {folder / file: text for file, text in texts.items()}
+    for file in files:
+        refuse_existing(file, force)
     with ExitStack() as together:
-        for path, text in paths.items():
-            stream = together.enter_context(atomic_write(path))
+        for file, text in files.items():
+            stream = together.enter_context(atomic_write(file))
             stream.write(text)
             stream.flush()  # a full disk shows before the first file is put in its place
-    return ExportedC(tuple(paths), carried, notes)
+    return ExportedC(tuple(files), carried, notes)
 
 
 def generate_c(
@@ -147,6 +158,8 @@ def generate_c(
     without: Sequence[str] = (),
     period_s: float | None = None,
     limits: Limits | None = None,
+    path: TaughtPath | None = None,
+    path_speed: float = 1.0,
     source: str = "",
 ) -> tuple[dict[str, str], tuple[str, ...], tuple[str, ...]]:
     """As `export_c`, without writing: the text of each file, the effects carried, and the notes."""
@@ -164,12 +177,22 @@ def generate_c(
     controller = ForceFreeController(kept, period_s, limits=limits)
     effects = _effects(kept, controller)
     sketch, remark = _sketch_name(folder, name)
+    kind = kept.axis.kind
+    if path is not None and path.kind != kind:
+        raise InputError(
+            f"was taught on a {path.kind} axis and the file describes a {kind} one", place="--path"
+        )
+    words = unit_text("position", kind)
+    played, size = in_c(path, controller.limits, words, path_speed) if path is not None else ({}, "")
     notes = (
         *controller.model.skipped,
         *(f"{effect} is left out as asked" for effect in without),
+        *((size,) if size else ()),
         *((remark,) if remark else ()),
     )
     context = _context(kept, controller, effects) | {
+        "path": path is not None,
+        **played,
         "name": name,
         "p": name,
         "P": name.upper(),
@@ -190,7 +213,7 @@ def generate_c(
         f"{name}.c": "controller.c.jinja",
         f"{name}_servo.h": "servo.h.jinja",
         sketch: "sketch.ino.jinja",
-    }
+    } | ({f"{name}_path.h": "path.h.jinja"} if path is not None else {})
     texts = {file: environment.get_template(template).render(context) for file, template in templates.items()}
     return texts, tuple(effect.name for effect in effects), notes
 

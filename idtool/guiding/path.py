@@ -24,6 +24,8 @@ from idtool.parameters.axis import Axis
 SCHEMA = "ffc-id/waypoints/1"
 #: Width of the smoothing of what a hand taught, of waypoints (standard deviation), and step of a path, s.
 SMOOTHING_S, WAYPOINT_SMOOTHING_S, STEP_S = 0.1, 0.03, 0.005
+#: Time in which a played axis gets to its limit of speed, s.
+SPEED_UP_S = 0.25
 #: A path begins and ends where the hand first and last moved it farther than this share of its whole way.
 _STILL_SHARE = 0.01
 #: Waypoints follow the path to within this share of its whole way.
@@ -97,19 +99,27 @@ def smoothed(time: Array, position: Array, kind: str, width: float = SMOOTHING_S
 
 
 def limited(
-    path: TaughtPath, *, low: float, high: float, speed: float, acceleration: float, scale: float = 1.0
+    path: TaughtPath,
+    *,
+    low: float,
+    high: float,
+    speed: float,
+    acceleration: float | None = None,
+    scale: float = 1.0,
 ) -> tuple[TaughtPath, float]:
     """The path inside the limits: position cut, the whole slowed down.
 
     Args:
         path: as it was taught.
         low, high: of the position, rad (m).
-        speed, acceleration: greatest, rad/s and rad/s^2 (m ...).
+        speed, acceleration: greatest, rad/s and rad/s^2 (m ...); the latter gets to the speed within 0.25 s
+            unless it is told.
         scale: of the speed, as asked for.
 
     Returns:
         The path, and the scale that it got: at most the one that was asked for.
     """
+    acceleration = speed / SPEED_UP_S if acceleration is None else acceleration
     position = np.clip(path.position, low, high)
     velocity = np.gradient(position, path.time)
     fastest = float(np.max(np.abs(velocity)))

@@ -22,8 +22,8 @@ from idtool.rig.base import Rig, Sample, TrialSetup, Watch
 APPROACH_SPEED = {"rotary": 0.25, "linear": 0.01}
 #: First guess of the position loop's lag and the most that is believed, s; it is trimmed by this share of
 #: what is missing at every sample that is faster than this share of the path's greatest speed.
-LAG_S, _LONGEST_LAG_S = 0.05, 0.2
-_TRIM, _TRIM_SHARE = 0.05, 0.3
+LAG_S, LONGEST_LAG_S = 0.05, 0.2
+TRIM, TRIM_SHARE = 0.05, 0.3
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def play(
         RigFault: the rig failed.
     """
     lag = LAG_S
-    least = _TRIM_SHARE * float(np.max(np.abs(np.gradient(path.position, path.time))))
+    least = TRIM_SHARE * float(np.max(np.abs(np.gradient(path.position, path.time))))
     rows: list[tuple[float, float, float]] = []
     stopped: Stop | None = None
     player = Player(
@@ -112,7 +112,7 @@ def play(
                 rows.append((sample.time_s, sample.position, wanted))
                 if abs(speed) > least:
                     late = min(max((wanted - sample.position) / speed, -LAG_S), LAG_S)
-                    lag = min(max(lag + _TRIM * late, 0.0), _LONGEST_LAG_S)
+                    lag = min(max(lag + TRIM * late, 0.0), LONGEST_LAG_S)
                 stopped = player.met(sample, wanted)
                 if progress is not None:
                     progress(min((loop + now / path.duration) / loops, 1.0))

@@ -30,6 +30,8 @@ from idtool.rig.supervisor import Supervisor
 
 #: How long it stands and listens before it moves, s.
 REST_S = 0.5
+#: An axis so far behind where it is wanted meets something, share of its range.
+BEHIND_SHARE = 0.05
 #: Filter of the torque that is a contact, s, and the encoder's step that it needs to know, rad (m).
 _FILTER_S = 0.03
 _RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from idtool.control import Limits
 from idtool.export.c_controller import export_c
+from idtool.guiding.path import TaughtPath
 from idtool.parameters import Parameters
 
 CLOCK_HZ = 16e6
@@ -81,19 +82,20 @@ def measure(parameters: Parameters, folder: Path) -> Figures:
     )
 
 
-def sketch_flash(parameters: Parameters, folder: Path, builder: Path) -> int:
+def sketch_flash(parameters: Parameters, folder: Path, builder: Path, path: TaughtPath | None = None) -> int:
     """Bytes of the whole sketch on an Arduino Uno: core, serial port and controller, as its IDE builds it.
 
     Args:
         parameters: exported with a range.
         folder: to build in.
         builder: script that takes the folder of a sketch and one to build in, and prints "flash N of ...".
+        path: that it is to play.
 
     Raises:
         RuntimeError: it does not compile.
     """
     sketch = folder / "guide"
-    export_c(parameters, sketch, limits=Limits(-1.5, 1.5), force=True)
+    export_c(parameters, sketch, limits=Limits(-1.5, 1.5), path=path, force=True)
     text = _run("bash", builder, sketch, folder / "build")
     found = _SKETCH_FLASH.search(text)
     assert found, text[-500:]

@@ -102,3 +102,19 @@ def test_help_of_a_group_names_its_commands() -> None:
     wrong = ffc_id("export", "d")
     assert wrong.returncode == 2
     assert "no command" in wrong.stderr
+
+
+def test_a_path_goes_into_flash_and_its_size_is_told(params: Path, tmp_path: Path) -> None:
+    points = tmp_path / "points.toml"
+    points.write_text(
+        'schema = "ffc-id/waypoints/1"\naxis = {kind = "rotary"}\n'
+        "points = [{time_s = 0.0, position_rad = 0.0}, {time_s = 2.0, position_rad = 1.0}]\n"
+    )
+    common = ("export", "c", "-p", params, "-o", tmp_path / "guide", "--path", points)
+    done = ffc_id(*common, "--range", "-1.5", "1.5", "--path-speed", "0.5")
+    assert done.returncode == 0, done.stderr
+    assert "bytes of flash" in done.stderr
+    assert sorted(file.name for file in (tmp_path / "guide").iterdir()) == sorted([*FILES, "ffc_path.h"])
+    without = ffc_id(*common, "--any-position", "--force")
+    assert without.returncode == 3
+    assert "add --range" in without.stderr

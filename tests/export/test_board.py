@@ -5,9 +5,11 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from idtool.effects import registry
+from idtool.guiding.path import smoothed
 from testbench.board.files import EFFECTS, with_effects
 from testbench.board.measure import (
     CLOCK_HZ,
@@ -26,13 +28,15 @@ CONTROLLER_FLASH = UNO_FLASH - SPARE - SKETCH
 
 
 @pytest.mark.skipif(shutil.which("avr-g++") is None, reason="no avr-g++ here")
-def test_the_light_sketch_fits_the_uno_with_inertia_offset_and_ripple(shared: Path, tmp_path: Path) -> None:
+def test_the_light_sketch_fits_the_uno_with_three_effects_and_a_path(shared: Path, tmp_path: Path) -> None:
     """Against the real core, where that is kept beside the project."""
     builder = shared / "arduino" / "build_uno.sh"
     if not builder.is_file():
         pytest.skip("no core of the Uno here")
     file = with_effects("inertia", "torque_offset", "position_ripple", light=True)
-    assert sketch_flash(file, tmp_path, builder) <= UNO_FLASH - SPARE
+    time = np.arange(0.0, 20.0, 0.01)
+    path = smoothed(time, np.sin(time) * np.sin(0.3 * time), "rotary")
+    assert sketch_flash(file, tmp_path, builder, path) <= UNO_FLASH - SPARE
 
 
 @simulated

@@ -10,10 +10,12 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from idtool.control import Limits
 from idtool.export.c_controller import export_c
+from idtool.guiding.path import TaughtPath, smoothed
 from idtool.model.units import Kind
 from idtool.parameters import Controller
 from idtool.parameters.axis import Axis
@@ -27,6 +29,7 @@ STUBS = Path(__file__).parent / "stubs"
 FLAGS = ("-std=c++11", "-Wall", "-Wextra", "-Werror", "-I", str(STUBS))
 WRITE = 3
 STARTING, RESTING, TARING = 0, 1, 2
+APPROACHING, DONE = 0, 2  # of a path
 _BUS = ctypes.CFUNCTYPE(
     ctypes.c_size_t,
     ctypes.c_uint32,
@@ -38,25 +41,29 @@ _BUS = ctypes.CFUNCTYPE(
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ here")
 
 
-def export(folder: Path, kind: Kind = "rotary", mode: str = "light") -> Path:
+def export(folder: Path, kind: Kind = "rotary", mode: str = "light", path: TaughtPath | None = None) -> Path:
     gains = Controller(2.05, 8.0 if mode == "light" else 1.68, 0.01, mode=mode)
     file = replace(parameters(BENCH), axis=Axis(kind, 2.67), controller=gains)
-    export_c(file, folder, limits=Limits(-1.5, 1.5))
+    export_c(file, folder, limits=Limits(-1.5, 1.5), path=path)
     (sketch,) = folder.glob("*.ino")
     return sketch
 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("guide")
-    sketch = export(folder)
+    return linked(tmp_path_factory.mktemp("guide"))
+
+
+def linked(folder: Path, path: TaughtPath | None = None) -> Path:
+    """The sketch as a library of this machine."""
+    sketch = export(folder, path=path)
     for source, out in ((folder / "ffc.c", "ffc.o"), (STUBS / "board.cpp", "board.o")):
         compiler = ("gcc", "-std=c99") if source.suffix == ".c" else ("g++", *FLAGS, f'-DSKETCH="{sketch}"')
         command = [*compiler, "-fPIC", "-O1", "-c", "-I", str(folder), str(source), "-o", str(folder / out)]
         subprocess.run(command, check=True)
-    linked = folder / "board.so"
-    subprocess.run(["g++", "-shared", folder / "ffc.o", folder / "board.o", "-o", linked], check=True)
-    return linked
+    shared = folder / "board.so"
+    subprocess.run(["g++", "-shared", folder / "ffc.o", folder / "board.o", "-o", shared], check=True)
+    return shared
 
 
 class Board:
@@ -108,6 +115,14 @@ class Board:
 
     def button(self, down: bool) -> None:
         self._c.board_button(down)
+
+    def play(self, down: bool) -> None:
+        self._c.board_play(down)
+
+    @property
+    def path_state(self) -> int:
+        """Of the player; -1 while it does not play."""
+        return int(self._c.board_path_state())
 
     def lights(self, seconds: float) -> int:
         """How often the LED changed."""
@@ -260,3 +275,40 @@ def test_bytes_that_look_like_a_header_are_stuffed_both_ways(board: Board) -> No
             assert board.read(116, 4) == place
     board.servo.table["goal_current"] = -1
     assert board.read(102, 2) == b"\xff\xff"
+
+
+@pytest.fixture(scope="module")
+def playing_library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    time = np.arange(0.0, 2.0, 0.01)
+    path = smoothed(time, np.interp(time, [0.2, 1.0, 1.8], [0.2, 0.5, 0.4]), "rotary")
+    return linked(tmp_path_factory.mktemp("playing"), path)
+
+
+def test_the_play_button_plays_the_path_while_it_is_pressed(playing_library: Path, tmp_path: Path) -> None:
+    board = Board(playing_library, tmp_path)
+    board.play(down=True)
+    board.begin()
+    board.play(down=True)  # held down through the reset: does not count
+    board.run(1.0)
+    assert board.path_state == -1
+    board.play(down=False)
+    board.run(0.1)
+    board.play(down=True)
+    board.run(1.0)
+    assert board.path_state == APPROACHING
+    board.play(down=False)
+    board.run(0.3)
+    assert board.path_state == -1
+    place = board.servo.axis.position
+    board.run(1.0)
+    assert abs(board.servo.axis.position - place) < 3e-3, "released, it stands"
+    board.play(down=True)
+    for _ in range(150):
+        board.run(0.1)
+        if board.path_state == DONE:
+            break
+    assert board.path_state == DONE
+    board.run(0.5)
+    assert board.servo.axis.position == pytest.approx(0.4, abs=0.02)
+    assert not board.bus_fault
+    assert board.lights(0.5) == 0

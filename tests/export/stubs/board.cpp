@@ -45,6 +45,10 @@ int board_run(uint32_t until_us)
 }
 uint32_t board_now() { return now_us; }
 void board_button(bool down) { pins[BUTTON_PIN] = down ? LOW : HIGH; }
+#ifdef FFC_PATH_H
+void board_play(bool down) { pins[PLAY_PIN] = down ? LOW : HIGH; }
+int board_path_state() { return playing ? (int)player.state : -1; }
+#endif
 bool board_led() { return pins[LED_BUILTIN] == HIGH; }
 bool board_bus_fault() { return bus_fault; }
 bool board_read(uint16_t address, uint8_t *data, uint8_t count) { return servo_read(SERVO, address, data, count); }
