@@ -28,7 +28,7 @@ from idtool.parameters.axis import Axis, voltage_key
 from idtool.signals import lowpass
 from idtool.signals.lowpass import Filter
 from idtool.signals.rest import standing
-from idtool.signals.smoother import TOO_FAST, reading_variance, smooth
+from idtool.signals.smoother import TOO_FAST, Smoothed, reading_variance, smooth
 
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
@@ -267,11 +267,22 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         resolution(joined["position"]),
         lost,
         tuple(log.source for log in logs),
-        tuple(remark for one in repaired for remark in one.remarks),
+        tuple(remark for one in repaired for remark in one.remarks) + _contradicted(smoothed, axis),
         tuple(one.impossible for one in repaired),
         tuple(one.wiring for one in repaired),
         unseen=unseen,
         by_voltage=any(effort.column == "duty" for effort in efforts),
+    )
+
+
+def _contradicted(smoothed: Smoothed, axis: Axis) -> tuple[str, ...]:
+    """What is said where the velocity reading was left out."""
+    if not smoothed.contradicted:
+        return ()
+    position, velocity = (columns_of(axis.kind)[role] for role in ("position", "velocity"))
+    return (
+        f"{velocity} is not how fast {position} changes (a drive's filter delays it, or its noise is not that "
+        f"of single rows); it was left out, and the slope of {position} taken.",
     )
 
 
