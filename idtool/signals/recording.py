@@ -281,8 +281,8 @@ def _contradicted(smoothed: Smoothed, axis: Axis) -> tuple[str, ...]:
         return ()
     position, velocity = (columns_of(axis.kind)[role] for role in ("position", "velocity"))
     return (
-        f"{velocity} is not how fast {position} changes (a drive's filter delays it, or its noise is not that "
-        f"of single rows); it was left out, and the slope of {position} taken.",
+        f"{velocity} is not how fast {position} changes (a drive's filter delays it, or its noise lasts "
+        f"longer than a row); it was left out, and the slope of {position} taken.",
     )
 
 

@@ -42,9 +42,9 @@ TOO_FAST = 25.0
 _DOUBTFUL = 0.03
 _DOUBT = 10.0
 _MOST_DOUBTS = 4
-#: A velocity that surprises on more rows than this, under the jerk that the position alone asks for, is none of
-#: this motion: drives compute it late, through a filter. Of readings that are what their steps and noise say
-#: 5 in 10,000 do at most (simulated sessions, a servo's sensors among them), of those that are not 100 to 7,000.
+#: A velocity that surprises on more rows than this, under the jerk that the position alone asks for, is none
+#: of this motion: drives compute it late, through a filter. Of readings that are what their steps and noise
+#: say 5 in 10,000 do at most (simulated sessions, a servo's sensors too), of others 100 to 7,000.
 _CONTRADICTED = 0.003
 #: Local intensities: rounds of the fixed point, half width of the window in smoothing times, what counts
 #: as one more piece of evidence for leaving the intensity as it is, and the range about the global one.

@@ -125,3 +125,29 @@ def test_standing_still_is_no_motion_and_creeping_is(grain: float, noise: float)
     # what a stiff bristle would forget at rest: the way that the noise alone adds up to
     assert np.sum(np.abs(found.velocity[resting])) * 0.005 < 0.1 * grain
     assert np.mean(found.velocity[creeping]) == pytest.approx(2.0 * grain, rel=0.05)
+
+
+def through_a_drive(velocity: np.ndarray, period: float, time_constant: float) -> np.ndarray:
+    """A velocity through a first-order filter, as drives report it."""
+    late = np.empty(len(velocity))
+    late[0] = velocity[0]
+    for k in range(1, len(velocity)):
+        late[k] = late[k - 1] + (velocity[k] - late[k - 1]) * period / time_constant
+    return late
+
+
+def test_a_filtered_velocity_is_left_out() -> None:
+    """It is not the slope of the position that was counted, however fine its steps."""
+    t, q, w, a = truth(period=0.002)
+    rng = np.random.default_rng(0)
+    position = np.round(q, 5)
+    true, late = (v + 1e-3 * rng.normal(size=len(w)) for v in (w, through_a_drive(w, 0.002, 0.03)))
+    assert not smooth(t, position, true, first_of(len(t))).contradicted
+    found = smooth(t, position, late, first_of(len(t)))
+    alone = smooth(t, position, None, first_of(len(t)))
+    assert found.contradicted
+    assert not alone.contradicted
+    np.testing.assert_array_equal(found.acceleration, alone.acceleration)
+    np.testing.assert_array_equal(found.surprise, alone.surprise)
+    inside = slice(200, -200)
+    assert np.sqrt(np.mean((found.acceleration - a)[inside] ** 2)) < 0.1
