@@ -1,0 +1,93 @@
+"""What an axis brings to the admittance law, worked out by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from idtool.control.admittance.law import AdmittanceSettings, _axis
+from idtool.control.guard import Limits
+from idtool.control.online import OnlineModel
+
+from .double import BENCH, parameters
+
+SETTINGS = AdmittanceSettings(
+    gain=8.0,
+    start_torque=0.014,
+    level=0.2,
+    damping=0.3,
+    load=0.02,
+    refuse=0.05,
+    noise=0.01,
+    servo_time=0.06,
+    settle=0.204,
+    tare_travel=0.2,
+    tare_speed=0.4,
+    per_kilogram=0.45,
+)
+#: The most that friction of that file holds at rest, N m.
+BOUND = 0.075
+
+
+def axis(
+    limits: Limits | None = None, resolution: float = 0.0005, period: float = 0.01, **changes: float
+) -> dict[str, float]:
+    model = OnlineModel(parameters(BENCH))
+    limits = limits or Limits(-1.0, 2.0, speed=1.2)
+    return _axis(model, limits, period, resolution, 0.05, replace(SETTINGS, **changes))
+
+
+def test_what_is_told_is_passed_on() -> None:
+    found = axis()
+    told = {
+        "period": 0.01,
+        "torque_constant": 2.67,
+        "gain": 8.0,
+        "noise": 0.01,
+        "servo_time": 0.06,
+        "speed": 1.2,
+        "rest_speed": 0.05,
+        "resolution": 0.0005,
+        "low": -1.0,
+        "high": 2.0,
+        "start_torque": 0.014,
+        "refuse": 0.05,
+    }
+    assert {name: found[name] for name in told} == told
+
+
+def test_friction_bounds_what_a_rest_may_hide() -> None:
+    """Two standard deviations above the file for the zero; 1.5 counts of 8 N m/rad for a stop, and no more
+    than friction holds."""
+    found = axis()
+    assert found["zero_most"] == pytest.approx(BOUND * 1.4)
+    assert found["stop_torque"] == pytest.approx(1.5 * 0.0005 * 8.0)
+    assert axis(resolution=0.1)["stop_torque"] == BOUND
+    assert found["prior"] == pytest.approx((0.02, 0.2, 0.3, 0.6 * BOUND))
+    assert axis(load=0.0)["prior"][0] > 0.0
+
+
+def test_times_are_whole_periods_and_one_at_least() -> None:
+    found = axis()
+    assert (found["settle_periods"], found["still_periods"], found["brake_periods"]) == (20, 5, 4)
+    found = axis(period=0.2, settle=0.01)
+    assert (found["settle_periods"], found["still_periods"], found["brake_periods"]) == (1, 1, 1)
+
+
+def test_a_tare_keeps_to_its_travel_and_its_speed() -> None:
+    """0.1 rad to either side at 0.4 rad/s at most: a turn takes pi / 2 s, 160 periods in eight parts."""
+    found = axis()
+    assert (found["tare_part"], found["tare_cycle"]) == (20, 160)
+    assert found["tare_turn"] == pytest.approx(2.0 * math.pi / 160)
+    assert found["tare_top"] == pytest.approx(0.1 * 2.0 * math.pi / 1.6)
+    assert found["tare_top"] <= 0.4
+    # of 20 samples a part: 2 + 2.2 / root(20) noises, as a current
+    assert found["tare_apart"] == pytest.approx((2.0 + 2.2 / math.sqrt(20.0)) * 0.01 / 2.67)
+    assert axis(tare_speed=99.0)["tare_part"] == 1
+
+
+def test_a_tare_goes_towards_the_middle_if_there_is_one() -> None:
+    assert axis()["tare_middle"] == 0.5
+    assert axis(Limits())["tare_middle"] == math.inf
