@@ -89,6 +89,7 @@ def fit_gravity(
     """
     from dataclasses import replace
 
+    from idtool.fit.identifiability import constant_tilt
     from idtool.fit.results import gravity_parameters
     from idtool.fit.staged import fit_gravity as fit
 
@@ -100,6 +101,11 @@ def fit_gravity(
     points = [(p.payload, p) for p in result.points if p.payload is not None]
     if spec.gravity == "slide" and "per_payload" in spec.gravity_columns:
         notes.append("payload steps determine m1 + 2 m2 and the payload slope, not m1 and m2 apart.")
+    if spec.gravity == "slide" and "base" in spec.gravity_columns and constant_tilt(recording.motion):
+        notes.append(
+            "at one tilt the base includes any constant torque of the drive; `ffc-id identify` with a run on "
+            "its side too tells them apart."
+        )
 
     def draw() -> Figure:
         from idtool.report import gravity_figure

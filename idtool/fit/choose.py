@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from idtool.effects import registry
-from idtool.fit.identifiability import Shortcoming, low_speeds, presliding, stribeck_seen
+from idtool.fit.identifiability import Shortcoming, low_speeds, no_reversal, presliding, stribeck_seen
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
 from idtool.fit.left_out import predicts_better
 from idtool.fit.model import FrictionKind, JointModel, Spec
@@ -125,7 +125,12 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
         friction = fit.model.friction(fit.x)
         bend = max(friction.coulomb, friction.static) / friction.bristle_stiffness
         short = presliding(fit)
-        if fit.at_bound["bristle_stiffness"] and bend > fit.model.scales.travel:
+        still = no_reversal(fit)
+        if still is not None:
+            notes.append(f"{still.why}: the static curve is used instead of LuGre; {still.remedy}.")
+            reasons.append(still)
+            fit = _with_law(fit, "stribeck")
+        elif fit.at_bound["bristle_stiffness"] and bend > fit.model.scales.travel:
             notes.append(
                 "the fit bends the bristle over more than the whole travel, which is no presliding: "
                 "the static curve is used instead of LuGre; sines with more reversals would show it."

@@ -54,6 +54,8 @@ _SETTLED_AFTER = 5.0
 _RAMP = 0.1
 _RAMP_SHAPE = 0.5 * math.pi
 _LEAST_SPEEDS = 3
+#: An axis whose speed falls below this share of the top speed of its trial starts, stops or turns there.
+_TURNS = 0.2
 #: Shortest stretch of constant speed that counts, s.
 _STEADY_S = 0.4
 
@@ -129,7 +131,7 @@ def not_converged(fit: JointFit) -> Shortcoming | None:
 
 
 def _about_parameters(fit: JointFit) -> list[Shortcoming]:
-    judged = [one_payload, one_direction, one_speed, low_speeds, presliding, at_bound]
+    judged = [one_payload, one_direction, one_speed, low_speeds, no_reversal, presliding, at_bound]
     found = [one for judge in judged if (one := judge(fit)) is not None]
     told = {name for one in found for name in one.parameters}
     return [*found, *vague(fit, told)]
@@ -163,15 +165,17 @@ def one_direction(fit: JointFit) -> Shortcoming | None:
         return None
     lacking = [f"static.{name}" for name in ("coulomb", "static") if name in fit.model.names]
     # an arm's gravity changes along the way, and a tilted slide's from run to run
-    constant = spec.gravity == "slide" and _constant_tilt(recording.motion)
+    constant = spec.gravity == "slide" and constant_tilt(recording.motion)
     lacking += ["gravity.base"] if constant and "base" in spec.gravity_columns else []
     lacking += [
         f"effects.{e.name}" for e in spec.effects if e.name in ("torque_offset", "direction_asymmetry")
     ]
+    # the bristle bends the same way all the time, and as far as those levels say
+    lacking += [f"dynamic.{name}" for name in DYNAMIC if name in fit.model.names]
     other = "gravity" if constant else "an offset"
     return Shortcoming(
         "one_direction",
-        ("gravity", "static"),
+        ("gravity", "static", "dynamic"),
         tuple(lacking),
         f"one direction only: Coulomb friction and {other} cannot be told apart",
         "move both ways through the same stretch (`ffc-id run-sweep -o sweep.csv`)",
@@ -198,7 +202,8 @@ def one_speed(fit: JointFit) -> Shortcoming | None:
     )
 
 
-def _constant_tilt(motion: Motion) -> bool:
+def constant_tilt(motion: Motion) -> bool:
+    """Whether gravity acts alike all the time, as far as the tilt goes."""
     return motion.gravity_factor is None or float(np.ptp(motion.gravity_factor)) < _TILTED
 
 
@@ -318,6 +323,25 @@ def presliding(fit: JointFit) -> Shortcoming | None:
     )
 
 
+def no_reversal(fit: JointFit) -> Shortcoming | None:
+    """No trial in which the axis starts, stops or turns round: its bristle bends alike all the time."""
+    if fit.model.spec.friction != "lugre":
+        return None
+    motion = fit.model.recording.motion
+    speed = np.abs(motion.velocity)
+    top = np.maximum.reduceat(speed, motion.starts)
+    if np.any(np.minimum.reduceat(speed, motion.starts) < _TURNS * top):
+        return None
+    return Shortcoming(
+        "no_reversal",
+        ("dynamic",),
+        ("dynamic.bristle_stiffness", "dynamic.bristle_damping"),
+        "the axis neither starts nor turns round within a trial, so sigma0 and sigma1 do not show",
+        "give sines too (`ffc-id run-sine -o sine.csv`)",
+        "ffc-id run-sine",
+    )
+
+
 def unsteady(fit: JointFit, windows: Sequence[Window]) -> Shortcoming | None:
     """Windows of constant speed in which a soft bristle has not settled."""
     loose = sum(not window.steady for window in windows)
@@ -357,6 +381,8 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
     if not stuck:
         return None
     named = tuple(_in_file(name, fit) for name in stuck)
+    if {"coulomb", "static"} & set(stuck) and "stribeck_velocity" in fit.model.names:
+        named = tuple(dict.fromkeys((*named, "static.stribeck_velocity")))  # between two levels, or none
     words = ", ".join(name.replace("_", " ").replace(".", ": ") for name in stuck)
     parts = tuple(dict.fromkeys(name.split(".")[0] for name in named))
     verb = (
@@ -372,27 +398,32 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
 
 
 def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
-    """Friction parameters whose error is about as large as they are.
+    """Parameters of friction, and an inertia, whose error is about as large as they are.
 
     Args:
         fit: any fit.
         told: parameters of which something else was said already.
     """
     found = []
-    for part, names, command in (("static", STATIC, "run-sweep"), ("dynamic", DYNAMIC, "run-sine")):
+    groups = (
+        ("static", STATIC, "run-sweep"),
+        ("dynamic", DYNAMIC, "run-sine"),
+        ("effects", ("inertia.inertia",), "run-sine"),
+    )
+    for part, names, command in groups:
         lacking = [
             name
             for name in names
-            if name in fit.model.names and f"{part}.{name}" not in told and is_vague(fit, name)
+            if name in fit.model.names and _in_file(name, fit) not in told and is_vague(fit, name)
         ]
         if lacking:
-            words = ", ".join(name.replace("_", " ") for name in lacking)
+            words = ", ".join(name.partition(".")[0].replace("_", " ") for name in lacking)
             experiment = command.removeprefix("run-")
             found.append(
                 Shortcoming(
                     f"vague_{part}",
                     (part,),
-                    tuple(f"{part}.{name}" for name in lacking),
+                    tuple(_in_file(name, fit) for name in lacking),
                     f"{words}: the error is about as large as the value",
                     f"give a longer {experiment} too (`ffc-id {command} -o {experiment}.csv`)",
                     f"ffc-id {command}",

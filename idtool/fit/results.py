@@ -118,7 +118,10 @@ def _doubting(part: str, found: dict[str, Parameter], fit: JointFit) -> dict[str
 
 
 def passivity(static: Mapping[str, Parameter], dynamic: Mapping[str, Parameter]) -> str | None:
-    """A sentence if the friction model can give energy back (Barabanov & Ortega 2000), else None."""
+    """A sentence if the friction model can give energy back (Barabanov & Ortega 2000), else None; nothing is
+    said of levels that are not determined."""
+    if not (static["coulomb"].identified and static["static"].identified):
+        return None
     coulomb, stick = static["coulomb"].value, static["static"].value
     if coulomb <= 0:
         return "the Coulomb level is zero, so the friction model is not passive."

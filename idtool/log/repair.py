@@ -29,6 +29,8 @@ _SLIPPED = "position slipped"
 _TOLD = 3
 #: Rows further apart than this, s, are no recording of a servo's friction: the clock counts something else.
 _SLOWEST = 1.0
+#: Rows on either side of a gap that tell which way the axis went.
+_BESIDE = 5
 _FASTEST = 1e-6
 
 
@@ -183,8 +185,8 @@ def _cut_at_gaps(
     if cuts.any():
         remarks.append(
             f"{log.source}: {int(cuts.sum())} gaps in time (the first before "
-            f"{log.place(int(np.argmax(cuts)))}) are long enough for the axis to go all its way; "
-            "a new trial begins after each."
+            f"{log.place(int(np.argmax(cuts)))}) hide a reversal, or are long enough for the axis to go all "
+            "its way; a new trial begins after each."
         )
         first |= cuts
     return np.asarray(np.cumsum(first) - 1.0)
@@ -193,7 +195,8 @@ def _cut_at_gaps(
 def gap_cuts(
     time: Array, first: NDArray[np.bool_], position: Array | None, velocity: Array | None
 ) -> NDArray[np.bool_]:
-    """Rows before which so much time is missing that the axis could have gone all its way meanwhile.
+    """Rows before which so much time is missing that the axis could have gone all its way meanwhile, or has
+    turned round.
 
     Nothing is known of the friction's state after such a gap: a trial begins there.
 
@@ -220,7 +223,22 @@ def gap_cuts(
     moving = speed[speed > 0.0]
     if len(moving):
         cuts[1:] = long & (steps * float(np.median(moving)) > way)
+    if position is not None:
+        step = float(np.median(np.abs(np.diff(position)[inside])))
+        for row in np.flatnonzero(long) + 1:
+            cuts[row] |= _turned(position, first, int(row), step)
     return cuts
+
+
+def _turned(position: Array, first: NDArray[np.bool_], row: int, step: float) -> bool:
+    """Whether the axis turned round in the gap before `row`, for certain: it goes the other way after it, or
+    came back across it; `step` is the usual way of a row."""
+    before, after = row - 1 - _BESIDE, row + _BESIDE
+    if before < 0 or after >= len(position) or first[before + 1 : after + 1].any():
+        return False
+    ways = np.diff(position[[before, row - 1, row, after]])
+    sign = np.where(np.abs(ways) > 0.5 * _BESIDE * step, np.sign(ways), 0.0)
+    return bool(sign[0] * sign[2] < 0.0 or sign[0] * sign[1] < 0.0)
 
 
 def _leave_out_impossible(

@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 from idtool.errors import InputError
 from idtool.io.read_file import read_bytes
 from idtool.log import Log, LogWriter, columns_of
+from idtool.log.repair import gap_cuts
 from idtool.parameters.axis import Axis
 
 AXIS = '# [axis]\n# kind = "rotary"\n# torque_constant_nm_per_a = 2.67\n'
@@ -437,3 +438,24 @@ def test_a_parameter_file_is_no_log(tmp_path: Path) -> None:
     (tmp_path / "params.toml").write_text('schema = "ffc-id/params/1"\n[axis]\nkind = "rotary"\n')
     with pytest.raises(InputError, match=r"params\.toml: is a TOML file and no log"):
         Log.read(tmp_path / "params.toml")
+
+
+@pytest.mark.parametrize(
+    ("before", "across", "after", "cut"),
+    [
+        (1.0, 20.0, 1.0, False),  # on and on
+        (1.0, 0.0, 1.0, False),  # it stood meanwhile, for all that one knows
+        (1.0, 0.0, -1.0, True),  # it turned round
+        (-1.0, 0.0, 1.0, True),
+        (1.0, -20.0, 1.0, True),  # it went back and came on again
+        (0.1, 0.0, -1.0, False),  # too slow to say which way it went
+    ],
+)
+def test_a_gap_that_hides_a_reversal_begins_a_trial(
+    before: float, across: float, after: float, cut: bool
+) -> None:
+    """Steps of 1 mrad in 10 ms, and 0.2 s without a row."""
+    way = np.cumsum(np.repeat([1.0, before, across, after, 1.0], [40, 6, 1, 6, 40]))
+    moments = 0.01 * np.arange(len(way)) + 0.2 * (np.arange(len(way)) >= 46)
+    found = gap_cuts(moments, np.arange(len(way)) == 0, 1e-3 * way, None)
+    assert found.tolist() == [cut and k == 46 for k in range(len(way))]

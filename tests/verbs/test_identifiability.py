@@ -146,7 +146,7 @@ ROWS = {
     "one direction, upright": Row(
         one_way(session(changed(SWEEP, tilt_alpha_rad=0.0), changed(SINE, tilt_alpha_rad=0.0))),
         frozenset({"one_direction"}),
-        frozenset({"static.coulomb", "static.static", "gravity.base"}),
+        frozenset({"static.coulomb", "static.static", "gravity.base"}) | BRISTLE,
         "one direction only: Coulomb friction and gravity cannot be told apart",
         "move both ways",
         ("gravity", "static"),
@@ -154,7 +154,7 @@ ROWS = {
     "one direction, on its side": Row(
         one_way(session(sine="", gravity="")),
         frozenset({"one_direction"}),
-        frozenset({"static.coulomb", "static.static"}),
+        frozenset({"static.coulomb", "static.static"}) | BRISTLE,
         "one direction only: Coulomb friction and an offset cannot be told apart",
         "move both ways",
         ("static",),

@@ -1,0 +1,84 @@
+"""A log that holds only a part of a session: nothing that it cannot tell is told as found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from idtool import identify
+from idtool.verbs.identify import Identification
+
+from .support import GRAVITY, SINE, SWEEP, changed, record
+
+#: The bench's own numbers.
+TRUTH = {
+    "base": 0.20,
+    "per_payload": 0.42,
+    "coulomb": 0.080,
+    "static": 0.115,
+    "stribeck_velocity": 0.08,
+    "viscous": 0.12,
+    "bristle_stiffness": 8.0,
+    "bristle_damping": 0.2,
+    "inertia": 0.008,
+}
+
+
+def steady(frame: pd.DataFrame) -> pd.Series[bool]:
+    """Rows at the constant speed of their trial."""
+    speed = frame["velocity_command_rad_s"].abs()
+    return np.isclose(speed, speed.groupby(frame["trial"]).transform("max"), rtol=1e-3)
+
+
+def forward(frame: pd.DataFrame) -> pd.Series[bool]:
+    return steady(frame) & (frame["velocity_command_rad_s"] > 0.0)
+
+
+def everything(frame: pd.DataFrame) -> pd.Series[bool]:
+    return frame["time_s"] > -1.0
+
+
+_FAST = changed(SWEEP, speed_rad_s="[0.1, 0.15, 0.2, 0.3, 0.4]", travel_rad="[0.5, 0.6, 0.6, 0.6, 0.6]")
+CASES: dict[str, tuple[str, Callable[[pd.DataFrame], pd.Series[bool]], str]] = {
+    "constant speeds only": (SWEEP, steady, ""),
+    "fast constant speeds only": (_FAST, steady, "no_reversal"),
+    "constant speeds, one way": (SWEEP, forward, "one_direction"),
+    "one payload": (changed(GRAVITY, payload_kg="[0.4]"), everything, "one_payload"),
+    "one fast sine": (
+        changed(SINE, frequency_hz="[1.0]", amplitude_rad_s="[0.4]", duration_s="[4.0]"),
+        everything,
+        "",
+    ),
+}
+
+
+def told(result: Identification) -> dict[str, tuple[float, float]]:
+    """Value and standard error of everything that is told as found."""
+    parameters = result.parameters
+    parts = {**parameters.gravity, **parameters.static, **parameters.dynamic}
+    for entry in parameters.effects:
+        parts |= entry.parameters
+    return {
+        name: (one.value, one.stderr)
+        for name, one in parts.items()
+        if name in TRUTH and one.identified and one.stderr is not None
+    }
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_nothing_is_found_that_the_log_cannot_tell(name: str, tmp_path: Path) -> None:
+    recipe, rows, code = CASES[name]
+    log = record(recipe, tmp_path / "whole.csv")
+    frame = log.frame[rows(log.frame)].reset_index(drop=True)
+    result = identify([replace(log, frame=frame)])
+    found = told(result)
+    wrong = {n: (v, e, TRUTH[n]) for n, (v, e) in found.items() if abs(v - TRUTH[n]) > 4.0 * e}
+    assert not wrong
+    assert all(stderr < 0.5 * abs(value) for value, stderr in found.values())
+    if code:
+        assert code in {one["code"] for one in result.diagnosis["findings"]}
