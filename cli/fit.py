@@ -103,8 +103,8 @@ def fit_gravity(
         notes.append("payload steps determine m1 + 2 m2 and the payload slope, not m1 and m2 apart.")
     if spec.gravity == "slide" and "base" in spec.gravity_columns and constant_tilt(recording.motion):
         notes.append(
-            "at one tilt the base includes any constant torque of the drive; `ffc-id identify` with a run on "
-            "its side too tells them apart."
+            "at one tilt the base includes any constant torque of the drive, and both coefficients are as "
+            "right as the tilt that was told; `ffc-id identify` with runs at other tilts tells them apart."
         )
 
     def draw() -> Figure:
@@ -242,10 +242,19 @@ def fit_dynamic(
 def _doubted(fit: JointFit) -> tuple[JointFit, list[str]]:
     """The fit with intervals that allow for what its model lacks, and a sentence on that."""
     from idtool.diagnosis.remainder import doubted, remainder
+    from idtool.diagnosis.suspects import allowing_for, suspects
 
     left = remainder(fit)
     if left is None:
-        return fit, []
+        found = suspects(fit)
+        if not found:
+            return fit, []
+        names = " or ".join(one.effect.name for one in found[:3])
+        what = (
+            f"the model lacks something: {names} would explain a part of what looks like noise. The "
+            "intervals allow for what that can have done; next: ffc-id identify with all logs of the axis."
+        )
+        return allowing_for(fit, found), [what]
     follows = f"follows the {', the '.join(left.depends_on)}" if left.depends_on else "is no noise"
     what = (
         f"the model lacks something: what it leaves {follows} ({100.0 * left.share:.0f} % of its square). "

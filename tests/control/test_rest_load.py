@@ -32,6 +32,14 @@ def test_every_uncertainty_counts_and_that_of_a_kilogram_by_the_payload() -> Non
     assert gravity_error({"base": Parameter(1.0)}) == 0.0
 
 
+def test_two_standard_deviations_are_no_disagreement() -> None:
+    load = RestLoad(10, 0.07, Uncertainty(0.03, 0.04, 0.0, 0.0, 0.008), None)
+    heard(load, 0.169)
+    assert (load.allowed, load.excess) == (pytest.approx(0.17), 0.0)
+    heard(load, 0.171)
+    assert load.excess == pytest.approx(0.171)
+
+
 @pytest.mark.parametrize("left", [0.0, 0.069, -0.069])
 def test_what_friction_can_hold_is_no_load(left: float) -> None:
     load = rest()

@@ -58,6 +58,8 @@ def test_every_guiding_has_an_account_of_its_own(between: State) -> None:
     assert spent(-1.0, 0.5, 10, session) is None
     session.check(sample(0.0), 0.0, between)
     assert spent(-1.0, 0.5, 10, session) is None
+    session.check(sample(0.0), 0.0, between)
+    assert spent(-1.0, 0.5, 11, session) is not None
 
 
 def test_an_axis_that_nobody_guides_is_held_until_the_button_was_up() -> None:

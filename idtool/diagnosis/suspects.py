@@ -1,0 +1,69 @@
+"""Effects that would take away something of what a fit leaves though that looks like noise.
+
+A missing effect that the friction curve can almost follow leaves little: the residual is as large as the
+noise and shows no pattern of its own, while the parameters are far off. Each effect of the library is
+therefore scored against the residual (`best_start`), and one that takes away more than chance would is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from idtool.diagnosis.candidates import Start, best_start
+from idtool.diagnosis.evidence import Background
+from idtool.effects import registry
+from idtool.effects.base import Effect
+from idtool.fit.joint import JointFit
+from idtool.fit.model import JointModel
+from idtool.model.motion import Array
+
+#: A fit that lacks nothing is suspected with this chance at most, all effects together (Bonferroni).
+_CHANCE = 0.01
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """An effect that the fit may lack, with where a refit with it would start."""
+
+    effect: Effect
+    start: Start
+
+
+def suspects(fit: JointFit) -> list[Suspect]:
+    """Effects of the library whose score is no chance, the least likely to be chance first."""
+    motion = fit.model.recording.motion
+    has = {effect.name for effect in fit.model.spec.effects}
+    library = [one for one in registry.library() if one.name not in has and one.missing(motion) is None]
+    background = Background.of(fit)
+    scored = [Suspect(effect, best_start(background, effect)) for effect in library]
+    found = [one for one in scored if one.start.p_value * len(library) < _CHANCE]
+    return sorted(found, key=lambda one: one.start.p_value)
+
+
+def allowing_for(fit: JointFit, found: Sequence[Suspect]) -> JointFit:
+    """The fit with intervals that cover what any of the suspects can have done to each number: by as much as
+    one moves a parameter when it is fitted beside."""
+    rows = len(fit.residual)
+    own = fit.jacobian[:rows, fit.free]
+    pull = np.zeros(len(fit.x))
+    for one in found:
+        both = np.column_stack([own, _added(fit, one)])
+        size = np.linalg.norm(both, axis=0)
+        size[size == 0.0] = 1.0
+        moved = np.linalg.lstsq(both / size, fit.residual, rcond=1e-6)[0] / size
+        larger = np.abs(moved[:-1]) > np.abs(pull[fit.free])
+        pull[fit.free] = np.where(larger, moved[:-1], pull[fit.free])
+    return replace(fit, pull=pull)
+
+
+def _added(fit: JointFit, one: Suspect) -> Array:
+    """Filtered torque that the effect adds at its start, shape (filtered rows,)."""
+    spec = fit.model.spec.adding(one.effect)
+    model = JointModel.build(fit.model.recording, spec, fit.model.constants)
+    own = {f"{one.effect.name}.{name}": value for name, value in one.start.values.items()}
+    known = fit.values | own
+    x = model.coordinates({name: known[name] for name in model.names})
+    return fit.residual - model.evaluate(x, fit.bend).residual
