@@ -21,6 +21,7 @@ class Law(ABC):
         raw: the same before any filter.
         wanted: speed at which the axis is asked to yield, rad/s (m/s).
         limited: limits that cut the wish at this sample.
+        doubt: how far the model may be wrong at this motion, N m (N); 0 where the law does not ask.
         extra: friction that the law adds to the model's, N m (N).
         note: something the user must know, a sentence; empty if there is nothing.
     """
@@ -31,6 +32,7 @@ class Law(ABC):
     raw: float = 0.0
     wanted: float
     limited: tuple[str, ...] = ()
+    doubt: float = 0.0
     extra: float = 0.0
     note: str = ""
 
@@ -56,11 +58,6 @@ class Law(ABC):
     @abstractmethod
     def rest(self) -> None:
         """The axis is held from outside: rest, keep the zero, start on nothing that was felt so far."""
-
-    @property
-    def doubt(self) -> float:
-        """How far the model may be wrong at this motion, N m (N); 0 where the law does not ask."""
-        return 0.0
 
     @property
     def ready(self) -> bool:

@@ -434,3 +434,37 @@ def act(
     if s.state == STARTING:
         return listen(c, s)
     return rest(c, s)
+
+
+# From Python: records in arrays of one. An array is handed over within a microsecond, a record takes twenty,
+# as numpy writes a description of it every time.
+
+
+@numba.njit(cache=True)
+def watch_in(c: Any, s: Any, velocity: float) -> tuple[float, float]:
+    """As `watch`; its change of the speed, and the speed."""
+    change = watch(c[0], s[0], velocity)
+    return change, float(s[0].seen)
+
+
+@numba.njit(cache=True)
+def act_in(
+    c: Any, s: Any, position: float, velocity: float, current: float,
+    plain: float, elastic: float, damping: float, kept: float,
+) -> float:  # fmt: skip
+    """As `act`."""
+    return act(c[0], s[0], position, velocity, current, plain, elastic, damping, kept)
+
+
+@numba.njit(cache=True)
+def hold_in(s: Any) -> None:
+    """As `hold`."""
+    hold(s[0])
+
+
+@numba.njit(cache=True)
+def told(s: Any) -> tuple[int, int, int, float, float, float, float, float, float]:
+    """What others read: state, whether the speed limit cut, what the last tare came to; anchor, hand, raw,
+    correction, speed asked for, uncertainty."""
+    r = s[0]
+    return r.state, r.limited, r.outcome, r.anchor, r.hand, r.raw, r.correction, r.w, r.dead

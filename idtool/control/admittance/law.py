@@ -79,7 +79,8 @@ class AdmittanceLaw(Law):
         super().__init__(model, limits, period, resolution)
         self.settings = settings
         self.constants = constants_of(_axis(model, limits, period, resolution, self.rest_speed, settings))
-        self._s: Any = np.zeros(1, kernel.STATE)[0]
+        self._constants, self._states = np.array([self.constants]), np.zeros(1, kernel.STATE)
+        self._s: Any = self._states[0]
         self._line = DelayLine()
         self.reset()
 
@@ -98,30 +99,24 @@ class AdmittanceLaw(Law):
 
     def _tell(self) -> None:
         """What others read."""
-        s = self._s
-        self.state = ORDER[s["state"]]
-        self.anchor = float(s["anchor"])
-        self.torque, self.raw, self.extra = float(s["hand"]), float(s["raw"]), float(s["correction"])
-        self.wanted = float(s["w"]) if s["state"] == GUIDING else 0.0
-        self.limited = ("speed",) if s["limited"] else ()
-        self.note = self._tare_note()
+        state, limited, outcome, self.anchor, self.torque, self.raw, self.extra, wanted, self.doubt = (
+            kernel.told(self._states)
+        )
+        self.state = ORDER[state]
+        self.wanted = wanted if state == GUIDING else 0.0
+        self.limited = ("speed",) if limited else ()
+        self.note = self._tare_note(outcome) if outcome != kernel.USED else ""
 
-    def _tare_note(self) -> str:
-        """What the last tare came to, if it is not used."""
-        outcome = int(self._s["outcome"])
+    def _tare_note(self, outcome: int) -> str:
+        """What the last tare came to, which is not used."""
         if outcome != kernel.OTHER_LOAD:
-            return _WORDS.get(outcome, "")
+            return _WORDS[outcome]
         load, per = float(self._s["load"]), self.settings.per_kilogram
         much = f"{load / per:+.2f} kg" if per else f"{load:+.3g} at the shaft"
         return (
             f"the tare found {much} beside what the file and the payload say, and is not used: a hand leant"
             " on the axis, or its payload is another; hands off, tell the payload, and call tare() again"
         )
-
-    @property
-    def doubt(self) -> float:
-        """What the model may be wrong by at this motion, N m (N)."""
-        return float(self._s["dead"])
 
     @property
     def learned(self) -> tuple[float, float, float]:
@@ -142,7 +137,7 @@ class AdmittanceLaw(Law):
 
     def rest(self) -> None:
         """The zero stays as it is."""
-        kernel.hold(self._s)
+        kernel.hold_in(self._states)
         self._tell()
 
     def wish(self, sample: Measurement) -> float:
@@ -151,13 +146,12 @@ class AdmittanceLaw(Law):
         self._last = sample
         step = sample.time - last.time
         step = step if step > 0.0 else self.period
-        s = self._s
-        change = kernel.watch(self.constants, s, sample.velocity)
+        change, seen = kernel.watch_in(self._constants, self._states, sample.velocity)
         load = self.model.update(
             sample.time,
             step,
             sample.position,
-            float(s["seen"]),
+            seen,
             change / step,
             sample.payload,
             sample.tilt_alpha,
@@ -175,8 +169,8 @@ class AdmittanceLaw(Law):
         plain = carried - motor
         if not math.isfinite(plain):
             plain = 0.0  # only a file edited into absurdity gets here
-        wished = kernel.act(
-            self.constants, s, sample.position, sample.velocity, sample.current,
+        wished = kernel.act_in(
+            self._constants, self._states, sample.position, sample.velocity, sample.current,
             plain, load.elastic, load.damping, load.kept,
         )  # fmt: skip
         self._tell()
