@@ -154,8 +154,9 @@ The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned light
   passes the filter at once. What is left of it may be the model's error in motion, so that for three samples
   the motion goes on only for a torque that would start one. Only the first of the two counts as a hand that
   was seen to leave, from which a rest takes its zero.
-- **Brake.** The command is the place where the axis comes to rest; from 40 ms on, once it is slow, one place,
-  at which the position loop takes the last of the speed, until the axis kept its count for 50 ms.
+- **Brake.** The command is the place where the axis comes to rest, so far ahead as goes with the square of
+  its speed; from 40 ms on, once it is slow, one place, at which the position loop takes the last of the
+  speed, until the axis kept its count for 50 ms.
 
 **Passivity.** While guiding, w has the sign of f or is zero, and f has the sign of the hand's torque: f is
 what is left of the estimate when D is taken off. So wherever the model is wrong by no more than D,

@@ -365,12 +365,14 @@ def test_the_servo_s_lag_is_trimmed_in_motion_and_within_a_factor_of_four() -> N
 def test_a_braked_axis_is_asked_to_rest_where_it_comes_to_rest() -> None:
     c, s = law(STOPPING, position=0.2, anchor=0.5)
     assert kernel.brake(c, s, 0.3) == pytest.approx(0.2 + 0.006 * 0.3)
-    assert (s["anchor"], s["since"], s["moved"]) == (0.2, 1, 0)
-    c, s = law(STOPPING, position=0.2, anchor=0.2, since=4, x=0.7)
+    assert (s["anchor"], s["since"], s["moved"], s["fast"]) == (0.2, 1, 0, 0.3)
+    assert kernel.brake(c, s, 0.15) == pytest.approx(0.2 + 0.006 * 0.15 / 2)  # at half the speed a quarter
+    assert kernel.brake(c, s, -0.4) == pytest.approx(0.2 - 0.006 * 0.4)
+    c, s = law(STOPPING, position=0.2, anchor=0.2, since=4, x=0.7, fast=0.21)
     assert kernel.brake(c, s, 0.19) == 0.7  # slow, and late: one place
-    c, s = law(STOPPING, position=0.2, anchor=0.2, since=4, x=0.7)
+    c, s = law(STOPPING, position=0.2, anchor=0.2, since=4, x=0.7, fast=0.21)
     assert kernel.brake(c, s, -0.21) == pytest.approx(0.2 - 0.006 * 0.21)  # still fast
-    c, s = law(STOPPING, position=0.2, anchor=0.2, since=3, x=0.7)
+    c, s = law(STOPPING, position=0.2, anchor=0.2, since=3, x=0.7, fast=0.21)
     assert kernel.brake(c, s, 0.0) == 0.2
 
 

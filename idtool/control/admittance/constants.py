@@ -53,7 +53,9 @@ CONSTANTS: dict[str, Constant] = {
     "bias_time": _C(2.5, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
     "bias_most": _C(1.0, "noises", "and up to so much, less than `floor`", _STUDY),
     "still": _C(0.05, "s", "an axis that kept its count for so long stands", "6 Hz at one count"),
-    "coast": _C(0.006, "s", "a braked axis rests where it is so much later", "40 rad/s^2 from 19 mm/s"),
+    "coast": _C(
+        0.006, "s", "a braked axis rests where it is so much later, at first", "40 rad/s^2 from 19 mm/s"
+    ),
     "brake": _C(0.04, "s", "and is held at one place after so long", _STUDY),
     "trim_rate": _C(3.0, "1/s", "how fast the servo's lag is trimmed", "a tenth of the bandwidth"),
     "trim_range": _C(4.0, "1", "and by what factor at most", "position gains of 5 to 80 1/s"),

@@ -50,7 +50,7 @@ STATE = np.dtype(
             "raw", "hand", "least", "least_1", "least_2", "dead", "zero", "zero_before", "zero_variance",
             "bias", "unexplained",
             "elastic", "damping", "plain", "correction",
-            "position", "seen", "nominal", "w", "x", "way", "lead", "anchor",
+            "position", "seen", "nominal", "w", "x", "way", "lead", "anchor", "fast",
             "fade", "square", "weight", "sum", "load",
         )
     ]
@@ -266,6 +266,8 @@ def guide(c: Any, s: Any, velocity: float) -> float:
 @numba.njit(cache=True)
 def brake(c: Any, s: Any, velocity: float) -> float:
     """Ask for the place where the axis comes to rest; once it is slow, for one place, until it stands."""
+    if s.since == 0:
+        s.fast = max(abs(velocity), c.rest_speed)
     if s.since == 0 or abs(s.position - s.anchor) > 1.01 * c.resolution:
         s.anchor = s.position
         s.moved = s.since
@@ -279,7 +281,8 @@ def brake(c: Any, s: Any, velocity: float) -> float:
         open_zero(c, s)
         return float(s.anchor)
     if s.since <= c.brake_periods or abs(velocity) > 4.0 * c.rest_speed:
-        s.x = s.position + c.coast * velocity
+        # at an even deceleration what is left of the way goes with the square of the speed
+        s.x = s.position + c.coast * velocity * min(abs(velocity) / s.fast, 1.0)
     return float(s.x)
 
 
