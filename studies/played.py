@@ -23,8 +23,6 @@ from studies.teach_paper import FORCE_N, PRINTED_GAINS
 RIG = "sim:paper"
 #: Of the taught speed; the last is more than the acceleration allows.
 SCALES = (0.5, 1.0, 3.0)
-#: Time in which the axis gets to its limit of speed, s.
-SPEED_UP_S = 0.25
 SETUP = TrialSetup(PAYLOAD_KG, start_position=0.0)
 
 
@@ -42,10 +40,7 @@ def played(path: TaughtPath, scale: float) -> tuple[Played, float]:
     """The path at this share of its speed, or what the limits leave of that."""
     with open_rig(RIG, seed=0) as rig:
         low, high = rig.limits.position
-        speed = rig.limits.speed
-        inside, got = limited(
-            path, low=low, high=high, speed=speed, acceleration=speed / SPEED_UP_S, scale=scale
-        )
+        inside, got = limited(path, low=low, high=high, speed=rig.limits.speed, scale=scale)
         return play(inside, rig, SETUP), got
 
 

@@ -79,7 +79,7 @@ def machine_axes(number: int, days: int, cache: Path) -> list[Axis]:
 
 @click.command()
 @click.option(
-    "--axes", default=600, show_default=True, help="How many, on as many days each as machines need."
+    "--axes", default=240, show_default=True, help="How many, on as many days each as machines need."
 )
 @click.option("--machines", default=40, show_default=True, help="How many; each is identified once.")
 @click.option("--out", type=click.Path(path_type=Path), default=Path("docs/teach.md"), show_default=True)
