@@ -202,13 +202,13 @@ Not met on every axis, and why:
   50 mm.
 - *Force below 2 N.* The gain is for {least} N on the day of the file, and friction is another one on every
   day: half of the axes are lighter, half are heavier. A higher gain is refused by `tune`.
-- *Stop within 48 ms, or within 60 ms of a hand that pushed back.* Most that miss it take up to 90 ms: readings
-  that are 14 ms late and a drive that takes the last 3 mm/s in 30 ms leave one count more than is asked for.
-  A few pushes stop later: the friction model is wrong there by more than D after the turn, and the torque
-  falls by no more than that of a trembling hand.
-- *Trembling, brisk and breathing hands.* A zero-mean force of 1.2 N is above what starts a motion. On one axis
-  in six a trembling hand stops and starts again. A brisk one of 5 N that leaves starts a stiff axis anew on one
-  in seventeen, most of them days of one machine (Maxwell friction, readings 16 ms late).
+- *Stop within 48 ms, or within 60 ms of a hand that pushed back.* Most that miss it take up to 90 ms:
+  readings that are 14 ms late and a drive that takes the last 3 mm/s in 30 ms leave one count more than is
+  asked for. A few pushes stop later: the friction model is wrong there by more than D after the turn, and the
+  torque falls by no more than that of a trembling hand.
+- *Trembling, brisk and breathing hands.* A zero-mean force of 1.2 N is above what starts a motion. On one
+  axis in six a trembling hand stops and starts again. A brisk one of 5 N that leaves starts a stiff axis anew
+  on one in seventeen, days of three machines.
 
 What wanders is the middle of the swing, from the first breath to the last. A payload of 0.4 kg that is hung
 on untold is a hand to a law without a teach button; with one it is held and named.
