@@ -187,11 +187,12 @@ def one_session(axes: str, effect: str, number: int) -> list[Told]:
         return list(told(axes, effect, session, folder))
 
 
-def study(each: int, effects: Sequence[str] = ()) -> list[Told]:
+def study(each: int, effects: Sequence[str] = (), kinds: Sequence[str] = _AXES) -> list[Told]:
     """So many sessions of each effect on either kind of axis, on the cores there are."""
     wanted = [
         (axes, effect, number)
         for axes, names in (("ours", EFFECTS), ("other", OTHER_EFFECTS))
+        if axes in kinds
         for effect in (*names, NONE)
         for number in range(each * (_NONE if effect == NONE else 1))
         if not effects or effect in effects
@@ -257,10 +258,11 @@ an effect {alarms} said that something is lacking.
 @click.command()
 @click.option("--each", default=1, show_default=True, help="Sessions of each effect on each kind of axis.")
 @click.option("--effect", "effects", multiple=True, help="Only this one; may be repeated.")
+@click.option("--axes", "kinds", multiple=True, default=_AXES, type=click.Choice(_AXES), help="Only these.")
 @click.option("--out", type=click.Path(path_type=Path), help="Page to write the figures into.")
-def main(each: int, effects: tuple[str, ...], out: Path | None) -> None:
+def main(each: int, effects: tuple[str, ...], kinds: tuple[str, ...], out: Path | None) -> None:
     """Run the study and write its part of the page."""
-    found = study(each, effects)
+    found = study(each, effects, kinds)
     click.echo(section(found, each))
     if out is not None:
         page = out.read_text(encoding="utf-8")

@@ -37,7 +37,7 @@ from idtool.control.enabling import EnabledLaw
 from idtool.control.guard import Fault, Guard, Limits, Measurement, State, Status, check_torque
 from idtool.control.law import WORDS, Law
 from idtool.control.online import OnlineModel
-from idtool.control.paper import PaperLaw
+from idtool.control.paper import PaperLaw, PaperSettings
 from idtool.control.rest_load import RestLoad, Uncertainty, gravity_error
 from idtool.control.session_limits import SessionLimits
 from idtool.errors import InputError, nearest
@@ -143,12 +143,10 @@ class ForceFreeController:
             friction=_doubt(parameters, "coulomb", friction_doubt) * self.model.friction_bound,
             noise=noise,
         )
+        common = (self.model, self.limits, self.period, self.resolution)
         if self.mode == "light":
             self.law: Law = AdmittanceLaw(
-                self.model,
-                self.limits,
-                self.period,
-                self.resolution,
+                *common,
                 AdmittanceSettings(
                     gain=self.loop_gain,
                     start_torque=self.start_torque,
@@ -166,15 +164,15 @@ class ForceFreeController:
             )
         else:
             self.law = PaperLaw(
-                self.model,
-                self.limits,
-                self.period,
-                self.resolution,
-                chosen,
-                servo_time=servo_time_s,
-                filter_time=filter_s,
-                settle=settle_s,
-                start_torque=self.start_torque,
+                *common,
+                PaperSettings(
+                    command_gain=self.command_gain,
+                    loop_gain=self.loop_gain,
+                    start_torque=self.start_torque,
+                    servo_time=servo_time_s,
+                    filter_time=filter_s,
+                    settle=settle_s,
+                ),
             )
         self.rest_uncertainty, self.servo_time = uncertainty, servo_time_s
         self.rest_window = max(1, round(settle_s / self.period))

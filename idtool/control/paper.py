@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import final
 
 from idtool.control.guard import Limits, Measurement, State
 from idtool.control.law import Law
 from idtool.control.online import OnlineModel
 from idtool.control.sensing import HandSense
-from idtool.parameters import Controller
 
 #: A torque that falls so fast that it is gone within this time is a hand that lets go, s.
 RELEASE_S = 0.04
@@ -27,6 +27,27 @@ _TRIM_RATE = 3.0
 _TRIM_RANGE = 5.0
 
 
+@dataclass(frozen=True)
+class PaperSettings:
+    """How the law is set; N m and rad (N and m on a linear axis).
+
+    Attributes:
+        command_gain: K_r, s.
+        loop_gain: K_c, speed per torque of the hand, rad/s per N m.
+        start_torque: a hand below this starts no motion.
+        servo_time: first guess of the position loop's time constant, s.
+        filter_time: of the filter on the hand's torque, s.
+        settle: how long it listens before it follows a hand, s.
+    """
+
+    command_gain: float
+    loop_gain: float
+    start_torque: float
+    servo_time: float
+    filter_time: float
+    settle: float
+
+
 @final
 class PaperLaw(Law):
     """Eq. 11, and the braking of a hand that lets go."""
@@ -37,25 +58,17 @@ class PaperLaw(Law):
         limits: Limits,
         period: float,
         resolution: float,
-        gains: Controller,
-        *,
-        servo_time: float,
-        filter_time: float,
-        settle: float,
-        start_torque: float,
+        settings: PaperSettings,
     ) -> None:
         """Everything as in `ForceFreeController`."""
         super().__init__(model, limits, period, resolution)
-        self._gains = gains
-        self._servo_time = servo_time
-        self._settle = settle
-        self._start_torque = start_torque
-        self._sense = HandSense(model, period, filter_time, resolution)
+        self.settings = settings
+        self._sense = HandSense(model, period, settings.filter_time, resolution)
         self.reset()
 
     def reset(self) -> None:
         """What was trimmed is forgotten too."""
-        self._lead_time = self._servo_time
+        self._lead_time = self.settings.servo_time
         self.begin(0.0)
 
     def begin(self, position: float) -> None:
@@ -90,7 +103,7 @@ class PaperLaw(Law):
     def _wished(self, sample: Measurement) -> float:
         if self.state is State.STARTING:
             self._sense.listen(sample)
-            if sample.time - self._begun_at > self._settle - _SAME_TIME:
+            if sample.time - self._begun_at > self.settings.settle - _SAME_TIME:
                 self._sense.settle()
                 self.state = State.RESTING
             return self.anchor
@@ -100,7 +113,7 @@ class PaperLaw(Law):
         self._last_push = push
         if self.state is State.RESTING:
             # more than once: a single sample is noise, or what braking left in the filter
-            self._pushed = self._pushed + 1 if push > self._start_torque else 0
+            self._pushed = self._pushed + 1 if push > self.settings.start_torque else 0
             if sample.time < self._brake_until - _SAME_TIME:
                 # the servo's own loops are still coming to rest: do not pull the axis back
                 self.anchor = self.limits.clip(sample.position)
@@ -110,9 +123,9 @@ class PaperLaw(Law):
             self.state = State.GUIDING
         elif self.state is State.GUIDING:
             # an axis that speeds up takes torque for its inertia: that fall is no hand leaving
-            noise = _FALL_NOISE * self._start_torque
+            noise = _FALL_NOISE * self.settings.start_torque
             leaves = 0.0 if self._speeds_up(sample) else max(falls - noise, 0.0)
-            if push - leaves * RELEASE_S / self.period < _STOP_SHARE * self._start_torque:
+            if push - leaves * RELEASE_S / self.period < _STOP_SHARE * self.settings.start_torque:
                 self.state = State.STOPPING
                 self._brake_until = sample.time + _BRAKE_S
         if self.state is State.STOPPING:
@@ -124,8 +137,8 @@ class PaperLaw(Law):
 
     def _lead(self, sample: Measurement, torque: float) -> float:
         """Eq. 11, solved for its own velocity."""
-        gain = self._gains.command_gain
-        wanted = gain / (gain + self._lead_time) * self._gains.loop_gain * torque
+        gain = self.settings.command_gain
+        wanted = gain / (gain + self._lead_time) * self.settings.loop_gain * torque
         if abs(wanted) > self.limits.speed:
             wanted = math.copysign(self.limits.speed, wanted)
             self.limited += ("speed",)
@@ -133,7 +146,7 @@ class PaperLaw(Law):
         if abs(wanted) > 2.0 * self.rest_speed:
             missing = min(max((wanted - sample.velocity) / wanted, -1.0), 1.0)
             trimmed = self._lead_time * (1.0 + _TRIM_RATE * self.period * missing)
-            low, high = self._servo_time / _TRIM_RANGE, self._servo_time * _TRIM_RANGE
+            low, high = self.settings.servo_time / _TRIM_RANGE, self.settings.servo_time * _TRIM_RANGE
             self._lead_time = min(max(trimmed, low), high)
         return sample.position + self._lead_time * wanted
 
@@ -143,6 +156,6 @@ class PaperLaw(Law):
             self.state = State.RESTING
             self._pushed = 0
             self.anchor = self.limits.clip(sample.position)
-        elif sample.time > self._brake_until + _SAME_TIME and push > self._start_torque:
+        elif sample.time > self._brake_until + _SAME_TIME and push > self.settings.start_torque:
             self.state = State.GUIDING  # it was a hand that eased off, not one that left
         return sample.position

@@ -50,7 +50,7 @@ def settle_s(controller: ForceFreeController) -> float:
     """How long the controller listens before it follows a hand, s."""
     its = controller.law
     assert isinstance(its, PaperLaw | AdmittanceLaw)
-    return its.settings.settle if isinstance(its, AdmittanceLaw) else its._settle
+    return its.settings.settle
 
 
 def periods(period: float, holds: Callable[[float], bool], start: float = 0.0) -> int:
@@ -198,8 +198,8 @@ def _paper(c: ForceFreeController, its: PaperLaw, window: int) -> Groups:
         LOOP_GAIN=c.loop_gain,
         START_TORQUE=c.start_torque,
         REST_SPEED=law.REST_COUNTS_PER_S * c.resolution,
-        SERVO_TIME=its._servo_time,
-        FILTER_TIME=its._sense._filter_time,
+        SERVO_TIME=its.settings.servo_time,
+        FILTER_TIME=its.settings.filter_time,
         RELEASE=paper.RELEASE_S,
         FALL_NOISE=paper._FALL_NOISE,
         STOP_SHARE=paper._STOP_SHARE,
@@ -210,7 +210,7 @@ def _paper(c: ForceFreeController, its: PaperLaw, window: int) -> Groups:
     counts = {
         "START_SAMPLES": f"{paper._START_SAMPLES}u",
         "REST_WINDOW": f"{window}u",
-        "SETTLE_US": f"{microseconds(its._settle)}UL",
+        "SETTLE_US": f"{microseconds(its.settings.settle)}UL",
         "BRAKE_US": f"{microseconds(paper._BRAKE_S)}L",
     }
     return [numbers, ("law: samples and microseconds", counts)]

@@ -10,9 +10,8 @@ import pytest
 from idtool.control.button import Hold
 from idtool.control.guard import Limits, Measurement, State
 from idtool.control.online import OnlineModel
-from idtool.control.paper import PaperLaw
+from idtool.control.paper import PaperLaw, PaperSettings
 from idtool.control.sensing import DelayLine, HandSense
-from idtool.parameters import Controller
 
 from .double import BENCH, parameters
 
@@ -106,7 +105,9 @@ def test_a_signal_of_a_while_ago_is_read_between_its_samples() -> None:
     assert line.delayed(0.05, 1.0, 0.03) == 1.0
 
 
-GAINS = Controller(command_gain=2.05, loop_gain=1.68, period=PERIOD)
+SETTINGS = PaperSettings(
+    command_gain=2.05, loop_gain=1.68, start_torque=0.02, servo_time=0.05, filter_time=0.001, settle=0.1
+)
 
 
 def law(**limits: float) -> PaperLaw:
@@ -115,11 +116,7 @@ def law(**limits: float) -> PaperLaw:
         Limits(**({"position_min": -1.0, "position_max": 1.0} | limits)),
         PERIOD,
         COUNT,
-        GAINS,
-        servo_time=0.05,
-        filter_time=0.001,
-        settle=0.1,
-        start_torque=0.02,
+        SETTINGS,
     )
 
 
