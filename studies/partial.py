@@ -229,7 +229,12 @@ def _cell(group: Sequence[Told]) -> str:
 def section(found: Sequence[Told], each: int) -> str:
     """The part of docs/accuracy.md."""
     without = [one for one in found if one.effect == NONE]
-    alarms = sum(one.warned for one in without)
+    alarms = " and ".join(
+        f"{sum(one.warned for one in some)} of {len(some)} ({axes})"
+        for axes in _AXES
+        if (some := [one for one in without if one.axes == axes])
+    )
+    missed, all_numbers = sum(len(one.off) for one in without), sum(one.checked for one in without)
     found = [one for one in found if one.effect != NONE]
     honest = sum(one.honest for one in found)
     covered = sum(not one.off and not one.refused for one in found)
@@ -239,17 +244,20 @@ def section(found: Sequence[Told], each: int) -> str:
     text = f"""
 ## The single fits where the model lacks an effect
 
-Made by `make study-partial` (10 minutes), sessions of every effect: {each} on a random axis of our rig and
+Made by `make study-partial` (20 minutes), sessions of every effect: {each} on a random axis of our rig and
 {each} on an axis that shares no code with it (`testbench/other_plants`, whose friction need not be LuGre's).
 The commands run one after another, each on the run that it is for, and are told of no effect. A fit misleads
 nobody if every interval that it tells as found holds the truth, or if it says that its model lacks something,
 or refuses the log. That a gravity log at one tilt cannot show an offset or a wrong tilt is always said, and
 counts for `torque_offset` and `tilt_misalignment`. The truth of `thermal_drift` is that over the log.
 
-It was so in {honest} of {len(found)} fits ({100 * honest / len(found):.0f} %): in {covered} every interval
-held the truth, and {warned} said that the model lacks something. Of {numbers} numbers told as found {off} had
-an interval that excludes the truth, {silent} of them without a word. Of {len(without)} fits of axes without
-an effect {alarms} said that something is lacking.
+It was so in {honest} of {len(found)} fits ({100 * honest / max(len(found), 1):.0f} %): in {covered} of them
+every interval held the truth, and {warned} said that the model lacks something. Of {numbers} numbers told as
+found {off} had an interval that excludes the truth, {silent} of them without a word.
+
+Without an effect {alarms} fits said that something is lacking; the friction
+of the other axes need not be LuGre's, which is a lack too. Of the {all_numbers} numbers that these fits told as
+found {missed} had an interval that excludes the truth.
 
 """
     return text + table([*found, *without]) + "\n"
