@@ -256,8 +256,8 @@ every interval held the truth, and {warned} said that the model lacks something.
 found {off} had an interval that excludes the truth, {silent} of them without a word.
 
 Without an effect {alarms} fits said that something is lacking; the friction
-of the other axes need not be LuGre's, which is a lack too. Of the {all_numbers} numbers that these fits told as
-found {missed} had an interval that excludes the truth.
+of the other axes need not be LuGre's, which is a lack too. Of the {all_numbers} numbers that these fits
+told as found {missed} had an interval that excludes the truth.
 
 """
     return text + table([*found, *without]) + "\n"
