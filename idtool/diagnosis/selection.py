@@ -37,7 +37,7 @@ from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve, t
 from idtool.fit.left_out import prediction_errors, root_mean
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
-from idtool.model.motion import Array
+from idtool.model.motion import Array, Motion
 
 #: Family-wise error of the score tests of one round (Holm): chance in one session of a hundred.
 _ALPHA = 0.01
@@ -181,10 +181,11 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     for effect in _to_score(selection, library):
         starts = [_Scored(effect, best_start(each, effect), each.fit) for each in backgrounds]
         item = min(starts, key=lambda one: (one.start.p_value > _ALPHA / len(library), one.left()))
-        candidate = _candidate(selection, effect)
+        scored.append(item)
+    for item in sorted(scored, key=lambda one: one.start.p_value, reverse=True):  # the best form is told
+        candidate = _candidate(selection, item.effect)
         if not candidate.accepted:
             candidate.gain, candidate.p_value = item.start.gain, item.start.p_value
-        scored.append(item)
     promising = _promising(selection, scored)
     lag = any(item.effect.name in _LAGS for item in promising[:_REFITTED])
     left_out = prediction_errors(fit)
@@ -224,8 +225,17 @@ def _to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
         elif reason := effect.missing(motion):
             _tell_why(selection, effect, f"not testable: {reason}")
         else:
-            found.append(effect)
+            found += _forms(effect, motion)
     return found + [more for effect in spec.effects for more in effect.larger(motion)]
+
+
+def _forms(effect: Effect, motion: Motion) -> list[Effect]:
+    """An effect, and where it is a smooth shape the same shape with more bends: what the plainest leaves may
+    look like chance where it is the rest of that shape. Of lines each is found by itself."""
+    forms = [effect]
+    while effect.wave(motion) is None and (more := forms[-1].larger(motion)):
+        forms.append(more[0])
+    return forms
 
 
 def _candidate(selection: Selection, effect: Effect) -> Candidate:
