@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.ndimage import gaussian_filter1d
+
+from idtool import Log, identify
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
 from idtool.signals import record
@@ -30,3 +37,20 @@ def test_an_offset_that_a_soft_bristle_would_take_in() -> None:
     assert [effect.name for effect in found.effects] == ["torque_offset", "inertia"]
     held_out = found.to_document()["error"]["held_out"]
     assert held_out["after"] < 0.4 * held_out["before"]
+
+
+def test_a_cable_in_a_slow_sweep(tmp_path: Path) -> None:
+    """What a straight spring leaves of it is as slow as it and looks like chance; the whole shape is a spring,
+    and no ripple."""
+    t = 0.01 * np.arange(4000)
+    stroke = gaussian_filter1d(2.0 * np.abs(2.0 * ((t / 20.0) % 1.0) - 1.0) - 1.0, 8, mode="nearest")
+    q = 1.2 * stroke
+    w = np.gradient(q, 0.01)
+    cable = 0.03 * stroke + 0.04 * (2.0 * stroke**2 - 1.0) + 0.06 * (4.0 * stroke**3 - 3.0 * stroke)
+    noise = 0.002 * np.random.default_rng(0).normal(size=len(t))
+    torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + cable + noise
+    frame = pd.DataFrame({"trial": 0, "time_s": t, "position_rad": np.round(q, 5), "torque_nm": torque})
+    frame.to_csv(tmp_path / "sweep.csv", index=False)
+    found = identify([Log.read(tmp_path / "sweep.csv")]).diagnosis
+    assert [effect["name"] for effect in found["effects"]] == ["position_stiffness", "inertia"]
+    assert found["error"]["held_out"]["after"] < 0.0022
