@@ -40,7 +40,7 @@ def test_an_offset_that_a_soft_bristle_would_take_in() -> None:
 
 
 def test_a_cable_in_a_slow_sweep(tmp_path: Path) -> None:
-    """What a straight spring leaves of it is as slow as it and looks like chance; the whole shape is a spring,
+    """What a straight spring leaves of it is slow too and looks like chance; the whole shape is a spring,
     and no ripple."""
     t = 0.01 * np.arange(4000)
     stroke = gaussian_filter1d(2.0 * np.abs(2.0 * ((t / 20.0) % 1.0) - 1.0) - 1.0, 8, mode="nearest")
