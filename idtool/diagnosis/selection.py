@@ -225,7 +225,8 @@ def _to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
         elif reason := effect.missing(motion):
             _tell_why(selection, effect, f"not testable: {reason}")
         else:
-            found += _forms(effect, motion)
+            # an arm's gravity is a smooth shape itself, which one with many bends would take in
+            found += [effect] if spec.gravity == "arm" else _forms(effect, motion)
     return found + [more for effect in spec.effects for more in effect.larger(motion)]
 
 

@@ -42,9 +42,10 @@ TOO_FAST = 25.0
 _DOUBTFUL = 0.03
 _DOUBT = 10.0
 _MOST_DOUBTS = 4
-#: A velocity that surprises on more rows than this, under the jerk that the position alone asks for, is none
-#: of this motion: drives compute it late, through a filter. Of readings that are what their steps and noise
-#: say 5 in 10,000 do at most (simulated sessions, a servo's sensors too), of others 100 to 7,000.
+#: A velocity with which so much more of the rows surprise than without it, under the jerk that the position
+#: alone asks for or that both do, is none of this motion: drives compute it late, through a filter. Where
+#: readings are what their steps and noise say that is 0.0005 at most (simulated sessions, a servo's sensors
+#: too), elsewhere 0.009 to 0.7.
 _CONTRADICTED = 0.003
 #: Local intensities: rounds of the fixed point, half width of the window in smoothing times, what counts
 #: as one more piece of evidence for leaving the intensity as it is, and the range about the global one.
@@ -131,16 +132,22 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     contradicted = False
     if position is not None and velocity is not None:
         # a position is counted, a velocity was computed by somebody: it is the one that is doubted
-        velocity_read, present[:, 1] = present[:, 1].copy(), False
+        read = present.copy()
+        present[:, 1] = False
         own = likeliest_jerk()
-        series = _Series(time, readings, np.column_stack([present[:, 0], velocity_read]) * variances, first)
-        _surprise_when_eager(series, own, passed)
-        contradicted = bool(np.mean(passed.surprise[~first, 1] > TOO_FAST) > _CONTRADICTED)
+        series = _Series(time, readings, present * variances, first)
+        surprising = np.mean(_surprise_when_eager(series, own, passed) > TOO_FAST)
+        present[:] = read
+        likeliest = likeliest_jerk()
+        for intensity in (own, likeliest):
+            series = _Series(time, readings, present * variances, first)
+            with_it = np.mean(_surprise_when_eager(series, intensity, passed) > TOO_FAST)
+            contradicted |= bool(with_it > surprising + _CONTRADICTED)
         if contradicted:
+            present[:, 1], likeliest = False, own
             passed = kalman.Passed.blank(rows)
-        else:
-            present[:, 1] = velocity_read
-    likeliest = own if contradicted else likeliest_jerk()
+    else:
+        likeliest = likeliest_jerk()
     for _ in range(_MOST_DOUBTS):
         series = _Series(time, readings, present * variances, first)
         surprise = _surprise_when_eager(series, likeliest, passed)
