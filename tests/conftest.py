@@ -21,7 +21,7 @@ _PROJECT = Path(__file__).resolve().parent.parent
 _LONGEST = ("docs", "diagnosis", "verbs")
 #: Tests that talk to a virtual servo in real time. One that failed while its process was left without a core
 #: is run again, after a pause; a computer that does that to every run of it is no judge: it is skipped.
-_REAL_TIME = ("tests/rig", "tests/virtual_servo", "tests/cli/test_hardware.py")
+_REAL_TIME = ("tests/rig", "tests/virtual_servo", "tests/cli/test_hardware.py", "tests/cli/test_jog.py")
 _RERUNS, _PAUSE_S = 4, 10
 _PULSE = Pulse()
 
