@@ -22,9 +22,8 @@ from testbench.bench import SHORT_SESSION
 from .support import Bench, bench, parameters_of, recipe
 
 
-@pytest.fixture(scope="module")
-def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Log]:
-    folder = tmp_path_factory.mktemp("session")
+def session(folder: Path) -> list[Log]:
+    """The logs of a short session. Not a fixture of the module: one that failed would not be made again."""
     with bench(plant="bench") as on:
         for name, text in SHORT_SESSION.items():
             # the slow motions need no more than a hundred samples a second
@@ -33,8 +32,14 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Log]:
     return [Log.read(folder / f"{name}.csv") for name in SHORT_SESSION]
 
 
-def test_the_parameters_of_the_plant_come_back(logs: list[Log]) -> None:
+def test_the_logs_say_what_made_them_and_the_parameters_of_the_plant_come_back(tmp_path: Path) -> None:
     """Within 3 %, for coarse speeds and currents (docs/reliability.md), and three standard errors."""
+    logs = session(tmp_path)
+    for log in logs:
+        assert log.header["rig"] == "DYNAMIXEL XH540-V150"
+        assert log.axis.torque_constant == pytest.approx(2.667, abs=0.001)
+        assert set(log.frame["supply_voltage_v"]) == {24.0}
+        assert not log.incomplete
     found = identify(logs, seed=0)
     truth = read_plant("bench")
     assert found.diagnosis["verdict"] == "adequate"
@@ -58,14 +63,6 @@ def test_the_parameters_of_the_plant_come_back(logs: list[Log]) -> None:
             assert stderr < 0.05 * truly, name
             assert abs(part[name].value - truly) < 0.03 * truly + 3.0 * stderr, name
             assert part[name].identified
-
-
-def test_the_logs_say_what_made_them(logs: list[Log]) -> None:
-    for log in logs:
-        assert log.header["rig"] == "DYNAMIXEL XH540-V150"
-        assert log.axis.torque_constant == pytest.approx(2.667, abs=0.001)
-        assert set(log.frame["supply_voltage_v"]) == {24.0}
-        assert not log.incomplete
 
 
 def guide(on: Bench, log: Path, torque: float = 0.0) -> Record:
