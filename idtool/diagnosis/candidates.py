@@ -212,8 +212,20 @@ def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False
     """The joint refit with an effect, or with more members of one; `far` from where it will end."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
     extra = {f"{effect.name}.{name}": value for name, value in start.values.items()}
+    if _sse_at(fit, model, extra) > fit.sse:
+        # the rest would have to move as far as it cannot: from an effect that is not there yet, step by step
+        linear = [c for c in effect.active(model.recording.motion) if c.increment == 1.0]
+        own = {f"{effect.name}.{c.name}": c.null for c in linear}
+        extra |= {name: fit.values.get(name, null) for name, null in own.items()}
     new = refit(fit, model, extra, most=_SPENT_FAR if far else _SPENT, tolerance=NEAR)
     return Trial(effect, new, prediction_errors(new), start.p_value)
+
+
+def _sse_at(fit: JointFit, model: JointModel, extra: Mapping[str, float]) -> float:
+    """Sum of squares of a model whose parameters are those of a fit, and `extra`."""
+    known = fit.values | extra
+    x = model.coordinates({name: known[name] for name in model.names})
+    return float(np.sum(model.evaluate(x, fit.bend).residual ** 2))
 
 
 def chance_of(fit: JointFit, effect: Effect) -> float:

@@ -60,11 +60,12 @@ _BENT = 0.03
 
 @dataclass(frozen=True)
 class _Scored:
-    """An effect's best start, and the fit that it starts from."""
+    """An effect's best start, the fit that it starts from, and its start from the fit that is extended."""
 
     effect: Effect
     start: Start
     fit: JointFit
+    plain: Start
 
     def left(self) -> float:
         """Sum of squares that its score promises to leave."""
@@ -179,8 +180,10 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     backgrounds = [Background.of(each) for each in (fit, stiff) if each is not None]
     scored: list[_Scored] = []
     for effect in _to_score(selection, library):
-        starts = [_Scored(effect, best_start(each, effect), each.fit) for each in backgrounds]
-        item = min(starts, key=lambda one: (one.start.p_value > _ALPHA / len(library), one.left()))
+        starts = [best_start(each, effect) for each in backgrounds]
+        fits = [each.fit for each in backgrounds]
+        forms = [_Scored(effect, *each, starts[0]) for each in zip(starts, fits, strict=True)]
+        item = min(forms, key=lambda one: (one.start.p_value > _ALPHA / len(library), one.left()))
         scored.append(item)
     for item in sorted(scored, key=lambda one: one.start.p_value, reverse=True):  # the best form is told
         candidate = _candidate(selection, item.effect)
@@ -201,6 +204,8 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         trial = try_effect(
             item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.name in _LAGS
         )
+        if item.fit is not fit and trial.fit.sse > fit.sse:  # the bristle did not find back
+            trial = replace(try_effect(fit, item.effect, item.plain, far=True), p_value=item.start.p_value)
         if _passes(selection, trial, left_out):
             passed.append(trial)
             promised = min(promised, item.left())
