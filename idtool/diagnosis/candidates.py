@@ -197,13 +197,15 @@ def _best_shape(background: Background, effect: Unnamed) -> Start:
         columns *= np.sign(motion.velocity[row])[:, None]
     residual, basis = background.residual[:n], background.basis[:n]
     original = np.sum(columns**2, axis=0)
-    columns -= basis @ (basis.T @ columns)
-    norm = np.sum(columns**2, axis=0)
+    along = basis.T @ columns
+    norm = original - np.sum(along**2, axis=0)  # of what the basis leaves of each
+    # the residual is free of the basis
     heights = np.where(norm > 1e-3 * original, columns.T @ residual / np.maximum(norm, 1e-300), 0.0)
     best = int(np.argmax(heights**2 * norm))
-    left = residual - heights[best] * columns[:, best]
+    shape = columns[:, best] - basis @ along[:, best]
+    left = residual - heights[best] * shape
     gain = 1.0 - float(left @ left) / float(residual @ residual)
-    chance = background.chance(left, columns[:, [best]])
+    chance = background.chance(left, shape[:, None])
     found = {**starts[best], "height": float(heights[best])}
     return Start(max(gain, 0.0), min(1.0, chance * len(starts)), found)
 

@@ -105,11 +105,18 @@ def _power(steps: Array, together: NDArray[np.bool_], position: Array, effort: A
         [np.sign(w), w, np.ones(len(w)), centred, centred**2, np.sin(q), np.cos(q), faster[rows]]
     )
     columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
-    powers = []
-    for part in range(_BLOCKS):  # without one stretch of time each: a jackknife
-        kept = np.arange(len(w)) * _BLOCKS // len(w) != part
-        found = np.linalg.lstsq(columns[kept], torque[kept], rcond=1e-8)[0]
-        powers.append(float(np.mean((columns[:, :2] @ found[:2]) * w)))
+    # without one stretch of time each (a jackknife), from sums over the stretches: rows are many, columns few
+    begins = np.arange(_BLOCKS) * len(w) // _BLOCKS
+    ends = np.append(begins[1:], len(w))
+    parts = [slice(begin, end) for begin, end in zip(begins, ends, strict=True)]
+    squares = np.array([columns[part].T @ columns[part] for part in parts])
+    products = np.array([columns[part].T @ torque[part] for part in parts])
+    work = np.array([columns[part, :2].T @ w[part] for part in parts]).sum(axis=0) / len(w)
+    found = [
+        np.linalg.lstsq(squares.sum(axis=0) - less, products.sum(axis=0) - least, rcond=1e-12)[0]
+        for less, least in zip(squares, products, strict=True)
+    ]
+    powers = [float(work @ one[:2]) for one in found]
     mean = float(np.mean(powers))
     error = math.sqrt((_BLOCKS - 1) * float(np.mean((np.array(powers) - mean) ** 2)))
     if mean + _CERTAIN * error < 0 and -mean > _SHARE * float(np.mean(np.abs(torque * w))):

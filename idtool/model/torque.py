@@ -260,26 +260,41 @@ def _between(values: Array, left: NDArray[np.intp], right: NDArray[np.intp], wei
     return out
 
 
+@numba.njit(cache=True)
+def _interval(
+    time: Array, first: NDArray[np.bool_], delay: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:
+    """Between which rows of its own trial `time + delay` of each row lies, how far along, and their distance."""
+    rows = len(time)
+    left, right = np.empty(rows, dtype=np.intp), np.empty(rows, dtype=np.intp)
+    weight, span = np.empty(rows), np.empty(rows)
+    begin = 0
+    while begin < rows:
+        last = begin
+        while last + 1 < rows and not first[last + 1]:
+            last += 1
+        at = min(begin + 1, last)
+        for k in range(begin, last + 1):
+            wanted = min(max(time[k] + delay, time[begin]), time[last])
+            while at < last and time[at] < wanted:
+                at += 1
+            before = max(at - 1, begin)
+            apart = time[at] - time[before]
+            left[k], right[k] = before, at
+            weight[k] = (wanted - time[before]) / apart if apart > 0 else 0.0
+            span[k] = apart if apart > 0 else 1.0
+        begin = last + 1
+    return left, right, weight, span
+
+
 class _Shift:
     """Read a row quantity at `time + delay` inside its own trial (held beyond its ends)."""
 
     def __init__(self, motion: Motion, delay: float) -> None:
-        ends = np.append(motion.starts[1:], len(motion))
-        last = np.repeat(ends - 1, ends - motion.starts)
-        begin = np.repeat(motion.starts, ends - motion.starts)
-        # trials may share a clock or each start at zero: make time rise over all rows
-        offset = np.repeat(np.arange(motion.trials) * (np.ptp(motion.time) + 10.0), ends - motion.starts)
-        clock = motion.time + offset
-        wanted = np.clip(clock + delay, clock[begin], clock[last])
-        right = np.clip(np.searchsorted(clock, wanted, side="left"), begin + 1, last)
-        self.left = np.maximum(right - 1, 0)
-        self.right = right
-        span = clock[right] - clock[self.left]
-        self.weight = np.where(span > 0, (wanted - clock[self.left]) / np.where(span > 0, span, 1.0), 0.0)
-        self.span = np.where(span > 0, span, 1.0)
+        self.left, self.right, self.weight, self.span = _interval(motion.time, motion.first, delay)
 
     def __call__(self, values: Array) -> Array:
         return _between(np.ascontiguousarray(values), self.left, self.right, self.weight)
 
     def slope(self, values: Array) -> Array:
-        return (values[self.right] - values[self.left]) / self.span
+        return np.asarray((values[self.right] - values[self.left]) / self.span)
