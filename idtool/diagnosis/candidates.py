@@ -223,7 +223,7 @@ def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False
     return Trial(effect, new, prediction_errors(new), start.p_value)
 
 
-def _sse_at(fit: JointFit, model: JointModel, extra: Mapping[str, float]) -> float:
+def _sse_at(fit: JointFit, model: JointModel, extra: dict[str, float]) -> float:
     """Sum of squares of a model whose parameters are those of a fit, and `extra`."""
     known = fit.values | extra
     x = model.coordinates({name: known[name] for name in model.names})

@@ -264,7 +264,7 @@ def _between(values: Array, left: NDArray[np.intp], right: NDArray[np.intp], wei
 def _interval(
     time: Array, first: NDArray[np.bool_], delay: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:
-    """Between which rows of its own trial `time + delay` of each row lies, how far along, and their distance."""
+    """Rows of its own trial between which `time + delay` of each row lies, how far along, their distance."""
     rows = len(time)
     left, right = np.empty(rows, dtype=np.intp), np.empty(rows, dtype=np.intp)
     weight, span = np.empty(rows), np.empty(rows)
