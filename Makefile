@@ -55,7 +55,9 @@ $(patsubst %,study-%,teach $(filter-out board played reliability,$(STUDIES))): e
 $(STUDIES:%=study-%): study-%: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.$*
 
+# What is compiled of a session holds the law inside, and is kept by the age of its own file alone.
 study-teach: $(VENV)/.ready-dev
+	rm -f studies/guiding/__pycache__/session*.nb?
 	$(BIN)/python -m studies.guiding
 
 docs-commands: $(VENV)/.ready-dev

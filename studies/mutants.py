@@ -56,7 +56,11 @@ MODULES = (
     Module("button", "braking and holding", f"{_CONTROL}/test_sensing.py"),
     Module("sensing", "the hand's torque, published law", f"{_CONTROL}/test_sensing.py"),
     Module("paper", "the published law", f"{_CONTROL}/test_sensing.py"),
-    Module("admittance/kernel", "the light law and its tare", f"{_CONTROL}/test_admittance_kernel.py"),
+    Module(
+        "admittance/kernel",
+        "the light law and its tare",
+        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py",
+    ),
     Module(
         "admittance/constants",
         "its constants",

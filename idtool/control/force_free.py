@@ -152,6 +152,9 @@ class ForceFreeController:
                     start_torque=self.start_torque,
                     level=_doubt(parameters, "coulomb", friction_doubt),
                     damping=_doubt(parameters, "viscous", friction_doubt),
+                    stribeck=math.hypot(
+                        *(_fit_error(parameters, name, friction_doubt) for name in ("coulomb", "static"))
+                    ),
                     load=PAYLOAD_SIGMA * uncertainty.payload,
                     refuse=uncertainty.payload or math.inf,
                     noise=noise,
@@ -351,6 +354,13 @@ def _doubt(parameters: Parameters, name: str, usual: float) -> float:
     parameter = parameters.static[name]
     fit = (parameter.stderr or 0.0) / parameter.value if parameter.value > 0.0 else 0.0
     return math.hypot(usual, min(fit, 1.0))
+
+
+def _fit_error(parameters: Parameters, name: str, usual: float) -> float:
+    """Standard deviation of a friction level's fit, N m (N); no more than the level's usual change."""
+    most = usual * parameters.static["coulomb"].value
+    fit = parameters.static[name].stderr or 0.0
+    return fit * most / math.hypot(fit, most) if fit > 0.0 else 0.0
 
 
 def _float(value: Any) -> float:

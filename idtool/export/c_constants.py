@@ -235,6 +235,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         BIAS_MOST="bias_most",
         ZERO_MOST="zero_most",
     )
+    torques["COMES"] = kernel.COMES
     torques["STOP_VARIANCE"] = float(k["stop_torque"]) ** 2 + float(k["stop_noise"]) ** 2
     shares = read(
         VIRTUAL="virtual",
@@ -242,6 +243,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         VELOCITY_GAIN="velocity_gain",
         HAND_FILTER="hand_filter",
         ZERO_SHARE="zero_time",
+        USUAL_SHARE="usual_time",
         LEAST_SHARE="least_time",
         BIAS_SHARE="bias_time",
     )
@@ -252,7 +254,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
             "law: motion",
             REST_SPEED=float(k["rest_speed"]),
             SERVO_TIME=float(k["servo_time"]),
-            TRIM=float(k["trim_rate"]) * c.period,
+            TRIM=2.0 * float(k["trim_rate"]) * c.period,  # at every other sample
             TRIM_RANGE=float(k["trim_range"]),
             LEASH=float(k["leash"]),
             LEASH_LEAST=4.0 * c.resolution,

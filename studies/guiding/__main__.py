@@ -66,6 +66,7 @@ def axis_of(machine: Machine, file: Parameters, asked: float, day: int) -> Axis:
     for name, (script, judge, start) in SCENARIOS.items():
         run = session(file, p, script(arm), int(rng.integers(1 << 31)), start)
         found[name] = judge(run, arm) | (alone(run) if name != "loading" else {})
+    found["all"] = {"starts": sum(figures.get("starts", 0.0) for figures in found.values())}
     return Axis(f"{machine.name}, day {day}", asked, arm, found)
 
 
@@ -79,7 +80,7 @@ def machine_axes(number: int, days: int, cache: Path) -> list[Axis]:
 
 @click.command()
 @click.option(
-    "--axes", default=240, show_default=True, help="How many, on as many days each as machines need."
+    "--axes", default=600, show_default=True, help="How many, on as many days each as machines need."
 )
 @click.option("--machines", default=40, show_default=True, help="How many; each is identified once.")
 @click.option("--out", type=click.Path(path_type=Path), default=Path("docs/teach.md"), show_default=True)

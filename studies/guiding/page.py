@@ -38,6 +38,7 @@ ROWS: tuple[tuple[str, str, str, float, bool], ...] = (
     ("3 N into the end of the stroke, back with 2.5 N: leaves by, mm", "ending", "left", 5.0, True),
     ("trembling 0.5 N, 8 to 12 Hz, while led: rms, mm/s", "trembling", "tremble", 3.0, False),
     ("and pushes in which it stopped, of six", "trembling", "false_stops", 0.0, False),
+    ("starts without a hand in all of these, times", "all", "starts", 0.0, False),
 )
 
 

@@ -1,7 +1,6 @@
-"""The compiled admittance law, function by function, against numbers worked out by hand.
+"""The compiled admittance law: what it feels and how it rests, against numbers worked out by hand.
 
-The axis is one of 10 ms, 0.01 N m of noise and a floor of 0.018 N m, so that every constant of the law shows
-in a figure. The sessions on simulated axes are in `test_admittance`.
+How it moves is in `test_admittance_motion`, sessions on simulated axes in `test_admittance`.
 """
 
 from __future__ import annotations
@@ -9,67 +8,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from idtool.control.admittance import kernel
 from idtool.control.admittance.constants import CONSTANTS, constants_of
-from idtool.control.admittance.states import GUIDING, RESTING, STARTING, STOPPING, TARING
+from idtool.control.admittance.states import GUIDING, RESTING, STOPPING, TARING
 
-AXIS = {
-    "period": 0.01,
-    "torque_constant": 2.0,
-    "gain": 8.0,
-    "noise": 0.01,
-    "servo_time": 0.05,
-    "speed": 1.0,
-    "rest_speed": 0.05,
-    "resolution": 0.0015,
-    "low": -1.0,
-    "high": 1.0,
-    "zero_most": 0.1,
-    "start_torque": 0.014,
-    "stop_torque": 0.02,
-    "refuse": 0.03,
-    "settle_periods": 20.0,
-    "still_periods": 5.0,
-    "brake_periods": 4.0,
-    "tare_turn": 2.0 * math.pi / 80,
-    "tare_top": 0.4,
-    "tare_cycle": 80.0,
-    "tare_part": 10.0,
-    "tare_apart": 0.02,
-    "tare_middle": 0.0,
-    "prior": (0.02, 0.2, 0.2, 0.03),
-}
-
-
-class Row(dict[str, Any]):
-    """A record whose fields are attributes, as the functions want it where they run as plain Python (`make
-    mutants`, which has no time to compile each mutant)."""
-
-    __getattr__ = dict.__getitem__
-    __setattr__ = dict.__setitem__  # type: ignore[assignment]
-
-    @classmethod
-    def of(cls, record: Any) -> Row:
-        return cls({name: record[name] for name in record.dtype.names})
-
-
-def law(state: int = RESTING, **numbers: float) -> tuple[Any, Any]:
-    """Constants, and the state of an axis at 0.2 rad that has learned nothing."""
-    c, s = constants_of(AXIS), np.zeros(1, kernel.STATE)[0]
-    if numba.config.DISABLE_JIT:
-        c, s = Row.of(c), Row.of(s)
-    kernel.reset(c, s)
-    kernel.begin(c, s, 0.2)
-    s["state"] = state
-    s["dead"] = c["floor"]
-    for name, number in numbers.items():
-        s[name] = number
-    return c, s
+from .kernel_law import AXIS, law
 
 
 def test_the_record_counts_in_noises_and_periods() -> None:
@@ -185,6 +130,19 @@ def test_a_hand_that_leaves_a_resting_axis_opens_the_zero_once() -> None:
     assert (s["left"], s["zero_variance"]) == (0, 1e-4)
 
 
+def test_the_uncertainty_is_that_of_every_other_sample_and_of_the_last_motion_at_rest() -> None:
+    for state, turn, dead, anew in (
+        (GUIDING, 0, 0.5, True),
+        (GUIDING, 1, 0.5, False),
+        (STOPPING, 0, 0.5, True),
+        (RESTING, 0, 0.5, False),
+        (RESTING, 0, 0.0, True),  # not known yet
+    ):
+        c, s = law(state, turn=turn, dead=dead)
+        sensed(c, s, 0.0)
+        assert s["dead"] == (kernel.uncertainty(c, s) if anew else dead), (state, turn)
+
+
 def test_in_a_tare_what_was_learned_waits_outside() -> None:
     c, s = law(TARING, zero=0.01, zero_before=0.02, fade=0.5, hand=0.3)
     s["learned"][:3] = 1.0
@@ -218,6 +176,38 @@ def test_two_samples_beyond_what_a_rest_may_be_wrong_by_start_a_motion() -> None
     s["hand"] = 0.0
     kernel.rest(c, s)
     assert s["pushed"] == 0  # not in turns
+
+
+def test_what_is_felt_all_the_time_starts_a_motion_only_beyond_twice_as_much() -> None:
+    """Twice 0.0224 and the starting torque: 0.0587. What came of late is twice the starting torque, 0.028,
+    beyond what is usual."""
+    for hand, usual, starts in (
+        (0.05, 0.05, False),
+        (0.058, 0.05, False),
+        (0.059, 0.059, True),
+        (0.05, 0.023, False),
+        (0.05, 0.021, True),
+        (-0.05, -0.05, False),
+        (-0.05, -0.021, True),
+        (-0.05, 0.05, True),
+    ):
+        c, s = law(hand=hand, usual=usual, raw=usual)
+        kernel.rest(c, s)
+        assert s["pushed"] == starts, (hand, usual)
+
+
+def test_what_is_usual_is_a_mean_that_is_taken_with_the_zero_and_follows_it() -> None:
+    c, s = law(raw=0.02, usual=0.01)
+    kernel.rest(c, s)
+    assert s["usual"] - s["zero"] == pytest.approx(
+        0.01 + 0.01 * (1.0 - math.exp(-0.005))
+    )  # within two seconds
+    c, s = law(raw=0.02, usual=-0.03, zero_variance=4e-4)  # an eased hand: the zero stays, this does not
+    kernel.rest(c, s)
+    assert (s["zero"], s["usual"]) == (0.0, pytest.approx(-0.03 + 0.05 * 4e-4 / 5e-4))
+    _, s = law(GUIDING, usual=0.02)
+    kernel.hold(s)  # what is felt once it is let go is a hand
+    assert s["usual"] == 0.0
 
 
 def test_a_zero_that_is_taken_anew_is_a_mean() -> None:
@@ -266,242 +256,3 @@ def test_held_from_outside_it_starts_on_nothing_that_was_felt() -> None:
 @pytest.mark.parametrize(("torque", "certain"), [(0.05, 0.03), (-0.05, -0.03), (0.02, 0.0), (-0.01, 0.0)])
 def test_what_is_certain_is_what_is_left_of_it(torque: float, certain: float) -> None:
     assert kernel.certain(torque, 0.02) == pytest.approx(certain)
-
-
-def guided(**numbers: float) -> tuple[Any, Any]:
-    return law(
-        GUIDING, **{"hand": 0.1, "raw": 0.1, "way": 1.0, "position": 0.2, "x": 0.2, "w": 0.1} | numbers
-    )
-
-
-def test_the_axis_yields_to_what_is_certain() -> None:
-    c, s = guided()
-    place = kernel.guide(c, s, 0.1)
-    w = 0.1 + (1.0 - math.exp(-0.01 / 0.15)) * (8.0 * 0.082 - 0.1)
-    assert s["w"] == pytest.approx(w)
-    assert s["x"] == pytest.approx(0.2 + 0.01 * w)
-    assert place == pytest.approx(s["x"] + s["lead"] * w)
-    assert (s["state"], s["limited"]) == (GUIDING, 0)
-
-
-def test_no_hand_is_given_more_than_the_speed_limit() -> None:
-    for way in (1.0, -1.0):
-        c, s = guided(hand=way, raw=way, way=way, w=way)
-        kernel.guide(c, s, way)
-        assert s["w"] == pytest.approx(way)
-        assert s["limited"] == 1
-
-
-def test_it_stops_as_soon_as_nothing_certain_pushes_its_way() -> None:
-    for hand, way, goes in ((0.019, 1.0, True), (0.017, 1.0, False), (-0.1, 1.0, False), (-0.1, -1.0, True)):
-        c, s = guided(hand=hand, raw=0.1, way=way, since=9, moved=9)
-        kernel.guide(c, s, 0.1)
-        assert s["state"] == (GUIDING if goes else STOPPING)
-        if not goes:
-            assert (s["w"], s["since"], s["moved"]) == (0.0, 1, 0)
-
-
-def test_it_never_turns_round_without_a_rest() -> None:
-    c, s = guided(raw=-0.5, w=0.01)
-    kernel.guide(c, s, 0.1)
-    assert s["w"] == 0.0
-
-
-def test_a_hand_that_seems_to_leave_goes_on_only_if_it_would_start() -> None:
-    """Beyond root(0.02^2 + 0.01^2) + 0.014 = 0.0364, for three samples."""
-    c, s = guided(raw=0.036, seems=1)
-    kernel.guide(c, s, 0.1)
-    assert s["state"] == STOPPING
-    c, s = guided(raw=0.037, seems=1)
-    for k in range(3):
-        assert s["seems"] == 1
-        kernel.guide(c, s, 0.1)
-        assert (s["state"], s["pushed"]) == (GUIDING, k + 1)
-    assert (s["seems"], s["left"]) == (0, 0)
-    c, s = guided(raw=0.045, seems=1, dead=0.032)
-    kernel.guide(c, s, 0.1)
-    assert s["state"] == STOPPING
-
-
-def test_a_steady_torque_in_motion_is_bias_up_to_one_noise() -> None:
-    c, s = guided(raw=0.05)
-    kernel.guide(c, s, 0.1)
-    assert s["bias"] == pytest.approx(-0.05 * 0.01 / 2.5)
-    for raw, bias in ((99.0, -0.01), (-99.0, 0.01)):
-        c, s = guided(raw=raw)
-        kernel.guide(c, s, 0.1)
-        assert s["bias"] == pytest.approx(bias)
-
-
-def test_the_end_of_the_range_winds_nothing_up() -> None:
-    for way, end in ((1.0, 1.0), (-1.0, -1.0)):
-        c, s = guided(hand=way, raw=way, way=way, w=way, position=0.999 * end, x=0.999 * end)
-        assert kernel.guide(c, s, way) == end
-        assert (s["w"], s["x"]) == (0.0, end)
-        c, s = guided(hand=-way, raw=-way, way=-way, w=-way, position=end, x=end)  # back inside is free
-        assert abs(kernel.guide(c, s, -way)) < 1.0
-
-
-def test_the_command_is_never_far_ahead_of_the_axis() -> None:
-    for behind in (1.0, -1.0):
-        c, s = guided(w=0.2, x=0.2 + behind)
-        kernel.follow(c, s)
-        assert s["x"] == pytest.approx(0.2 + behind * (0.15 * 0.2 + 4.0 * 0.0015))
-
-
-def test_the_servo_s_lag_is_trimmed_in_motion_and_within_a_factor_of_four() -> None:
-    c, s = guided(w=0.2, x=0.2 + 0.005 - 0.002)  # 5 ms of 50 ms late
-    kernel.follow(c, s)
-    assert s["lead"] == pytest.approx(0.05 * (1.0 + 3.0 * 0.01 * 0.005 / 0.01))
-    c, s = guided(w=0.09, x=0.21)  # too slow to say
-    kernel.follow(c, s)
-    assert s["lead"] == 0.05
-    for lead, x, most in ((0.2, 0.3, 0.2), (0.0125, 0.1, 0.0125)):
-        c, s = guided(w=0.2, lead=lead, x=x)
-        kernel.follow(c, s)
-        assert s["lead"] == pytest.approx(most)
-
-
-def test_a_braked_axis_is_asked_to_rest_where_it_comes_to_rest() -> None:
-    c, s = law(STOPPING, position=0.2, anchor=0.5)
-    assert kernel.brake(c, s, 0.3) == pytest.approx(0.2 + 0.006 * 0.3)
-    assert (s["anchor"], s["since"], s["moved"], s["fast"]) == (0.2, 1, 0, 0.3)
-    assert kernel.brake(c, s, 0.15) == pytest.approx(0.2 + 0.006 * 0.15 / 2)  # at half the speed a quarter
-    assert kernel.brake(c, s, -0.4) == pytest.approx(0.2 - 0.006 * 0.4)
-    c, s = law(STOPPING, position=0.2, anchor=0.2, since=4, x=0.7, fast=0.21)
-    assert kernel.brake(c, s, 0.19) == 0.7  # slow, and late: one place
-    c, s = law(STOPPING, position=0.2, anchor=0.2, since=4, x=0.7, fast=0.21)
-    assert kernel.brake(c, s, -0.21) == pytest.approx(0.2 - 0.006 * 0.21)  # still fast
-    c, s = law(STOPPING, position=0.2, anchor=0.2, since=3, x=0.7, fast=0.21)
-    assert kernel.brake(c, s, 0.0) == 0.2
-
-
-def test_an_axis_stands_that_kept_its_count() -> None:
-    c, s = law(STOPPING, position=0.2, anchor=0.2014, since=9, moved=5, hand=0.3, zero=0.01, pushed=1)
-    kernel.brake(c, s, 0.0)
-    assert (s["state"], s["since"], s["moved"]) == (STOPPING, 10, 5)
-    assert kernel.brake(c, s, 0.0) == 0.2
-    assert (s["state"], s["hand"], s["pushed"], s["anchor"]) == (RESTING, 0.0, 0, 0.2)
-    assert (s["zero_before"], s["zero_variance"]) == (0.01, pytest.approx(0.02**2 + 0.01**2))
-    c, s = law(STOPPING, position=0.2, anchor=0.2031, since=9, moved=5)  # two counts: it moved
-    kernel.brake(c, s, 0.0)
-    assert (s["moved"], s["anchor"]) == (9, 0.2)
-    c, s = law(STOPPING, position=1.2, anchor=1.2, since=20)
-    assert kernel.brake(c, s, 0.0) == 1.0  # it rests inside its range
-
-
-def test_the_first_moment_is_the_bend_that_nobody_saw() -> None:
-    c, s = law(STARTING, raw=0.03, hand=0.5)
-    for k in range(20):
-        assert s["state"] == STARTING
-        assert kernel.listen(c, s) == 0.2
-        assert s["since"] == k + 1
-    assert (s["state"], s["hand"]) == (RESTING, 0.0)
-    assert s["zero"] == s["zero_before"] == pytest.approx(-0.03)
-    c, s = law(STARTING, raw=-9.0, since=19)
-    kernel.listen(c, s)
-    assert s["zero"] == pytest.approx(0.1)  # no more than friction can hold
-
-
-def test_a_tare_begins_at_rest_and_untouched_only() -> None:
-    for numbers in ({"state": GUIDING}, {"zero_variance": 1e-9}):
-        c, s = law(**numbers)
-        assert not kernel.tare(c, s)
-    c, s = law(hand=-0.0141)
-    assert not kernel.tare(c, s)
-    assert s["outcome"] == kernel.TOUCHED
-    c, s = law(hand=0.0139, anchor=0.3, zero=0.01, bias=0.02, w=1.0, outcome=kernel.TOUCHED)
-    assert kernel.tare(c, s)
-    assert (s["state"], s["way"], s["x"], s["outcome"], s["zero_before"]) == (
-        TARING,
-        -1.0,
-        0.3,
-        kernel.USED,
-        0.01,
-    )
-    assert not any(s[name] for name in ("hand", "w", "zero", "bias", "since"))
-    np.testing.assert_array_equal(s["information"], np.eye(4))
-    c, s = law(anchor=-0.3)
-    kernel.tare(c, s)
-    assert s["way"] == 1.0  # towards the middle
-
-
-TRUE = {"load": 0.01, "level": -0.15, "damping": 0.1}
-
-
-def swept(
-    touch: tuple[int, int, float] = (0, 0, 0.0), left: float = 0.0, load: float = TRUE["load"]
-) -> tuple[Any, list[float], NDArray[np.float64]]:
-    """A tare of an axis that follows at once: its friction is off by `TRUE`, and what is left alternates."""
-    c, s = law(anchor=0.3)
-    assert kernel.tare(c, s)
-    path, heard = [], []
-    for k in range(400):
-        w = float(s["w"])
-        elastic, damping = math.copysign(0.05, w), 0.1 * w / 0.4
-        hand = touch[2] if touch[0] <= k < touch[1] else 0.0
-        wrong = load + TRUE["level"] * elastic + TRUE["damping"] * damping
-        plain = -wrong + hand + left * (-1.0) ** (k // 2)
-        place = kernel.act(c, s, float(s["x"]), w, (wrong - hand) / 2.0, plain, elastic, damping, 0.99)
-        path.append(place)
-        heard.append((1.0, elastic, damping, 0.99 ** (k + 1), -plain))
-        if s["state"] != TARING:
-            return s, path, np.array(heard)
-    raise AssertionError("it never ends")
-
-
-def test_a_tare_learns_load_level_and_damping() -> None:
-    """Least squares of every second sample of both cycles, three noises and half the damping uncertain, with
-    what is known before."""
-    s, path, heard = swept()
-    assert len(path) == 2 * 80 + 9
-    assert s["outcome"] == kernel.USED
-    assert (s["state"], s["left"]) == (RESTING, 1)
-    rows, target = heard[:160:2, :4], heard[:160:2, 4]
-    weight = 2.0 / (0.03**2 + (0.5 * rows[:, 2]) ** 2)
-    information = np.diag(1.0 / np.array(AXIS["prior"]) ** 2) + (rows * weight[:, None]).T @ rows
-    found = np.linalg.solve(information, rows.T @ (weight * target))
-    np.testing.assert_allclose(s["learned"][:3], found[:3], rtol=1e-9)
-    np.testing.assert_allclose(s["learned"][:3], list(TRUE.values()), atol=0.06)
-    assert s["zero_before"] == pytest.approx(found[3] * 0.99**169, abs=1e-9)
-    assert np.ptp(path) == pytest.approx(2.0 * 0.4 * 0.01 / AXIS["tare_turn"] + 0.05 * 0.4, rel=0.15)
-    assert path[-1] == 0.3
-    assert np.all(np.diag(s["spread"])[:3] < 0.6)
-    assert s["zero_variance"] > 0.0
-
-
-@pytest.mark.parametrize("hand", [0.06, -0.06])
-def test_a_hand_in_one_cycle_is_found(hand: float) -> None:
-    s, _, _ = swept((95, 115, hand))
-    assert s["outcome"] == kernel.TOUCHED
-    assert not s["learned"].any()
-    assert s["left"] == 0
-
-
-def test_what_the_model_cannot_explain_is_not_learned() -> None:
-    s, _, _ = swept(left=0.045)
-    assert s["outcome"] == kernel.NOT_EXPLAINED
-    assert not s["learned"].any()
-    s, _, _ = swept(left=0.035)
-    assert s["outcome"] == kernel.USED
-    assert s["unexplained"] == pytest.approx(math.sqrt(0.035**2 - 0.01**2), rel=0.1)
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_another_load_is_refused_and_left_to_the_hand(sign: float) -> None:
-    s, _, _ = swept(load=0.05 * sign)
-    assert s["outcome"] == kernel.OTHER_LOAD
-    assert not s["learned"].any()
-    assert s["load"] == pytest.approx(0.05 * sign, rel=0.2)
-    assert s["unexplained"] == pytest.approx(abs(s["load"]))
-
-
-def test_each_state_does_its_own_and_nothing_else() -> None:
-    """One sample without a hand, in every state."""
-    for state, command in ((RESTING, 0.2), (STARTING, 0.2), (STOPPING, 0.2 + 0.006 * 0.3)):
-        c, s = law(state, limited=1)
-        assert kernel.act(c, s, 0.2, 0.3, 0.0, 0.0, 0.0, 0.0, 1.0) == pytest.approx(command)
-        assert (s["state"], s["limited"]) == (state, 0)
-    c, s = law(GUIDING, hand=0.2, way=1.0)
-    kernel.act(c, s, 0.2, 0.0, 0.0, 0.2, 0.0, 0.0, 1.0)
-    assert s["w"] > 0.0

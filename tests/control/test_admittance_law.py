@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from idtool.control.admittance.law import AdmittanceSettings, _axis
+from idtool.control import ForceFreeController
+from idtool.control.admittance.law import AdmittanceLaw, AdmittanceSettings, _axis
 from idtool.control.guard import Limits
 from idtool.control.online import OnlineModel
 
@@ -19,6 +20,7 @@ SETTINGS = AdmittanceSettings(
     level=0.2,
     damping=0.3,
     load=0.02,
+    stribeck=0.0,
     refuse=0.05,
     noise=0.01,
     servo_time=0.06,
@@ -91,3 +93,29 @@ def test_a_tare_keeps_to_its_travel_and_its_speed() -> None:
 def test_a_tare_goes_towards_the_middle_if_there_is_one() -> None:
     assert axis()["tare_middle"] == 0.5
     assert axis(Limits())["tare_middle"] == math.inf
+
+
+def test_a_file_that_is_unsure_of_its_friction_at_rest_leaves_more_to_the_hand() -> None:
+    sure = axis()["stop_torque"]
+    assert axis(stribeck=0.01)["stop_torque"] == pytest.approx(math.hypot(sure, 2.0 * 0.01))
+
+
+def test_the_friction_at_rest_is_as_uncertain_as_the_fit_of_both_levels() -> None:
+    """But never more than friction changes from day to day, 22 %."""
+    file = parameters(BENCH)
+    coulomb = file.static["coulomb"].value
+
+    def stribeck(**errors: float) -> float:
+        static = {
+            name: replace(value, stderr=errors.get(name, value.stderr)) for name, value in file.static.items()
+        }
+        law = ForceFreeController(replace(file, static=static), 0.01, mode="light").law
+        assert isinstance(law, AdmittanceLaw)
+        return law.settings.stribeck
+
+    both = {"coulomb": 0.0, "static": 0.0}
+    assert stribeck(**both) == 0.0
+    small = 0.01 * coulomb
+    assert stribeck(**both | {"static": small}) == pytest.approx(small, rel=2e-3)
+    assert stribeck(coulomb=small, static=small) == pytest.approx(math.sqrt(2.0) * small, rel=2e-3)
+    assert stribeck(**both | {"static": 100.0}) == pytest.approx(0.22 * coulomb)

@@ -50,6 +50,7 @@ CONSTANTS: dict[str, Constant] = {
     "stop_noise": _C(1.0, "noises", "and so much at least", _STUDY),
     "zero_samples": _C(12.0, "1", "samples of a rest that the zero is the mean of", "noise / 3.5"),
     "zero_time": _C(30.0, "s", "the zero then follows so slowly", "a servo warms within minutes"),
+    "usual_time": _C(2.0, "s", "what is felt at rest is usual after so long", _STUDY),
     "bias_time": _C(2.5, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
     "bias_most": _C(1.0, "noises", "and up to so much, less than `floor`", _STUDY),
     "still": _C(0.05, "s", "an axis that kept its count for so long stands", "6 Hz at one count"),
@@ -94,7 +95,7 @@ def constants_of(axis: dict[str, Any]) -> Any:
     period, noise = axis["period"], axis["noise"]
     for name, constant in CONSTANTS.items():
         record[name] = constant.value * (noise if constant.unit == "noises" else 1.0)
-    for name in ("virtual", "follows", "hand_filter", "least_time"):
+    for name in ("virtual", "follows", "hand_filter", "least_time", "usual_time"):
         record[name] = share(CONSTANTS[name].value, period)
     for name in ("zero_time", "bias_time"):
         record[name] = period / CONSTANTS[name].value

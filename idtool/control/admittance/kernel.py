@@ -23,6 +23,8 @@ from idtool.control.admittance.states import GUIDING, RESTING, STARTING, STOPPIN
 PARTS = 8
 #: So many samples above the starting torque start a motion.
 START_SAMPLES = 2
+#: A torque came of late if it is so many starting torques beyond what is usual.
+COMES = 2.0
 #: A hand that seems to leave has left, unless it pushes as one that starts for so many samples.
 LEAVE_SAMPLES = 3
 #: Cycles of a tare, and the samples after them, at rest, in which a small board solves for what they taught.
@@ -35,20 +37,20 @@ USED, TOUCHED, NOT_EXPLAINED, OTHER_LOAD = range(4)
 LOAD, LEVEL, DAMPING, BRISTLE = range(4)
 
 #: state; samples in it, and of them when it last moved; samples above the starting torque; whether the hand
-#: seems to leave, and was seen to; what the last tare came to; whether the speed limit cut; torques, N m; the
-#: motion.
+#: seems to leave, and was seen to; what the last tare came to; whether the speed limit cut; whose turn it is;
+#: torques, N m; the motion.
 STATE = np.dtype(
     [
         (name, "i8")
         for name in (
-            "state", "since", "moved", "pushed", "seems", "left", "outcome", "limited", "part",
+            "state", "since", "moved", "pushed", "seems", "left", "outcome", "limited", "part", "turn",
         )
     ]
     + [
         (name, "f8")
         for name in (
             "raw", "hand", "least", "least_1", "least_2", "dead", "zero", "zero_before", "zero_variance",
-            "bias", "unexplained",
+            "bias", "unexplained", "usual",
             "elastic", "damping", "plain", "correction",
             "position", "seen", "nominal", "w", "x", "way", "lead", "anchor", "fast",
             "fade", "square", "weight", "sum", "load",
@@ -75,9 +77,9 @@ def reset(c: Any, s: Any) -> None:
 def begin(c: Any, s: Any, position: float) -> None:
     """The first sample: the bristle is unknown, what was learned of load and friction still holds."""
     s.state = STARTING
-    s.since = s.pushed = s.seems = s.left = s.limited = 0
+    s.since = s.pushed = s.seems = s.left = s.limited = s.turn = 0
     s.raw = s.hand = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
-    s.seen = s.nominal = s.w = s.sum = 0.0
+    s.seen = s.nominal = s.w = s.sum = s.usual = 0.0
     forget_push(s)
     s.position = position
     s.x = s.anchor = min(max(position, c.low), c.high)
@@ -130,7 +132,8 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
     if s.state == GUIDING:
         s.correction += s.bias
     s.raw = plain + s.correction
-    s.dead = uncertainty(c, s)
+    if s.dead == 0.0 or (s.state != RESTING and s.turn == 0):  # at rest friction stays what it was
+        s.dead = uncertainty(c, s)
     size = abs(s.hand)
     push = s.raw if s.hand > 0.0 else -s.raw
     left = size - push > c.left * size and size - push > c.jump
@@ -175,23 +178,32 @@ def rest_bound(c: Any, s: Any) -> float:
 
 @numba.njit(cache=True)
 def rest(c: Any, s: Any) -> float:
-    """Hold the anchor, take the zero if the hand was seen to leave, wait for a hand."""
+    """Hold the anchor, take the zero if the hand was seen to leave, wait for a hand.
+
+    A torque that came of late starts a motion beyond twice the standard deviation of what a rest may be wrong
+    by, one that was there all the time beyond four times.
+    """
     most = rest_bound(c, s)
-    gain = 0.0
     if s.zero_variance > 0.0:
         noise = c.noise * c.noise
         gain = s.zero_variance / (s.zero_variance + noise)
         s.zero_variance -= gain * s.zero_variance
         if s.zero_variance * c.zero_samples < noise:
             s.zero_variance = 0.0
+        share = gain
         gain *= s.left
     else:
-        gain = c.zero_time
+        gain, share = c.zero_time, c.usual_time
     change = s.zero - s.zero_before - gain * s.raw
     change = s.zero_before + min(max(change, -most), most) - s.zero
     s.zero += change
     s.hand += change
-    least = max(s.dead, most) + c.start_torque + c.coverage * math.sqrt(s.zero_variance)
+    s.usual += change + share * (s.raw - s.usual)
+    sure = max(s.dead, most)
+    least = sure + c.start_torque + c.coverage * math.sqrt(s.zero_variance)
+    # an error of the model is there all the time, a hand comes
+    if math.copysign(1.0, s.hand) * (s.hand - s.usual) <= COMES * c.start_torque:
+        least += sure
     s.pushed = s.pushed + 1 if abs(s.hand) > least else 0
     if s.pushed >= START_SAMPLES:
         s.state = GUIDING
@@ -207,7 +219,7 @@ def hold(s: Any) -> None:
     """The axis is held from outside: rest, and start on nothing that was felt so far."""
     forget_push(s)
     s.state = RESTING
-    s.w = s.hand = 0.0
+    s.w = s.hand = s.usual = 0.0
     s.pushed = 0
 
 
@@ -224,9 +236,11 @@ def follow(c: Any, s: Any) -> float:
     most = c.leash * abs(s.w) + 4.0 * c.resolution
     behind = min(max(s.x - s.position, -most), most)
     s.x = s.position + behind
-    if abs(s.w) > 2.0 * c.rest_speed:
+    # a small board has time for the uncertainty or for this
+    s.turn = 1 - s.turn
+    if s.turn == 0 and abs(s.w) > 2.0 * c.rest_speed:
         late = min(max(behind / (s.w * s.lead), -1.0), 1.0)
-        lead = s.lead * (1.0 + c.trim_rate * c.period * late)
+        lead = s.lead * (1.0 + 2.0 * c.trim_rate * c.period * late)
         s.lead = min(max(lead, c.servo_time / c.trim_range), c.servo_time * c.trim_range)
     return float(s.x + s.lead * s.w)
 
@@ -245,7 +259,7 @@ def guide(c: Any, s: Any, velocity: float) -> float:
             s.seems = s.left = 0
     if not pushes:
         s.state = STOPPING
-        s.since = s.moved = 0
+        s.since = s.moved = s.turn = 0
         s.w = 0.0
         return brake(c, s, velocity)
     goal = c.gain * certain(s.raw, s.dead)
@@ -375,6 +389,8 @@ def sweep(c: Any, s: Any, motor: float) -> float:
 @numba.njit(cache=True)
 def learn(c: Any, s: Any) -> None:
     """Solve for what the tare taught, and use it if it can be believed."""
+    s.turn = 0
+    s.dead = 0.0  # to be known anew
     invert(s.information)
     found = np.zeros(4)
     for j in range(4):

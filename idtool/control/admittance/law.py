@@ -41,6 +41,7 @@ class AdmittanceSettings:
         start_torque: a hand that is not this much beyond what a rest may be wrong by starts no motion.
         level, damping, load: standard deviation of the friction level and of the damping, relative, and of
             the load, N m, before a tare.
+        stribeck: standard deviation of the friction at rest against that in motion, N m.
         refuse: a tare that finds more load than this beside the file and the payload is not used, N m.
         noise: standard deviation of one sample's torque, N m.
         servo_time: first guess of the position loop's time constant, s.
@@ -54,6 +55,7 @@ class AdmittanceSettings:
     level: float
     damping: float
     load: float
+    stribeck: float
     refuse: float
     noise: float
     servo_time: float
@@ -207,7 +209,9 @@ def _axis(
         # friction may be above the file's: its level and what that may be off by
         "zero_most": model.friction_bound * (1.0 + CONSTANTS["coverage"].value * settings.level),
         "start_torque": settings.start_torque,
-        "stop_torque": min(stop, model.friction_bound),
+        "stop_torque": math.hypot(
+            min(stop, model.friction_bound), CONSTANTS["coverage"].value * settings.stribeck
+        ),
         "refuse": settings.refuse,
         "settle_periods": max(1, round(settings.settle / period)),
         "still_periods": max(1, round(CONSTANTS["still"].value / period)),
