@@ -43,7 +43,7 @@ def data() -> None:
 @_catalogue
 @output_options
 def list_recordings(catalogue: Path | None, output: Output) -> None:
-    """List the recordings, with source and licence.
+    """List the recordings, with source, licence and checksum.
 
     \b
     ffc-id data list
@@ -58,6 +58,8 @@ def list_recordings(catalogue: Path | None, output: Output) -> None:
         for name, entry in known.items():
             click.echo(f"{name}: {entry.title}")
             click.echo(f"  {entry.by}; {entry.licence}" + (f"; {entry.page}" if entry.page else ""))
+            for source in entry.files:
+                click.echo(f"  {source.name}: SHA-256 {source.sha256 or 'not published'}")
 
     output.result({"recordings": {name: asdict(entry) for name, entry in known.items()}}, show)
     output.next("data", "get", next(iter(known), "sample"))
@@ -76,8 +78,9 @@ def get_recording(
 ) -> None:
     """Bring a recording into a folder: its source, licence and checksum are shown.
 
-    A download that was cut short goes on where it stopped. Public recordings are no logs yet: the command
-    that makes logs of them is told at the end.
+    A download that was cut short goes on where it stopped. Where the source publishes no checksum, that of
+    the first download is kept in SHA256SUMS of the folder, and a later one must agree with it. Public
+    recordings are no logs yet: the command that makes logs of them is told at the end.
 
     \b
     ffc-id data get sample
@@ -95,9 +98,9 @@ def get_recording(
 
     def show(_: Console) -> None:
         for path, checksum in found.items():
-            click.echo(f"{path}: {path.stat().st_size} bytes" + (f", SHA-256 {checksum}" if checksum else ""))
+            click.echo(f"{path}: {path.stat().st_size} bytes, SHA-256 {checksum}")
 
-    files = {str(path): checksum or None for path, checksum in found.items()}
+    files = {str(path): checksum for path, checksum in found.items()}
     output.result({"name": name, "licence": entry.licence, "page": entry.page, "files": files}, show)
     words = shlex.split(entry.next)
     output.next(

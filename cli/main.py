@@ -98,6 +98,9 @@ def _told(error: Exception) -> int:
 
     if isinstance(error, click.exceptions.Abort):
         return _interrupted()
+    if type(error).__name__ == "NoArgsIsHelpError":  # since click 8.2
+        _say(str(error))
+        return USAGE
     if isinstance(error, click.ClickException):
         _say(f"ffc-id: {_usage_sentence(error)}")
         return USAGE
@@ -121,7 +124,13 @@ def _told(error: Exception) -> int:
 
 def _usage_sentence(error: click.ClickException) -> str:
     """What is wrong with the words of a command, and where its options stand, as one sentence."""
-    message = error.format_message()
+    import re
+
+    message = re.sub(
+        r"is not a valid (float|integer)(?: range)?",
+        lambda found: {"float": "is no number", "integer": "is no whole number"}[found[1]],
+        error.format_message(),
+    )
     context = getattr(error, "ctx", None)
     if context is None or message.endswith("?"):  # a guess is the remedy already
         return message

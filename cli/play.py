@@ -147,7 +147,11 @@ def play(
     )
     if played.interrupted:
         return 130
-    return 4 if played.stopped is not None else 0
+    if played.stopped is not None:
+        return 4
+    if log is not None:
+        output.next("plot", log)
+    return 0
 
 
 def _document(played: Played, ratio: float | None, scale: float, log: Path | None) -> dict[str, Any]:

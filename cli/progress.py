@@ -31,7 +31,14 @@ class Progress:
         self.narrow = screen.width < _ROOM_FOR_BAR
         if not self.visible:
             return
-        from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+        from rich.progress import (
+            BarColumn,
+            SpinnerColumn,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
         from rich.progress import Progress as Bar
         from rich.table import Column
 
@@ -41,6 +48,8 @@ class Progress:
             columns = [SpinnerColumn(), *columns, TimeElapsedColumn()]
         if not self.narrow:
             columns.insert(-1 if timed else 0, BarColumn(bar_width=24))
+        # nothing is shown where nobody knows how much there is to do
+        columns.insert(-1, TaskProgressColumn("{task.percentage:.0f} %", text_format_no_percentage=""))
         if timed:
             columns.append(TimeRemainingColumn(elapsed_when_finished=False))
         self._bar = Bar(*columns, console=screen, transient=True)

@@ -280,7 +280,7 @@ class _Bar(Progress):
         else:
             self.say(
                 f"trial {now.trial} of {now.trials}, {now.rig_s_left:.0f} s of rig time left "
-                f"(about {now.wall_s_left:.0f} s to wait)"
+                f"(wait {now.wall_s_left:.0f} s)"
             )
 
     def ask(self, trial: int, trials: int, setup: TrialSetup, before: TrialSetup | None) -> None:

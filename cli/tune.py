@@ -117,8 +117,20 @@ def tune(
     if write:
         output.next("teach", "-p", params, "--rig", "SPEC", "--tare")
     else:
-        output.say("next: the same command with --write puts them into the file")
+        output.next("tune", *_given_words(), "--write")
     return 0
+
+
+def _given_words() -> list[str]:
+    """The options of this command as they were given."""
+    context = click.get_current_context()
+    given = click.core.ParameterSource.COMMANDLINE
+    return [
+        word
+        for option in context.command.params
+        if option.name and context.get_parameter_source(option.name) is given
+        for word in (option.opts[0], f"{context.params[option.name]}")
+    ]
 
 
 def _show(screen: Console, tuning: Tuning, parameters: Parameters) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import resources
@@ -17,6 +18,8 @@ SCHEMA = "ffc-id/catalogue/1"
 #: The session that comes with the package: needs no network.
 SAMPLE = "sample"
 _SAMPLE_FOLDER = "session"
+#: The checksums of a folder, kept at the first download.
+SUMS = "SHA256SUMS"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +29,7 @@ class Source:
     Attributes:
         url: where it is; with the commit in it, so that it stays what it is.
         name: what it is called here.
-        sha256: of its bytes, where somebody has told; "" if not.
+        sha256: of its bytes, where the source tells it; "" if not: then that of the first download is kept.
     """
 
     url: str
@@ -105,10 +108,12 @@ def fetch(
     """Bring the files of a recording into a folder, which is made if it is missing.
 
     Returns:
-        Each file and its SHA-256, hexadecimal; "" for those that come with the package.
+        Each file and its SHA-256, hexadecimal. They are kept in `SHA256SUMS` of the folder, as
+        `sha256sum --check` reads it; a later fetch into the folder must bring the same bytes.
 
     Raises:
-        InputError: a file is there already and `force` is not given, or it cannot be fetched or written.
+        InputError: a file is there already and `force` is not given, it cannot be fetched or written,
+            or it is not what the catalogue, or else the first download, says.
     """
     brought = [(source, folder / source.name) for source in entry.files]
     sample = [] if entry.files else _sample_files()
@@ -121,10 +126,30 @@ def fetch(
     for name, content in sample:
         with atomic_write(folder / name, "wb") as stream:
             stream.write(content)
-    found = {folder / name: "" for name, _ in sample}
+    sums = _read_sums(folder / SUMS)
+    found = {folder / name: hashlib.sha256(content).hexdigest() for name, content in sample}
     for source, path in brought:
-        found[path] = download(source.url, path, sha256=source.sha256 or None, progress=progress)
+        wanted = source.sha256 or sums.get(source.name)
+        found[path] = download(source.url, path, sha256=wanted, progress=progress)
+    sums |= {path.name: checksum for path, checksum in found.items()}
+    with atomic_write(folder / SUMS) as stream:
+        stream.writelines(f"{checksum}  {name}\n" for name, checksum in sums.items())
     return found
+
+
+def _read_sums(file: Path) -> dict[str, str]:
+    """Name -> SHA-256 of what was fetched before.
+
+    Raises:
+        InputError: the file is there and cannot be read.
+    """
+    if not file.exists():
+        return {}
+    try:
+        pairs = [line.split(maxsplit=1) for line in file.read_text(encoding="utf-8").splitlines()]
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot be read ({error})", file=file, remedy="remove it") from error
+    return {pair[1]: pair[0] for pair in pairs if len(pair) == 2}
 
 
 def _sample_files() -> list[tuple[str, bytes]]:

@@ -41,7 +41,9 @@ def source(tmp_path: Path) -> Iterator[str]:
 def test_the_session_that_comes_along_needs_no_network(tmp_path: Path) -> None:
     done = ffc_id("data", "get", "sample", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    files = sorted((tmp_path / "sample").iterdir())
+    files = sorted((tmp_path / "sample").glob("*.gz"))
+    sums = (tmp_path / "sample" / "SHA256SUMS").read_text()
+    assert sums.splitlines() == [f"{hashlib.sha256(f.read_bytes()).hexdigest()}  {f.name}" for f in files]
     assert [file.name.removesuffix(".csv.gz") for file in files] == ["gravity", "sine", "sweep", "validation"]
     assert sum(file.stat().st_size for file in files) < _MOST_BYTES
     assert {Log.read(file).experiment for file in files} >= {"gravity", "sweep", "sine"}
@@ -82,6 +84,12 @@ def test_a_public_recording_is_fetched_and_its_sum_shown(tmp_path: Path, source:
     assert (tmp_path / "mine" / "run.csv").read_bytes() == content
     words = done.stderr.splitlines()[-1].removeprefix("next: ffc-id ").split()
     assert ffc_id(*words, cwd=tmp_path).returncode == 0
+    # the sum of the first download holds: what changed at its source is refused, and the file here stays
+    (tmp_path / "served" / "run.csv").write_bytes(content.replace(b"0.1", b"0.2"))
+    again = ffc_id("data", "get", "mine", "--catalogue", "mine.toml", "--force", cwd=tmp_path)
+    assert again.returncode == 3
+    assert "is not the file that was expected" in again.stderr
+    assert (tmp_path / "mine" / "run.csv").read_bytes() == content
     assert Log.read(tmp_path / "log.csv").frame["torque_nm"].tolist() == [0.1, 0.1, 0.1]
 
 

@@ -190,7 +190,7 @@ _RUN = ("run-sine", "--rig", "sim:bench", "--force", "-o")
 
 def test_progress_says_how_long_it_will_take(tmp_path: Path) -> None:
     seen = screen(*_RUN, "log.csv", columns=100, cwd=tmp_path)
-    assert re.search(r"trial \d of 4, \d+ s of rig time left \(about \d+ s to wait\)", seen)
+    assert re.search(r"\d+ % .*trial \d of 4, \d+ s of rig time left \(wait \d+ s\)", seen)
     told = "log.csv: 11400 rows, 4 trials, 63 s of rig time on sim:bench (simulated)"
     assert told in _ESCAPE.sub("", seen)
     narrow = screen(*_RUN, "log.csv", columns=40, cwd=tmp_path)
