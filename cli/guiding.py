@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from idtool.control import Limits
-    from idtool.guiding.player import Stop
+    from idtool.guiding.player import Stop, Watching
     from idtool.model.units import Kind
     from idtool.parameters import Parameters
     from idtool.rig.base import Rig, TrialSetup
@@ -43,6 +43,16 @@ payload_option = click.option(
     metavar="KG",
     type=click.FloatRange(0.0),
     help="What the axis carries [simulated: 0.4; a real axis: asked for].",
+)
+
+tilt_option = click.option(
+    "--tilt", nargs=2, type=float, metavar="ALPHA BETA", help="Tilt of the axis, rad [none]."
+)
+move_inside_option = click.option(
+    "--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly."
+)
+log_option = click.option(
+    "-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log."
 )
 
 contact_option = click.option(
@@ -100,6 +110,38 @@ def told_payload(payload: float | None, parameters: Parameters, axis: Rig) -> fl
             "(0 for nothing)."
         )
     return click.prompt("what does the axis carry, kg", type=click.FloatRange(0.0), err=True)
+
+
+def watching_of(params: Path | None, contact: float | None, log: Path | None, *, force: bool) -> Watching:
+    """How an axis is watched that is played or jogged.
+
+    Raises:
+        InputError: the parameter file is wrong, or the log is there already.
+        UsageError: see `contact_limit`.
+    """
+    from idtool.guiding.player import Watching
+    from idtool.io.atomic import refuse_existing
+    from idtool.parameters import Parameters
+
+    parameters = Parameters.read(params) if params is not None else None
+    limit = contact_limit(parameters, contact)
+    if log is not None:
+        refuse_existing(log, force)
+    return Watching(parameters=parameters, contact=limit, log=log, force=force)
+
+
+def load_of(
+    payload: float | None, parameters: Parameters | None, file: Path | None, axis: Rig, output: Output
+) -> float:
+    """What an axis carries, kg, once its file is seen to be its own; without a file as told, or nothing.
+
+    Raises:
+        InputError, UsageError: see `check_axis` and `told_payload`.
+    """
+    if parameters is None or file is None:
+        return payload or 0.0
+    check_axis(parameters, file, axis, output)
+    return told_payload(payload, parameters, axis)
 
 
 def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) -> None:

@@ -18,16 +18,18 @@ from .common import (
     told_rig,
 )
 from .guiding import (
-    check_axis,
-    contact_limit,
     contact_option,
     inside,
+    load_of,
+    log_option,
+    move_inside_option,
     payload_option,
     setup_of,
     show_stop,
     stop_document,
-    told_payload,
+    tilt_option,
     travel_of,
+    watching_of,
 )
 from .live import live_option, live_page
 from .progress import Progress
@@ -48,7 +50,7 @@ if TYPE_CHECKING:
     help="Parameter file: feel a contact by its model, and count in mm.",
 )
 @payload_option
-@click.option("--tilt", nargs=2, type=float, metavar="ALPHA BETA", help="Tilt of the axis, rad [none].")
+@tilt_option
 @tilt_deg_option
 @click.option(
     "--step",
@@ -63,8 +65,8 @@ if TYPE_CHECKING:
     help="A key that is held moves so fast [5 mm/s; else 100 mrad/s].",
 )
 @contact_option
-@click.option("--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly.")
-@click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
+@move_inside_option
+@log_option
 @live_option
 @seed_option
 @force_option
@@ -99,20 +101,14 @@ def jog(
     from idtool.guiding.jog import jog as run
     from idtool.guiding.keys import TerminalKeys
     from idtool.guiding.player import BEHIND_SHARE
-    from idtool.io.atomic import refuse_existing
-    from idtool.parameters import Parameters
     from idtool.rig import open_rig
     from idtool.rig.clock import HostClock
 
-    parameters = Parameters.read(params) if params is not None else None
-    limit = contact_limit(parameters, contact)
-    if log is not None:
-        refuse_existing(log, force)
+    watching = watching_of(params, contact, log, force=force)
+    parameters = watching["parameters"]
     tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
     with open_rig(told_rig(rig, output), seed=seed) as device:
-        if parameters is not None and params is not None:
-            check_axis(parameters, params, device, output)
-        load = told_payload(payload, parameters, device) if parameters is not None else payload or 0.0
+        load = load_of(payload, parameters, params, device, output)
         kind: Kind = device.axis.kind
         ratio = travel_of(parameters, kind)
         usual_step, usual_speed = (STEP_RAD, SPEED_RAD_S) if ratio is None else (STEP_M, SPEED_M_S)
@@ -138,14 +134,9 @@ def jog(
                 ArrowKeys(keys.read, lambda: keys.gone),
                 step=scale * (usual_step if step is None else 1e-3 * step),
                 speed=scale * (usual_speed if speed is None else 1e-3 * speed),
-                parameters=parameters,
-                contact=limit,
-                behind=BEHIND_SHARE * (high - low),
-                log=log,
-                force=force,
-                watch=watch,
                 tell=tell,
                 clock=HostClock() if device.simulated else None,
+                **watching | {"behind": BEHIND_SHARE * (high - low), "watch": watch},
             )
     output.result(_document(jogged, ratio, log), lambda screen: _show(screen, jogged, ratio, kind, log))
     if jogged.interrupted:

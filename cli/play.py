@@ -18,16 +18,18 @@ from .common import (
     told_rig,
 )
 from .guiding import (
-    check_axis,
-    contact_limit,
     contact_option,
     inside,
+    load_of,
+    log_option,
+    move_inside_option,
     payload_option,
     setup_of,
     show_stop,
     stop_document,
-    told_payload,
+    tilt_option,
     travel_of,
+    watching_of,
 )
 from .live import live_option, live_page
 from .progress import Progress
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
     "-p", "--params", type=click.Path(path_type=Path), help="Parameter file: feel a contact by its model."
 )
 @payload_option
-@click.option("--tilt", nargs=2, type=float, metavar="ALPHA BETA", help="Tilt of the axis, rad [none].")
+@tilt_option
 @tilt_deg_option
 @click.option(
     "--speed",
@@ -60,8 +62,8 @@ if TYPE_CHECKING:
 @click.option(
     "--waypoints", type=click.Path(path_type=Path), help="Write the path as points to edit, and play those."
 )
-@click.option("--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly.")
-@click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
+@move_inside_option
+@log_option
 @live_option
 @seed_option
 @force_option
@@ -98,8 +100,6 @@ def play(
     from idtool.guiding.path import limited, read_path, write_waypoints
     from idtool.guiding.playback import play as run
     from idtool.guiding.player import BEHIND_SHARE
-    from idtool.io.atomic import refuse_existing
-    from idtool.parameters import Parameters
     from idtool.rig import open_rig
 
     path, axis = read_path(taught)
@@ -107,10 +107,8 @@ def play(
         points = write_waypoints(waypoints, path, force=force)
         output.say(f"{points} waypoints written: {waypoints}")
         path, axis = read_path(waypoints)
-    parameters = Parameters.read(params) if params is not None else None
-    limit = contact_limit(parameters, contact)
-    if log is not None:
-        refuse_existing(log, force)
+    watching = watching_of(params, contact, log, force=force)
+    parameters = watching["parameters"]
     tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
     with open_rig(told_rig(rig, output), seed=seed) as device:
         if axis.kind != device.axis.kind:
@@ -119,9 +117,7 @@ def play(
                 file=taught,
                 place="axis.kind",
             )
-        if parameters is not None and params is not None:
-            check_axis(parameters, params, device, output)
-        load = told_payload(payload, parameters, device) if parameters is not None else payload or 0.0
+        load = load_of(payload, parameters, params, device, output)
         low, high = device.limits.position
         path, scale = limited(path, low=low, high=high, speed=device.limits.speed, scale=speed)
         if scale < speed:
@@ -133,13 +129,8 @@ def play(
                 device,
                 setup,
                 loops=loop,
-                parameters=parameters,
-                contact=limit,
-                behind=BEHIND_SHARE * (high - low),
-                log=log,
-                force=force,
                 progress=lambda share: bar.at(share, 1.0),
-                watch=watch,
+                **watching | {"behind": BEHIND_SHARE * (high - low), "watch": watch},
             )
     ratio = travel_of(parameters, axis.kind)
     output.result(

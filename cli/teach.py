@@ -22,10 +22,13 @@ from .guiding import (
     check_axis,
     idle_option,
     inside,
+    log_option,
     max_speed_option,
+    move_inside_option,
     payload_option,
     session_limits,
     setup_of,
+    tilt_option,
 )
 from .guiding import told_payload as ask_payload
 from .live import live_option, live_page
@@ -53,7 +56,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Compensate this smooth correction too (correction.toml of `identify`).",
 )
-@click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log.")
+@log_option
 @click.option("--figure", type=click.Path(path_type=Path), help="Draw the run into a PNG file.")
 @payload_option
 @click.option(
@@ -72,14 +75,8 @@ if TYPE_CHECKING:
 @max_speed_option
 @idle_option
 @click.option("--no-hand", is_flag=True, help="Simulated: nobody touches the axis (with --duration).")
-@click.option("--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly.")
-@click.option(
-    "--tilt",
-    nargs=2,
-    type=float,
-    metavar="ALPHA BETA",
-    help="Tilt of the axis, rad [none].",
-)
+@move_inside_option
+@tilt_option
 @tilt_deg_option
 @click.option(
     "--hand-speed",

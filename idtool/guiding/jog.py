@@ -7,15 +7,14 @@ acceleration are bounded, and a move that is let go brakes to rest and stays the
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Unpack
 
 from idtool.guiding.button import REPEAT_S
-from idtool.guiding.player import Player, Stop
-from idtool.parameters import Parameters
-from idtool.rig.base import Rig, Sample, TrialSetup, Watch
+from idtool.guiding.player import Player, Stop, Watching
+from idtool.rig.base import Rig, TrialSetup
 from idtool.rig.clock import Clock
 
 #: A tap's way and the speed of a held key unless told otherwise: m and m/s where the travel of the part is
@@ -137,16 +136,10 @@ def jog(
     *,
     step: float,
     speed: float,
-    parameters: Parameters | None = None,
-    contact: float = math.inf,
-    behind: float = math.inf,
-    log: str | os.PathLike[str] | None = None,
-    force: bool = False,
-    obstacle: Callable[[Sample], float] | None = None,
-    watch: Watch | None = None,
     tell: Callable[[float], None] | None = None,
     clock: Clock | None = None,
     now: Callable[[], float] = time.monotonic,
+    **watching: Unpack[Watching],
 ) -> Jogged:
     """Move an axis by keys until q, Ctrl-C or a contact ends it.
 
@@ -156,28 +149,17 @@ def jog(
         keys: asked once per period.
         step: of a tap, rad (m).
         speed: of a held key, rad/s (m/s); the rig's limit holds as well.
-        parameters, contact, behind, log, force, obstacle, watch: as of `Player`.
         tell: called with every position, rad (m).
         clock: paces a rig that does not pace itself.
         now: time of the keys, s.
+        watching: see `Watching`.
 
     Raises:
         InputError: the log cannot be written.
         RigFault: the rig failed.
     """
     low, high = rig.limits.position
-    player = Player(
-        rig,
-        setup,
-        "jog",
-        parameters=parameters,
-        contact=contact,
-        behind=behind,
-        log=log,
-        force=force,
-        obstacle=obstacle,
-        watch=watch,
-    )
+    player = Player(rig, setup, "jog", **watching)
     stopped: Stop | None = None
     start = position = math.nan
     with player:

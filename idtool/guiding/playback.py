@@ -6,17 +6,16 @@ The command leads the path by the lag of the position loop, which is trimmed on 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Unpack
 
 import numpy as np
 
 from idtool.guiding.path import TaughtPath
-from idtool.guiding.player import REST_S, Player, Stop
+from idtool.guiding.player import REST_S, Player, Stop, Watching
 from idtool.model.motion import Array
-from idtool.parameters import Parameters
-from idtool.rig.base import Rig, Sample, TrialSetup, Watch
+from idtool.rig.base import Rig, Sample, TrialSetup
 
 #: Way to the start of a path: speed, rad/s (m/s).
 APPROACH_SPEED = {"rotary": 0.25, "linear": 0.01}
@@ -56,14 +55,8 @@ def play(
     setup: TrialSetup,
     *,
     loops: int = 1,
-    parameters: Parameters | None = None,
-    contact: float = math.inf,
-    behind: float = math.inf,
-    log: str | os.PathLike[str] | None = None,
-    force: bool = False,
-    obstacle: Callable[[Sample], float] | None = None,
     progress: Callable[[float], None] | None = None,
-    watch: Watch | None = None,
+    **watching: Unpack[Watching],
 ) -> Played:
     """Play a path.
 
@@ -72,14 +65,8 @@ def play(
         rig: prepared here; stopped in every case, not closed.
         setup: payload and tilt; where it starts is where the axis is.
         loops: how often; it goes back to the start in between.
-        parameters: of the axis, for the contact.
-        contact: a torque beyond this stops it, N m (N).
-        behind: an axis farther from its path than this stops it, rad (m).
-        log: where to write the run.
-        force: overwrite it.
-        obstacle: simulated: torque that something puts on the axis, N m (N), from the last sample.
         progress: called with the share done, 0 to 1.
-        watch: called with every sample.
+        watching: see `Watching`.
 
     Raises:
         InputError: the log cannot be written.
@@ -89,19 +76,7 @@ def play(
     least = TRIM_SHARE * float(np.max(np.abs(np.gradient(path.position, path.time))))
     rows: list[tuple[float, float, float]] = []
     stopped: Stop | None = None
-    player = Player(
-        rig,
-        setup,
-        "play",
-        parameters=parameters,
-        contact=contact,
-        behind=behind,
-        log=log,
-        force=force,
-        obstacle=obstacle,
-        watch=watch,
-    )
-    with player:
+    with Player(rig, setup, "play", **watching) as player:
         sample = player.listen(player.begin())
         for loop in range(loops):
             sample, stopped = _approach(player, sample, float(path.position[0]), APPROACH_SPEED[path.kind])

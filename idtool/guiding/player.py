@@ -13,7 +13,7 @@ from collections.abc import Callable
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypedDict, Unpack
 
 import numpy as np
 
@@ -92,6 +92,28 @@ class ContactSense:
         return self._sense.feel(self._measurement(sample))
 
 
+class Watching(TypedDict, total=False):
+    """How a rig is watched while it is moved; nothing is, unless told.
+
+    Attributes:
+        parameters: of the axis, for the contact.
+        contact: a torque beyond this stops it, N m (N).
+        behind: an axis farther from where it is wanted than this stops it, rad (m).
+        log: where to write the run.
+        force: overwrite it.
+        obstacle: simulated: torque that something puts on the axis, N m (N), from the last sample.
+        watch: called with every sample.
+    """
+
+    parameters: Parameters | None
+    contact: float
+    behind: float
+    log: str | os.PathLike[str] | None
+    force: bool
+    obstacle: Callable[[Sample], float] | None
+    watch: Watch | None
+
+
 class Player:
     """A rig that is moved step by step, watched.
 
@@ -101,13 +123,7 @@ class Player:
         rig: prepared here; not closed.
         setup: payload and tilt; where it starts is where the axis is.
         experiment: name of it in the log.
-        parameters: of the axis, for the contact.
-        contact: a torque beyond this stops it, N m (N).
-        behind: an axis farther from where it is wanted than this stops it, rad (m).
-        log: where to write the run.
-        force: overwrite it.
-        obstacle: simulated: torque that something puts on the axis, N m (N), from the last sample.
-        watch: called with every sample.
+        watching: see `Watching`.
 
     Attributes:
         commanded: the last command, rad (m).
@@ -118,23 +134,13 @@ class Player:
         RigFault: the rig failed.
     """
 
-    def __init__(
-        self,
-        rig: Rig,
-        setup: TrialSetup,
-        experiment: str,
-        *,
-        parameters: Parameters | None = None,
-        contact: float = math.inf,
-        behind: float = math.inf,
-        log: str | os.PathLike[str] | None = None,
-        force: bool = False,
-        obstacle: Callable[[Sample], float] | None = None,
-        watch: Watch | None = None,
-    ) -> None:
+    def __init__(self, rig: Rig, setup: TrialSetup, experiment: str, **watching: Unpack[Watching]) -> None:
+        parameters, log = watching.get("parameters"), watching.get("log")
         self._rig = Supervisor(rig)
-        self._setup, self._obstacle, self._watch = setup, obstacle, watch
-        self._contact, self._behind = contact, behind
+        self._setup = setup
+        self._obstacle, self._watch = watching.get("obstacle"), watching.get("watch")
+        self._contact = watching.get("contact", math.inf)
+        self._behind = watching.get("behind", math.inf)
         self._sense = ContactSense(parameters, rig.period_s, setup) if parameters is not None else None
         self.commanded = 0.0
         self.interrupted = False
@@ -142,6 +148,7 @@ class Player:
         names = ("trial", "time", "position", "velocity", *rig.step_readings, "position_command", "payload")
         columns = [roles[name] for name in names] + [roles["tilt_alpha"], roles["tilt_beta"]]
         self._rows: list[tuple[Any, ...]] = []
+        force = watching.get("force", False)
         self._writer = LogWriter(log, columns, rig.axis, experiment, force=force) if log is not None else None
 
     def __enter__(self) -> Self:

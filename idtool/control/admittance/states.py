@@ -16,7 +16,10 @@ TRANSITIONS: dict[State, tuple[tuple[State, str], ...]] = {
     State.STARTING: ((State.RESTING, "it has listened for `settle`: what the motor holds is friction's"),),
     State.RESTING: (
         (State.TARING, "`tare()` is called, and the zero is taken"),
-        (State.GUIDING, "the hand's torque is beyond the starting torque for two samples"),
+        (
+            State.GUIDING,
+            "a torque that came of late, or twice as much, is above the starting torque for two samples",
+        ),
     ),
     State.TARING: ((State.RESTING, "both cycles are done; what they taught is used or refused"),),
     State.GUIDING: ((State.STOPPING, "what is certain of the hand no longer pushes the way of the motion"),),
