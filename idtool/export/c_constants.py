@@ -235,7 +235,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         BIAS_MOST="bias_most",
         ZERO_MOST="zero_most",
     )
-    torques["COMES"] = kernel.COMES
+    torques["COMES"], torques["STEADY"] = kernel.COMES, kernel.STEADY
     torques["STOP_VARIANCE"] = float(k["stop_torque"]) ** 2 + float(k["stop_noise"]) ** 2
     shares = read(
         VIRTUAL="virtual",

@@ -153,7 +153,7 @@ The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned light
   stop leaves, is less. That is the hysteresis: more to start than D to go on, in force and not in time.
   Two standard deviations are exceeded at one rest in twenty, and an error of the model is there as long as
   the axis rests; a hand comes. So what starts a motion has to be 2.8 noises beyond the mean of the last two
-  seconds as well, or beyond four standard deviations, 2 max(D, B), and 1.4 noises. A hand that rises by
+  seconds as well, or beyond three standard deviations, 1.5 max(D, B), and 1.4 noises. A hand that rises by
   less than 0.3 N/s is such a steady one, and so is a load.
 - **Bias.** While guided, a steady torque is taken for bias, with 2.5 s, up to one noise. A zero-mean hand so
   wanders little; a steady one pushes that much more.

@@ -25,6 +25,8 @@ PARTS = 8
 START_SAMPLES = 2
 #: A torque came of late if it is so many starting torques beyond what is usual.
 COMES = 2.0
+#: One that was there all the time has to be so much more beyond what a rest may be wrong by.
+STEADY = 0.5
 #: A hand that seems to leave has left, unless it pushes as one that starts for so many samples.
 LEAVE_SAMPLES = 3
 #: Cycles of a tare, and the samples after them, at rest, in which a small board solves for what they taught.
@@ -181,7 +183,7 @@ def rest(c: Any, s: Any) -> float:
     """Hold the anchor, take the zero if the hand was seen to leave, wait for a hand.
 
     A torque that came of late starts a motion beyond twice the standard deviation of what a rest may be wrong
-    by, one that was there all the time beyond four times.
+    by, one that was there all the time beyond three times.
     """
     most = rest_bound(c, s)
     if s.zero_variance > 0.0:
@@ -203,7 +205,7 @@ def rest(c: Any, s: Any) -> float:
     least = sure + c.start_torque + c.coverage * math.sqrt(s.zero_variance)
     # an error of the model is there all the time, a hand comes
     if math.copysign(1.0, s.hand) * (s.hand - s.usual) <= COMES * c.start_torque:
-        least += sure
+        least += STEADY * sure
     s.pushed = s.pushed + 1 if abs(s.hand) > least else 0
     if s.pushed >= START_SAMPLES:
         s.state = GUIDING

@@ -18,7 +18,7 @@ TRANSITIONS: dict[State, tuple[tuple[State, str], ...]] = {
         (State.TARING, "`tare()` is called, and the zero is taken"),
         (
             State.GUIDING,
-            "a torque that came of late, or twice as much, is above the starting torque for two samples",
+            "a torque that came of late, or half as much again, is above the starting torque for two samples",
         ),
     ),
     State.TARING: ((State.RESTING, "both cycles are done; what they taught is used or refused"),),
