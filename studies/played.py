@@ -74,7 +74,7 @@ def main(out: Path) -> None:
     for axes in (upper, lower):
         axes.grid(alpha=0.25)
         axes.margins(x=0.0)
-    upper.legend(loc="upper right")
+    upper.legend(loc="upper center")
     figure.savefig(out, dpi=110)
 
 
