@@ -38,6 +38,8 @@ from pages.effect_figures import draw
 from pages.markdown import with_made
 
 FOLDER = Path("docs/effects")
+#: They come with the package: the report shows them beside what was found.
+PICTURES = Path("data/effects")
 PLANT = FOLDER / "bench.toml"
 SESSIONS = FOLDER / "sessions.json"
 #: What a parameter that the fit gets wrong without the effect is called, and its key in the plant file.
@@ -112,7 +114,7 @@ def look_into(name: str) -> dict[str, Any]:
         declared = dict.fromkeys((registry.get("inertia"), effect))
         with_it = diagnose(recording, starts, tuple(declared), given=True).final
     without = _without(with_it, effect)
-    draw(FOLDER / f"{name}.png", effect.title, CASES[name].view, without, with_it)
+    draw(PICTURES / f"{name}.png", effect.title, CASES[name].view, without, with_it)
     return _outcome(found, CASES[name]) | {"hides_in": _hides_in(without)}
 
 
@@ -158,7 +160,7 @@ def picture(name: str) -> str:
     """The formula and the picture of an effect's page."""
     return f"""`{name}`: {registry.get(name).formula}
 
-![Residual without the effect in the model, and with it]({name}.png)
+![Residual without the effect in the model, and with it](../../data/effects/{name}.png)
 """
 
 

@@ -27,6 +27,7 @@ from idtool.model.units import torque_name, unit_text
 from idtool.presentation import style, text
 from idtool.presentation.mathml import typeset
 from idtool.report import tables
+from idtool.report.effect_pictures import Beside, found_picture, typical_picture
 from idtool.report.evidence import Evidence, read_evidence
 from idtool.report.facts import Found, Pair
 from idtool.report.folding import quiet
@@ -109,6 +110,7 @@ class EffectCard:
     p_value: str
     alternatives: str
     reveals: str
+    pictures: tuple[Beside, ...]
 
 
 def write_report(folder: Path, *, svg: bool = False) -> Path:
@@ -179,7 +181,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         bars=_bars(evidence),
         error_change=text.change(*_headline_pair(evidence)),
         held_out=error.held_out.after is not None,
-        effects=[_card(effect) for effect in diagnosis.effects if effect.name != "inertia"],
+        effects=[_card(evidence, effect) for effect in diagnosis.effects if effect.name != "inertia"],
         left=left_sentence(evidence),
         step=next_step(evidence),
         next_experiment=_next(evidence),
@@ -257,7 +259,7 @@ def _errors(evidence: Evidence) -> list[ErrorRow]:
     ]
 
 
-def _card(effect: Found) -> EffectCard:
+def _card(evidence: Evidence, effect: Found) -> EffectCard:
     known = registry.get(effect.name) if registry.knows(effect.name) else None
     return EffectCard(
         title=text.effect_title(effect.name),
@@ -267,6 +269,12 @@ def _card(effect: Found) -> EffectCard:
         alternatives=text.listed([text.effect_title(name) for name in effect.alternatives], "or"),
         reveals=known.reveals if known else "",
         page=known.page if known else "",
+        pictures=tuple(
+            filter(
+                None,
+                (found_picture(evidence, known), typical_picture(known)) if known else (),
+            )
+        ),
     )
 
 

@@ -45,7 +45,7 @@ def test_every_effect_has_its_page_and_picture(name: str) -> None:
     assert effect.citation in text
     for parameter in effect.parameters:
         assert f"`{file_key(parameter.name, parameter.dimension, 'rotary')}`" in text
-    picture = (FOLDER / f"{name}.png").read_bytes()
+    picture = (PROJECT / "data" / "effects" / f"{name}.png").read_bytes()
     assert picture.startswith(b"\x89PNG")
     assert len(picture) < 40_000
 

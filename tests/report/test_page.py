@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ import pytest
 from PIL import Image
 
 from idtool.report import write_report
+from idtool.report.effect_pictures import since_reversal
+from idtool.report.evidence import Rows
 
 from . import folder as synthetic
 from .html import Page
@@ -68,7 +71,7 @@ def test_candidates_have_their_reasons(page: Page) -> None:
 
 
 def test_every_figure_is_inside_with_alt_and_caption(drawn: Path, page: Page) -> None:
-    images = page.all("img")
+    images = [image for image in page.all("img") if image.get("class") != "small"]
     files = sorted((drawn / "figures").glob("*.png"))
     assert len(images) == len(files) == len(page.all("figcaption")) == 20
     inside = set()
@@ -79,6 +82,34 @@ def test_every_figure_is_inside_with_alt_and_caption(drawn: Path, page: Page) ->
         assert prefix == "data:image/png;base64"
         inside.add(base64.b64decode(content))
     assert inside == {file.read_bytes() for file in files}
+
+
+def test_an_effect_has_its_picture_beside_that_of_its_page(page: Page) -> None:
+    own, typical = (image for image in page.all("img") if image.get("class") == "small")
+    assert "what the base model and the extended model leave over the position" in (own["alt"] or "")
+    assert "on a simulated axis" in (typical["alt"] or "")
+    shipped = (files("idtool.data") / "effects" / "position_ripple.png").read_bytes()
+    shown = [base64.b64decode((image["src"] or "").partition(",")[2]) for image in (own, typical)]
+    assert shown[1] == shipped
+    assert shown[0] != shipped
+    assert sum(map(len, shown)) < 100_000
+
+
+def test_travel_counts_from_the_last_reversal() -> None:
+    position, velocity = np.array([0.0, 1.0, 2.0, 1.0, 0.0, 5.0, 6.0]), np.array([1.0, 1, 1, -1, -1, 1, 1])
+    trial, rest = np.array([0, 0, 0, 0, 0, 1, 1]), np.zeros(7)
+    rows = Rows(
+        trial=trial,
+        experiment=np.full(7, "", dtype=object),
+        time=np.arange(7.0),
+        velocity=velocity,
+        torque=rest,
+        before=rest,
+        after=rest,
+        held_out=rest > 0,
+        position=position,
+    )
+    np.testing.assert_allclose(since_reversal(rows), [0, 1, 2, 0, 1, 0, 1])
 
 
 def test_figures_without_a_finding_are_folded(page: Page) -> None:

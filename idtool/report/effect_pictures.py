@@ -1,0 +1,119 @@
+"""An accepted effect in these data, and beside it the picture of its page in docs/effects/.
+
+Small files of few colours: two for each effect, so that the page does not grow with them.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import struct
+from dataclasses import dataclass
+from importlib.resources import files
+
+import numpy as np
+
+from idtool.effects.base import Effect
+from idtool.model.motion import Array
+from idtool.presentation.style import axis_label, look
+from idtool.report.evidence import Evidence, Rows
+from idtool.report.residual_figures import residual_against_figure
+
+_DPI = 100
+_COLOURS = 48
+#: What the effects follow -> the column of the evidence and its dimension.
+_OVER = {
+    "position": ("position", "position"),
+    "velocity": ("velocity", "velocity"),
+    "direction": ("velocity", "velocity"),
+    "acceleration": ("acceleration", "acceleration"),
+    "load": ("load", "torque"),
+    "temperature": ("temperature", "temperature"),
+    "time": ("time", "time"),
+}
+#: Effects that show after each reversal, whichever way the axis then goes.
+_AFTER_REVERSAL = ("backlash", "hysteresis")
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A picture of a card: data address, size in pixels, what it is."""
+
+    address: str
+    width: int
+    height: int
+    caption: str
+
+
+def found_picture(evidence: Evidence, effect: Effect) -> Beside | None:
+    """The residual before and after over what the effect follows; None where that was not logged."""
+    rows = evidence.rows
+    sign: Array | float = 1.0
+    if effect.name in _AFTER_REVERSAL and rows.position is not None:
+        x, sign = since_reversal(rows), np.sign(rows.velocity)
+        what, dimension = "travel since the last reversal", "position"
+    else:
+        there = (_OVER[name] for name in effect.follows if name in _OVER)
+        column, dimension = next((one for one in there if getattr(rows, one[0]) is not None), ("", ""))
+        if not column:
+            return None
+        x, what = rows.clock if column == "time" else getattr(rows, column), column
+    if np.count_nonzero(np.isfinite(x)) < 2:
+        return None
+    figure = residual_against_figure(
+        x,
+        rows.residual_before * sign,
+        rows.residual_after * sign,
+        label=axis_label(what.capitalize(), dimension, evidence.kind),
+        what=what,
+        fine=_waves(what),
+        kind=evidence.kind,
+    )
+    stream = io.BytesIO()
+    with look():
+        figure.savefig(stream, format="png", dpi=_DPI, metadata={"Software": None})
+    turned = ", turned so that what brakes points one way" if effect.name in _AFTER_REVERSAL else ""
+    return _beside(
+        _few_colours(stream),
+        f"In these data: what the base model and the extended model leave over the {what}{turned}.",
+    )
+
+
+def typical_picture(effect: Effect) -> Beside | None:
+    """The picture that comes with the effect's page; None for an effect of another package."""
+    picture = files("idtool.data") / "effects" / f"{effect.name}.png"
+    if not picture.is_file():
+        return None
+    return _beside(picture.read_bytes(), f"How {effect.title.lower()} looks on a simulated axis.")
+
+
+def since_reversal(rows: Rows) -> Array:
+    """Travel since the axis last turned round, or the trial began; shape (rows,), rad (m)."""
+    assert rows.position is not None
+    way = np.sign(rows.velocity)
+    travelled = np.cumsum(np.abs(np.diff(rows.position, prepend=rows.position[0])))
+    anew = (np.diff(way, prepend=way[0]) != 0) | (np.diff(rows.trial, prepend=rows.trial[0] - 1) != 0)
+    last = np.maximum.accumulate(np.where(anew, np.arange(len(way)), 0))
+    return np.asarray(travelled - travelled[last])
+
+
+def _waves(what: str) -> bool:
+    """Whether the mean may wave over it, so that it needs many bins."""
+    return what in ("position", "time", "travel since the last reversal")
+
+
+def _few_colours(stream: io.BytesIO) -> bytes:
+    from PIL import Image
+
+    small = io.BytesIO()
+    with Image.open(stream) as image:
+        image.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE).save(
+            small, format="png", optimize=True
+        )
+    return small.getvalue()
+
+
+def _beside(content: bytes, caption: str) -> Beside:
+    width, height = struct.unpack(">II", content[16:24])  # where a PNG keeps its size
+    address = "data:image/png;base64," + base64.b64encode(content).decode("ascii")
+    return Beside(address, width, height, caption)
