@@ -148,7 +148,7 @@ def best_start(background: Background, effect: Effect) -> Start:
             columns = model.project(fit.x, fit.bend, fit.start, directions).jacobian
             assert columns is not None
         else:
-            columns = _change(fit, effect, values)
+            columns = np.append(added(fit, effect, values), np.zeros(len(fit.start)))[:, None]
         result = score(background, columns)
         found = {**start}
         if not strengths and not _OF_ITS_SIZE[0] < result.step[0] < _OF_ITS_SIZE[1]:
@@ -177,13 +177,12 @@ def _own_share(background: Background, of: Array, frequency: float) -> float:
     return float(np.linalg.norm(background.free_of_fit(waves)) / np.linalg.norm(waves))
 
 
-def _change(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> Array:
-    """What an effect of given size adds to the filtered torque, (filtered rows + trials, 1)."""
+def added(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> Array:
+    """What an effect of given size adds to the filtered torque of a fit, shape (filtered rows,)."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
-    own = {f"{effect.name}.{name}": value for name, value in values.items()}
-    known = fit.values | own
-    changed = model.evaluate(model.coordinates({name: known[name] for name in model.names}), fit.bend)
-    return np.append(fit.residual - changed.residual, np.zeros(len(fit.start)))[:, None]
+    known = fit.values | {f"{effect.name}.{name}": value for name, value in values.items()}
+    x = model.coordinates({name: known[name] for name in model.names})
+    return fit.residual - model.evaluate(x, fit.bend).residual
 
 
 def _best_shape(background: Background, effect: Unnamed) -> Start:

@@ -12,13 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from idtool.diagnosis.candidates import Start, best_start
+from idtool.diagnosis.candidates import Start, added, best_start
 from idtool.diagnosis.evidence import Background
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.fit.joint import JointFit
-from idtool.fit.model import JointModel
-from idtool.model.motion import Array
 
 #: A fit that lacks nothing is suspected with this chance at most, all effects together (Bonferroni).
 _CHANCE = 0.01
@@ -50,20 +48,10 @@ def allowing_for(fit: JointFit, found: Sequence[Suspect]) -> JointFit:
     own = fit.jacobian[:rows, fit.free]
     pull = np.zeros(len(fit.x))
     for one in found:
-        both = np.column_stack([own, _added(fit, one)])
+        both = np.column_stack([own, added(fit, one.effect, one.start.values)])
         size = np.linalg.norm(both, axis=0)
         size[size == 0.0] = 1.0
         moved = np.linalg.lstsq(both / size, fit.residual, rcond=1e-6)[0] / size
         larger = np.abs(moved[:-1]) > np.abs(pull[fit.free])
         pull[fit.free] = np.where(larger, moved[:-1], pull[fit.free])
     return replace(fit, pull=pull)
-
-
-def _added(fit: JointFit, one: Suspect) -> Array:
-    """Filtered torque that the effect adds at its start, shape (filtered rows,)."""
-    spec = fit.model.spec.adding(one.effect)
-    model = JointModel.build(fit.model.recording, spec, fit.model.constants)
-    own = {f"{one.effect.name}.{name}": value for name, value in one.start.values.items()}
-    known = fit.values | own
-    x = model.coordinates({name: known[name] for name in model.names})
-    return fit.residual - model.evaluate(x, fit.bend).residual

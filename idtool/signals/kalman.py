@@ -27,7 +27,7 @@ class Passed:
     Attributes:
         mean: predicted state, shape (rows, 3).
         covariance: its upper triangle by rows, shape (rows, 6).
-        innovation, variance: of each reading, shape (rows, 2); variance 1 where it is not used.
+        innovation, variance: of each reading, shape (rows, 2); 0 and 1 where it is not used.
         gain: Kalman gain of each reading, shape (rows, 2, 3).
     """
 
@@ -43,9 +43,9 @@ class Passed:
         return cls(
             np.empty((rows, 3)),
             np.empty((rows, 6)),
-            np.zeros((rows, 2)),
-            np.ones((rows, 2)),
-            np.zeros((rows, 2, 3)),
+            np.empty((rows, 2)),
+            np.empty((rows, 2)),
+            np.empty((rows, 2, 3)),
         )
 
     @property
@@ -152,6 +152,8 @@ def _forward(  # type: ignore[no-untyped-def]
         for j in range(2):
             noise = variances[k, j]
             if noise <= 0:
+                innovation[k, j] = 0.0
+                variance[k, j] = 1.0
                 continue
             s = P[j, j] + noise
             e = readings[k, j] - m[j]

@@ -15,7 +15,7 @@ Space Methods, 2nd ed. 2012; the local intensities are MacKay's fixed point (Neu
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,49 +112,31 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     passed = kalman.Passed.blank(rows)
 
     present = np.isfinite(readings)
-    readings = np.where(present, readings, 0.0)
-
-    def cost(log_jerk: float) -> float:
-        jerk = np.full(rows, 10.0**log_jerk)
-        kalman.forward(time, readings, present * variances, first, jerk, passed)
-        likely = np.minimum(passed.surprise, _ROBUST) + np.log(passed.variance)
-        return float(likely[~first].sum())
-
+    series = _Series(time, np.where(present, readings, 0.0), present * variances, first)
     column = 1 if position is None else 0
-    steps = np.diff(readings[:, column])[inside & present[1:, column] & present[:-1, column]]
+    steps = np.diff(series.readings[:, column])[inside & present[1:, column] & present[:-1, column]]
     centre = 2.0 * math.log10(max(float(np.std(steps)) / period, 1e-9))
-
-    def likeliest_jerk() -> float:
-        bounds = (centre - 5.0, centre + 9.0)
-        result = optimize.minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 0.1})
-        return float(10.0**result.x)
-
+    likeliest = _likeliest_jerk(series, centre, passed)
     contradicted = False
     if position is not None and velocity is not None:
         # a position is counted, a velocity was computed by somebody: it is the one that is doubted
-        read = present.copy()
-        present[:, 1] = False
-        own = likeliest_jerk()
-        series = _Series(time, readings, present * variances, first)
-        surprising = np.mean(_surprise_when_eager(series, own, passed) > TOO_FAST)
-        present[:] = read
-        likeliest = likeliest_jerk()
-        for intensity in (own, likeliest):
-            series = _Series(time, readings, present * variances, first)
-            with_it = np.mean(_surprise_when_eager(series, intensity, passed) > TOO_FAST)
-            contradicted |= bool(with_it > surprising + _CONTRADICTED)
+        alone = replace(series, variances=present * variances * [1.0, 0.0])
+        own = _likeliest_jerk(alone, centre, passed)
+        without = _too_fast(alone, own, passed)
+        contradicted = any(
+            _too_fast(series, jerk, passed) > without + _CONTRADICTED for jerk in (own, likeliest)
+        )
         if contradicted:
-            present[:, 1], likeliest = False, own
-            passed = kalman.Passed.blank(rows)
-    else:
-        likeliest = likeliest_jerk()
+            series, likeliest = alone, own
+    surprise = _surprise_when_eager(series, likeliest, passed)
     for _ in range(_MOST_DOUBTS):
-        series = _Series(time, readings, present * variances, first)
-        surprise = _surprise_when_eager(series, likeliest, passed)
         if np.mean(surprise > TOO_FAST) < _DOUBTFUL:
             break
         variances[column] *= _DOUBT
-    window = _reach(period, np.where(present.any(axis=0), variances, 0.0), likeliest)
+        raised = np.where(np.arange(2) == column, _DOUBT, 1.0)
+        series = replace(series, variances=series.variances * raised)
+        surprise = _surprise_when_eager(series, likeliest, passed)
+    window = _reach(period, series.variances.max(axis=0), likeliest)
     states, jerk = _adapt(series, np.full(rows, likeliest), likeliest, window, passed)
     # rounding alone gives third differences of 1.3 times that variance: more is noise, not a counter
     if position is not None and variances[0] < 2.0 * resolution(position) ** 2 / 12.0:
@@ -181,6 +163,31 @@ class _Series:
     readings: Array
     variances: Array
     first: NDArray[np.bool_]
+
+
+def _likeliest_jerk(series: _Series, centre: float, passed: kalman.Passed) -> float:
+    """The one intensity for all rows under which the readings are likeliest.
+
+    Args:
+        series: the readings.
+        centre: decimal logarithm of a first guess.
+        passed: is overwritten.
+    """
+
+    def cost(log_jerk: float) -> float:
+        jerk = np.full(len(series.time), 10.0**log_jerk)
+        kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
+        likely = np.minimum(passed.surprise, _ROBUST) + np.log(passed.variance)
+        return float(likely[~series.first].sum())
+
+    bounds = (centre - 5.0, centre + 9.0)
+    result = optimize.minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 0.1})
+    return float(10.0**result.x)
+
+
+def _too_fast(series: _Series, jerk: float, passed: kalman.Passed) -> float:
+    """Share of the rows that surprise even under a jerk that follows almost anything."""
+    return float(np.mean(_surprise_when_eager(series, jerk, passed) > TOO_FAST))
 
 
 def _with_edges(
