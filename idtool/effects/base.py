@@ -277,10 +277,14 @@ class Effect(ABC):
 def derivative(
     effect: Effect, motion: Motion, values: Values, coordinate: Coordinate, start: Array | None = None
 ) -> Contribution:
-    """Derivative of the contribution with respect to one coordinate (central difference)."""
+    """Derivative of the contribution with respect to one coordinate: what one unit of it alone adds where it
+    enters linearly, else the central difference."""
     value = values[coordinate.name]
     half = coordinate.increment
     values = effect.around(values, coordinate.name)
+    if half == 1.0 and start is None:
+        linear = [c.name for c in effect.coordinates if c.increment == 1.0 and c.name in values]
+        return effect.contribute(motion, {**values, **dict.fromkeys(linear, 0.0), coordinate.name: 1.0})
     above = effect.from_start(motion, {**values, coordinate.name: value + half}, start)
     below = effect.from_start(motion, {**values, coordinate.name: value - half}, start)
     change = {}

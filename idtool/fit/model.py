@@ -284,18 +284,29 @@ class JointModel:
 
     def effect_values(self, x: Array, effect: Effect) -> dict[str, float]:
         """Coordinates and constants of one effect."""
-        prefix = f"{effect.name}."
-        values = {
-            name.removeprefix(prefix): v for name, v in self.values(x).items() if name.startswith(prefix)
-        }
-        return {**self.constants[effect.name], **values}
+        return self._of(effect, self.values(x))
+
+    def _of(self, effect: Effect, values: Mapping[str, float]) -> dict[str, float]:
+        own = {name: values[full] for name, full in self._owned[effect.name]}
+        return {**self.constants[effect.name], **own}
+
+    @cached_property
+    def _owned(self) -> dict[str, list[tuple[str, str]]]:
+        """Effect -> its coordinates, by their own names and by those in the model."""
+        owned: dict[str, list[tuple[str, str]]] = {effect.name: [] for effect in self.spec.effects}
+        for full in self.names:
+            owner, _, name = full.partition(".")
+            if name and owner in owned:
+                owned[owner].append((name, full))
+        return owned
 
     def contribution(self, x: Array, starts: Mapping[str, Array] | None = None) -> Contribution:
         """Gravity and all effects; `starts` in place of the model's own."""
         motion = self.recording.motion
         begun = self.starts if starts is None else starts
-        parts = [e.from_start(motion, self.effect_values(x, e), begun.get(e.name)) for e in self.spec.effects]
-        coefficients = np.array([self.values(x)[f"gravity.{c}"] for c in self.spec.gravity_columns])
+        value = self.values(x)
+        parts = [e.from_start(motion, self._of(e, value), begun.get(e.name)) for e in self.spec.effects]
+        coefficients = np.array([value[f"gravity.{c}"] for c in self.spec.gravity_columns])
         if len(coefficients):
             parts.append(Contribution(torque=self.gravity_columns @ coefficients))
         return combine(parts)
@@ -305,7 +316,7 @@ class JointModel:
         value = self.values(x)
         motion: Motion = self.recording.motion
         result = []
-        effects = {e.name: e for e in self.spec.effects}
+        effects = {e.name: (e, self._of(e, value), _coordinates(e, motion)) for e in self.spec.effects}
         wanted = np.ones(len(x), dtype=bool) if varied is None else varied
         for name in np.array(self.names)[wanted].tolist():
             owner, _, part = name.partition(".")
@@ -313,12 +324,9 @@ class JointModel:
                 column = self.gravity_columns[:, self.spec.gravity_columns.index(part)]
                 result.append(Direction(effect=Contribution(torque=column), origin=(name, ())))
             elif part:
-                effect = effects[owner]
-                # a run that is only thought of may not show all that the fitted one did
-                known = {c.name: c for c in (*effect.coordinates, *effect.active(motion))}
-                coordinate = known[part]
-                values, start = self.effect_values(x, effect), self.starts.get(owner)
-                result.append(self._direction(effect, values, coordinate, start))
+                effect, values, coordinates = effects[owner]
+                start = self.starts.get(owner)
+                result.append(self._direction(effect, values, coordinates[part], start))
             elif name == "coulomb" and self.spec.friction == "coulomb":
                 result.append(Direction(coulomb=value[name], static=value[name]))
             else:
@@ -333,7 +341,7 @@ class JointModel:
         name = f"{effect.name}.{coordinate.name}"
         if coordinate.increment != 1.0 or start is not None:
             return Direction(effect=derivative(effect, self.recording.motion, values, coordinate, start))
-        linear = {c.name for c in effect.active(self.recording.motion) if c.increment == 1.0}
+        linear = {c.name for c in effect.coordinates if c.increment == 1.0}
         around = effect.around(values, coordinate.name)
         shape = tuple(sorted((key, value) for key, value in around.items() if key not in linear))
         known = self.recording.derivatives.get(name)
@@ -445,3 +453,8 @@ class JointModel:
         operator = self.recording.operator
         gain = float(np.sqrt(operator.multiply(operator).sum() / operator.shape[0]))
         return self.recording.noise * gain
+
+
+def _coordinates(effect: Effect, motion: Motion) -> dict[str, Coordinate]:
+    """By name; a run that is only thought of may not show all that the fitted one did."""
+    return {c.name: c for c in (*effect.coordinates, *effect.active(motion))}

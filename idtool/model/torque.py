@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 
 import numba
 import numpy as np
@@ -53,7 +54,7 @@ class Direction:
     effect: Contribution = field(default_factory=Contribution)
     origin: tuple[str, object] | None = None
 
-    @property
+    @cached_property
     def only_adds(self) -> bool:
         """Whether it adds a torque and touches nothing else."""
         base = (*self._base, self.viscous, self.bristle_damping)
