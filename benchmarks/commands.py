@@ -17,6 +17,10 @@ _SESSION = Path(__file__).resolve().parent.parent / "data" / "session"
 _GRAVITY, _SWEEP, _SINE = (str(_SESSION / f"{name}.csv.gz") for name in ("gravity", "sweep", "sine"))
 TASKS = {
     f'python -c "{_IMPORTS}"': [sys.executable, "-c", _IMPORTS],
+    **{
+        f'python -c "import {name}"': [sys.executable, "-c", f"import {name}"]
+        for name in ("numpy", "scipy.optimize", "numba", "pandas", "idtool.fit.staged")
+    },
     "ffc-id --help": [_PROGRAM, "--help"],
     "ffc-id fit-gravity": [_PROGRAM, "fit-gravity", _GRAVITY, "-p", "params.toml"],
     "ffc-id fit-static": [_PROGRAM, "fit-static", _SWEEP, "-p", "params.toml"],
@@ -34,7 +38,9 @@ def measure(rounds: int = 5, tasks: tuple[str, ...] = tuple(TASKS)) -> Section:
         ["what", "processor time"],
         notes=[
             "Whole processes, user and system, on the logs of `ffc-id data get sample` (gravity 6,656 rows, "
-            "sweep 41,804, sine 11,400). The first row is what the libraries of every fit take to import. "
+            "sweep 41,804, sine 11,400). The first row is what the libraries of every fit take to import, "
+            "the next ones each of them alone (numpy is in all), and the last import is everything that a "
+            "fit needs before it computes. "
             "A figure is drawn only where `--figure` asks for one: matplotlib takes as long to import as "
             "two thirds of all others together."
         ],

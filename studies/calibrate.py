@@ -114,6 +114,8 @@ def row(name: str, errors: list[float], holds: list[bool], refused: int) -> str:
 
 TEXT = """# How well a known load tells the torque constant
 
+You get: how near a weight comes to the true torque constant, and how honest its interval is.
+
 Made by `make study-calibrate`. Axes are drawn at random (load 0.1 to 3.7 N m, swings of 12 s,
 friction from a twentieth to a third of it, 1 % of noise); every log declares a torque constant that
 is 50 % off, which is not used. Wanted: within 2 % in 95 % of them, and an interval that holds the

@@ -179,6 +179,8 @@ def picture(drawn: Sequence[tuple[Log, Parameters]]) -> None:
 
 TEXT = """# How far off simulated positions are
 
+You get: how far the simulated position of an identified axis strays on real machines.
+
 Made by `make study-simulate`, from recordings of real machines that are not shipped. Definitions: an error
 of the position is simulated less measured; over windows of one second each window starts from the measured
 state and the rms is taken over all rows of all windows; a mean absolute error is over a whole trial,

@@ -9,7 +9,6 @@ Draper & Smith, Applied Regression Analysis, 3rd ed. 1998, section 2.1).
 from __future__ import annotations
 
 import numpy as np
-from scipy import spatial
 
 from idtool.fit.joint import JointFit
 
@@ -23,6 +22,8 @@ _NEIGHBOURS = 12
 
 def repeatability(fit: JointFit) -> float | None:
     """Standard deviation of what does not come again, filtered rows; None if too little came again."""
+    from scipy import spatial  # the fits alone need not pay its import
+
     recording = fit.model.recording
     motion, row = recording.motion, recording.row
     variables = [motion.position, motion.velocity, motion.acceleration, motion.load, motion.payload]
