@@ -66,8 +66,16 @@ def axis_of(machine: Machine, file: Parameters, asked: float, day: int) -> Axis:
     for name, (script, judge, start) in SCENARIOS.items():
         run = session(file, p, script(arm), int(rng.integers(1 << 31)), start)
         found[name] = judge(run, arm) | (alone(run) if name != "loading" else {})
-    found["all"] = {"starts": sum(figures.get("starts", 0.0) for figures in found.values())}
+    found["all"] = everywhere(list(found.values()))
     return Axis(f"{machine.name}, day {day}", asked, arm, found)
+
+
+def everywhere(scenes: list[Figures]) -> Figures:
+    """Starts without a hand in all scenes, and the most that the axis moved alone in one of them, mm."""
+    return {
+        "starts": sum(figures.get("starts", 0.0) for figures in scenes),
+        "crept": max(figures.get("crept", 0.0) for figures in scenes),
+    }
 
 
 def machine_axes(number: int, days: int, cache: Path) -> list[Axis]:
