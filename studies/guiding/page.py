@@ -219,8 +219,8 @@ Not met on every axis, and why:
   more than that of a trembling hand.
 - *Starts without a hand.* What a rest is wrong by there is beyond three standard deviations of what the law
   knows of it, or came within the last two seconds: a stop from a brisk push, with a friction level that the
-  session found wrong at that speed. Readings that are 20 ms late let a start that was the hand's come after it
-  has left.
+  session found wrong at that speed. Readings that are 20 ms late let a start that was the hand's come
+  after it has left.
 - *Trembling and breathing hands.* A zero-mean force of 1.2 N is above what starts a motion. On one axis in
   six a trembling hand stops and starts again.
 
