@@ -175,7 +175,10 @@ def identify(
     """
     own = tuple(map(registry.add, effects))
     for name in without:
-        registry.get(name)
+        if not registry.knows(name):
+            raise InputError(
+                f"unknown effect {name!r}", argument="without", remedy=nearest(name, registry.names())
+            )
     if tolerance is not None and not 0.0 <= tolerance < 100.0:
         raise InputError(
             f"is {tolerance:g} %",
