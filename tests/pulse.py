@@ -5,8 +5,9 @@ from __future__ import annotations
 import threading
 import time
 
-#: A beat this much late, s: longer than a servo's bus may be silent, or a loop of 100 Hz may gap.
-LATE = 0.05
+#: A beat this much late, s: half as long as a servo's bus may be silent, so that one that loses packets besides
+#: is too late.
+LATE = 0.025
 _BEAT = 0.005
 
 

@@ -29,7 +29,7 @@ TABLES = {
 
 def ffc_id(*arguments: str, cwd: Path) -> str:
     done = subprocess.run(
-        [str(PROGRAM), *arguments], cwd=cwd, capture_output=True, text=True, timeout=120, check=False
+        [str(PROGRAM), *arguments], cwd=cwd, capture_output=True, text=True, timeout=600, check=False
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
