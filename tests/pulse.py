@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 import time
 
-#: A beat this much late, s: half as long as a servo's bus may be silent, so that one that loses packets besides
-#: is too late.
+#: A beat this much late, s: half as long as a servo's bus may be silent; one that loses packets besides has no
+#: more to give away.
 LATE = 0.025
 _BEAT = 0.005
 

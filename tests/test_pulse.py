@@ -27,7 +27,7 @@ def outcome_of(monkeypatch: pytest.MonkeyPatch, late: float, run: int) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("late", "run", "outcome"), [(0.3, 5, "skipped"), (0.3, 4, "failed"), (0.04, 5, "failed")]
+    ("late", "run", "outcome"), [(0.3, 5, "skipped"), (0.3, 4, "failed"), (0.02, 5, "failed")]
 )
 def test_only_what_was_starved_to_the_end_is_skipped(
     monkeypatch: pytest.MonkeyPatch, late: float, run: int, outcome: str
