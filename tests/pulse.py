@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 import time
 
-#: A beat this much late, s: half as long as a servo's bus may be silent; one that loses packets besides has no
-#: more to give away.
+#: A beat this much late, s: half as long as a servo's bus may be silent, as one that loses packets needs the
+#: other half.
 LATE = 0.025
 _BEAT = 0.005
 
