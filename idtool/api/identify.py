@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from threadpoolctl import threadpool_limits
+
 from idtool.api.logs import Logs, read_logs
 from idtool.api.progress import told
 from idtool.api.result import Result
@@ -62,7 +64,9 @@ def identify(
     unseen = (
         [] if validate == () else read_logs(validate, argument="validate", torque_constant=torque_constant)
     )
-    with told(progress) as tell:
+    # the matrices are small: threads of the linear algebra wait for each other longer than they compute, and
+    # two hundred times as long where something else has the cores
+    with told(progress) as tell, threadpool_limits(limits=1, user_api="blas"):
         return Result.of(
             run(
                 read,
