@@ -125,12 +125,12 @@ def _given_words() -> list[str]:
     """The options of this command as they were given."""
     context = click.get_current_context()
     given = click.core.ParameterSource.COMMANDLINE
-    return [
-        word
-        for option in context.command.params
-        if option.name and context.get_parameter_source(option.name) is given
-        for word in (option.opts[0], f"{context.params[option.name]}")
-    ]
+    words = []
+    for option in context.command.params:
+        if option.name and context.get_parameter_source(option.name) is given:
+            value = context.params[option.name]
+            words += [option.opts[0]] if value is True else [option.opts[0], f"{value}"]
+    return words
 
 
 def _show(screen: Console, tuning: Tuning, parameters: Parameters) -> None:
