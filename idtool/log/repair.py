@@ -113,7 +113,7 @@ def repair(
     }
     position, velocity, effort = columns["position"], columns["velocity"], columns["effort"]
     assert effort is not None
-    contradictions = wiring.contradictions(time, first, position, velocity, effort)
+    contradictions = wiring.contradictions(time, first, position, velocity, effort, log.column("current"))
     faulty[SATURATED] = sensor_faults.clipped(effort)
     dropped: dict[str, int] = {}
     whole = np.zeros(len(time), dtype=bool)

@@ -39,12 +39,21 @@ _ONE_SIGN = 0.995
 _NO_POWER = 0.05
 #: A way made of less than this share of all the ways to and fro is a dither.
 _PURPOSE = 0.8
+#: The largest drive of an industrial robot's axis gives 64 A at its peak (KUKA KSD1-64, robots of 500 kg).
+_MOST_CURRENT_A = 64.0
+#: Spikes apart.
+_USUAL = 0.99
 #: Rows slower than this share of the top speed say nothing on friction in motion.
 _MOVING = 0.1
 
 
 def contradictions(
-    time: Array, first: NDArray[np.bool_], position: Array | None, velocity: Array | None, effort: Array
+    time: Array,
+    first: NDArray[np.bool_],
+    position: Array | None,
+    velocity: Array | None,
+    effort: Array,
+    current: Array | None = None,
 ) -> list[str]:
     """Sentences, without the log's name; none where all fits.
 
@@ -53,10 +62,13 @@ def contradictions(
         first: True at the first row of each trial.
         position, velocity: readings, shape (rows,), or None.
         effort: torque, shape (rows,).
+        current: of the motor, A, shape (rows,), or None.
     """
     steps = np.diff(time)
     together = ~first[1:] & (steps < GAP * float(np.median(steps[~first[1:]])))
     said = []
+    if current is not None and (most := float(np.nanquantile(np.abs(current), _USUAL))) > _MOST_CURRENT_A:
+        said.append(f"the current goes up to {most:.3g} A, which no drive of an axis gives: it may be in mA")
     if position is not None and velocity is not None:
         said += _units(steps, together, position, velocity)
     if position is not None:

@@ -74,6 +74,11 @@ def test_what_is_wrong_is_said_first(session: list[Log], column: str, factor: fl
     assert expected in check([bad]).logs[0].findings[0] or "opposite" in expected
 
 
+def test_a_current_that_no_drive_gives(session: list[Log]) -> None:
+    (said,) = record([spoilt(session[0], "current_a", 1000.0)]).wiring[0]
+    assert "which no drive of an axis gives: it may be in mA" in said
+
+
 def test_identify_says_it_before_any_number(
     session: list[Log], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
