@@ -36,7 +36,7 @@ def one_way(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
 def test_never_above_the_fit_that_it_extends(
     one_way: JointFit, pull: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A start that asks the rest to move by more than there is of it is none, wherever the refit would end."""
+    """A start that asks the rest to move by more than there is of it is none."""
     monkeypatch.setattr(candidates, "_SPENT", 1)
     start = Start(0.5, 1e-6, {"stiffness": 0.01, "pull": pull})
     trial = try_effect(one_way, registry.get("position_stiffness"), start)
