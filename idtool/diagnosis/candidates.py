@@ -10,6 +10,7 @@ import numpy as np
 from idtool.diagnosis.evidence import Background, Score, score
 from idtool.diagnosis.lines import strongest_line
 from idtool.diagnosis.residual import motion_columns
+from idtool.diagnosis.rhythm import beats_with_motion
 from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect, derivative
 from idtool.fit import noise
@@ -134,9 +135,9 @@ def best_start(background: Background, effect: Effect) -> Start:
             highest = min(highest, _NYQUIST * model.recording.filter.rate_hz)
         frequency, tried = strongest_line(background, wave.of[model.recording.row], wave.lowest, highest)
         starts = [{wave.coordinate: frequency}]
-        if (
-            "time" in effect.follows
-            and _own_share(background, wave.of[model.recording.row], frequency) < _APART
+        if "time" in effect.follows and (
+            _own_share(background, wave.of[model.recording.row], frequency) < _APART
+            or beats_with_motion(motion, frequency)
         ):
             return Start(0.0, 1.0, starts[0])
     best: tuple[Score, dict[str, float]] | None = None
