@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -35,6 +36,7 @@ class Client:
             value, result, error = getattr(self.handler, read)(self.port, 1, field.address)
             if result == sdk.COMM_SUCCESS:
                 break
+            self.wait_for_the_late()
         return value, result, error
 
     def write(self, name: str, value: int, *, tries: int = 5) -> tuple[int, int]:
@@ -44,7 +46,13 @@ class Client:
             result, error = getattr(self.handler, write)(self.port, 1, field.address, value)
             if result == sdk.COMM_SUCCESS:
                 break
+            self.wait_for_the_late()
         return result, error
+
+    def wait_for_the_late(self) -> None:
+        """An answer that comes after all must not be taken for that of the next instruction."""
+        time.sleep(0.05)
+        self.port.clearPort()
 
 
 @pytest.fixture
