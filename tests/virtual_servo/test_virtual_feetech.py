@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -32,6 +33,7 @@ def patiently(act: Any, tries: int = 8) -> Any:
         *values, result, error = act()
         if result == sdk.COMM_SUCCESS:
             return (*values, error)
+        time.sleep(0.05)  # an answer that comes after all must not be taken for that of the next instruction
     raise AssertionError("no answer")
 
 
