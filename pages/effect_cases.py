@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.model.motion import Array, Motion
+from idtool.report.effect_pictures import since_reversal
 
 #: How the rows of a residual are drawn: as they are, turned so that too little friction in the model is
 #: above zero in both directions, or as a line over time.
@@ -64,10 +65,7 @@ class Case:
 
 def since_turn(motion: Motion) -> Array:
     """Travel since the axis last turned round (or the trial began), rad."""
-    way = np.sign(motion.velocity)
-    travelled = np.abs(np.diff(motion.position, prepend=motion.position[0]))
-    anew = motion.first | (np.diff(way, prepend=way[0]) != 0)
-    return _since(travelled, anew)
+    return since_reversal(motion.position, motion.velocity, motion.trial)
 
 
 def since_rest(motion: Motion) -> Array:

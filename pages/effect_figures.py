@@ -72,13 +72,9 @@ def draw(path: Path, title: str, view: View, without: JointFit, with_it: JointFi
 
 
 def _save(figure: Figure, path: Path) -> None:
-    """As a PNG of few colours: a page of text must not be outweighed by its picture."""
-    from PIL import Image
-
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=_DPI)
-    with Image.open(stream) as image:
-        image.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+    path.write_bytes(style.few_colours(stream.getvalue(), _COLOURS))
 
 
 def _rows(view: View, fit: JointFit) -> NDArray[np.intp]:

@@ -17,7 +17,8 @@ from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
-from PIL import Image
+
+from idtool.presentation.style import few_colours
 
 NOTEBOOK = Path("docs/example.ipynb")
 _DPI, _COLOURS = 70, 32
@@ -57,10 +58,9 @@ def outputs(printed: str, value: Any, number: int) -> list[dict[str, Any]]:
 
 
 def _picture(figure: Figure) -> str:
-    drawn, small = io.BytesIO(), io.BytesIO()
+    drawn = io.BytesIO()
     figure.savefig(drawn, format="png", dpi=_DPI)
-    Image.open(drawn).convert("RGB").quantize(_COLOURS).save(small, format="png", optimize=True)
-    return base64.b64encode(small.getvalue()).decode("ascii")
+    return base64.b64encode(few_colours(drawn.getvalue(), _COLOURS)).decode("ascii")
 
 
 def main() -> None:

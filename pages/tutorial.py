@@ -13,8 +13,8 @@ import tempfile
 from pathlib import Path
 
 import click
-from PIL import Image
 
+from idtool.presentation.style import few_colours
 from pages.markdown import finished, same_words, steps
 
 PAGE, PLANT, PICTURES = Path("docs/tutorial.md"), Path("docs/tutorial.toml"), Path("docs/images/tutorial")
@@ -59,9 +59,8 @@ def main() -> None:
             for line in lost:
                 click.echo(f"not printed any more: {line}")
         for picture, source in TAKEN.items():
-            with Image.open(folder / source) as image:
-                few = image.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
-                few.save(PICTURES / f"{picture}.png", optimize=True)
+            taken = (folder / source).read_bytes()
+            (PICTURES / f"{picture}.png").write_bytes(few_colours(taken, _COLOURS))
     PAGE.write_text(text, encoding="utf-8")
     click.echo(f"written: {PAGE}")
 

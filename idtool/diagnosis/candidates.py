@@ -181,9 +181,19 @@ def _own_share(background: Background, of: Array, frequency: float) -> float:
 def added(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> Array:
     """What an effect of given size adds to the filtered torque of a fit, shape (filtered rows,)."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
-    known = fit.values | {f"{effect.name}.{name}": value for name, value in values.items()}
+    return fit.residual - _residual_at(fit, model, _named(effect, values))
+
+
+def _residual_at(fit: JointFit, model: JointModel, extra: Mapping[str, float]) -> Array:
+    """Residual of another model whose parameters are those of a fit, and `extra`."""
+    known = {**fit.values, **extra}
     x = model.coordinates({name: known[name] for name in model.names})
-    return fit.residual - model.evaluate(x, fit.bend).residual
+    return model.evaluate(x, fit.bend).residual
+
+
+def _named(effect: Effect, values: Mapping[str, float]) -> dict[str, float]:
+    """Values of an effect by their names in a model."""
+    return {f"{effect.name}.{name}": value for name, value in values.items()}
 
 
 def _best_shape(background: Background, effect: Unnamed) -> Start:
@@ -213,21 +223,14 @@ def _best_shape(background: Background, effect: Unnamed) -> Start:
 def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False) -> Trial:
     """The joint refit with an effect, or with more members of one; `far` from where it will end."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
-    extra = {f"{effect.name}.{name}": value for name, value in start.values.items()}
-    if _sse_at(fit, model, extra) > fit.sse:
+    extra = _named(effect, start.values)
+    if np.sum(_residual_at(fit, model, extra) ** 2) > fit.sse:
         # the rest would have to move as far as it cannot: from an effect that is not there yet, step by step
         linear = [c for c in effect.active(model.recording.motion) if c.increment == 1.0]
-        own = {f"{effect.name}.{c.name}": c.null for c in linear}
-        extra |= {name: fit.values.get(name, null) for name, null in own.items()}
+        none = _named(effect, {c.name: c.null for c in linear})
+        extra |= {name: fit.values.get(name, null) for name, null in none.items()}
     new = refit(fit, model, extra, most=_SPENT_FAR if far else _SPENT, tolerance=NEAR)
     return Trial(effect, new, prediction_errors(new), start.p_value)
-
-
-def _sse_at(fit: JointFit, model: JointModel, extra: dict[str, float]) -> float:
-    """Sum of squares of a model whose parameters are those of a fit, and `extra`."""
-    known = fit.values | extra
-    x = model.coordinates({name: known[name] for name in model.names})
-    return float(np.sum(model.evaluate(x, fit.bend).residual ** 2))
 
 
 def chance_of(fit: JointFit, effect: Effect) -> float:

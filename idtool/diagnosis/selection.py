@@ -181,8 +181,10 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     scored: list[_Scored] = []
     for effect in _to_score(selection, library):
         starts = [best_start(each, effect) for each in backgrounds]
-        fits = [each.fit for each in backgrounds]
-        forms = [_Scored(effect, *each, starts[0]) for each in zip(starts, fits, strict=True)]
+        forms = [
+            _Scored(effect, start, each.fit, starts[0])
+            for start, each in zip(starts, backgrounds, strict=True)
+        ]
         item = min(forms, key=lambda one: (one.start.p_value > _ALPHA / len(library), one.left()))
         scored.append(item)
     for item in sorted(scored, key=lambda one: one.start.p_value, reverse=True):  # the best form is told

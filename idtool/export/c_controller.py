@@ -16,7 +16,7 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
     admittance.c                                  admittance.kernel, by the same names, and
                  forget_learned, watch_motion, sense      .reset, .watch, .sense
                  compare_part, wish                       the middle of .sweep, .act
-                 least_to_start, pushes_on                those lines of .rest and .guide
+                 sure_bound, pushes_on                    those lines of .rest and .guide
     enabling.c   arrest                           Hold.command
                  judge_load, watch_load           RestLoad.judge, .watch
                  listen_here, begin_enabling, wish_enabled

@@ -281,3 +281,14 @@ def render(figure: Figure, form: str) -> bytes:
     metadata = {"Date": None, "Creator": None} if form == "svg" else {"Software": None}
     figure.savefig(stream, format=form, dpi=DPI, metadata=metadata)
     return stream.getvalue()
+
+
+def few_colours(png: bytes, colours: int) -> bytes:
+    """A PNG with so many colours at most: a page of text must not be outweighed by its pictures."""
+    from PIL import Image
+
+    small = io.BytesIO()
+    with Image.open(io.BytesIO(png)) as image:
+        few = image.convert("RGB").quantize(colours, dither=Image.Dither.NONE)
+        few.save(small, format="png", optimize=True)
+    return small.getvalue()

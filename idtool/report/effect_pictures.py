@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from importlib.resources import files
 
 import numpy as np
+from numpy.typing import NDArray
 
 from idtool.effects.base import Effect
 from idtool.model.motion import Array
-from idtool.presentation.style import axis_label, look
-from idtool.report.evidence import Evidence, Rows
+from idtool.presentation.style import axis_label, few_colours, look
+from idtool.report.evidence import Evidence
 from idtool.report.residual_figures import residual_against_figure
 
 _DPI = 100
@@ -50,7 +51,8 @@ def found_picture(evidence: Evidence, effect: Effect) -> Beside | None:
     rows = evidence.rows
     sign: Array | float = 1.0
     if effect.name in _AFTER_REVERSAL and rows.position is not None:
-        x, sign = since_reversal(rows), np.sign(rows.velocity)
+        x = since_reversal(rows.position, rows.velocity, rows.trial)
+        sign = np.sign(rows.velocity)
         what, dimension = "travel since the last reversal", "position"
     else:
         there = (_OVER[name] for name in effect.follows if name in _OVER)
@@ -74,7 +76,7 @@ def found_picture(evidence: Evidence, effect: Effect) -> Beside | None:
         figure.savefig(stream, format="png", dpi=_DPI, metadata={"Software": None})
     turned = ", turned so that what brakes points one way" if effect.name in _AFTER_REVERSAL else ""
     return _beside(
-        _few_colours(stream),
+        few_colours(stream.getvalue(), _COLOURS),
         f"In these data: what the base model and the extended model leave over the {what}{turned}.",
     )
 
@@ -87,12 +89,11 @@ def typical_picture(effect: Effect) -> Beside | None:
     return _beside(picture.read_bytes(), f"How {effect.title.lower()} looks on a simulated axis.")
 
 
-def since_reversal(rows: Rows) -> Array:
-    """Travel since the axis last turned round, or the trial began; shape (rows,), rad (m)."""
-    assert rows.position is not None
-    way = np.sign(rows.velocity)
-    travelled = np.cumsum(np.abs(np.diff(rows.position, prepend=rows.position[0])))
-    anew = (np.diff(way, prepend=way[0]) != 0) | (np.diff(rows.trial, prepend=rows.trial[0] - 1) != 0)
+def since_reversal(position: Array, velocity: Array, trial: NDArray[np.intp]) -> Array:
+    """Travel since the axis last turned round, or the trial began; shapes (rows,), rad (m)."""
+    way = np.sign(velocity)
+    travelled = np.cumsum(np.abs(np.diff(position, prepend=position[0])))
+    anew = (np.diff(way, prepend=way[0]) != 0) | (np.diff(trial, prepend=trial[0] - 1) != 0)
     last = np.maximum.accumulate(np.where(anew, np.arange(len(way)), 0))
     return np.asarray(travelled - travelled[last])
 
@@ -100,17 +101,6 @@ def since_reversal(rows: Rows) -> Array:
 def _waves(what: str) -> bool:
     """Whether the mean may wave over it, so that it needs many bins."""
     return what in ("position", "time", "travel since the last reversal")
-
-
-def _few_colours(stream: io.BytesIO) -> bytes:
-    from PIL import Image
-
-    small = io.BytesIO()
-    with Image.open(stream) as image:
-        image.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE).save(
-            small, format="png", optimize=True
-        )
-    return small.getvalue()
 
 
 def _beside(content: bytes, caption: str) -> Beside:

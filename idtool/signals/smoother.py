@@ -111,30 +111,29 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     period = float(np.median(np.diff(time)[inside]))
     passed = kalman.Passed.blank(rows)
 
-    present = np.isfinite(readings)
-    series = _Series(time, np.where(present, readings, 0.0), present * variances, first)
+    used = np.isfinite(readings)
+    series = _Series(time, np.where(used, readings, 0.0), used * variances, first)
     column = 1 if position is None else 0
-    steps = np.diff(series.readings[:, column])[inside & present[1:, column] & present[:-1, column]]
+    steps = np.diff(series.readings[:, column])[inside & used[1:, column] & used[:-1, column]]
     centre = 2.0 * math.log10(max(float(np.std(steps)) / period, 1e-9))
     likeliest = _likeliest_jerk(series, centre, passed)
+    surprise = _surprise_when_eager(series, likeliest, passed)
     contradicted = False
     if position is not None and velocity is not None:
         # a position is counted, a velocity was computed by somebody: it is the one that is doubted
-        alone = replace(series, variances=present * variances * [1.0, 0.0])
+        counted = used * np.array([True, False])
+        alone = replace(series, variances=counted * variances)
         own = _likeliest_jerk(alone, centre, passed)
-        without = _too_fast(alone, own, passed)
-        contradicted = any(
-            _too_fast(series, jerk, passed) > without + _CONTRADICTED for jerk in (own, likeliest)
-        )
+        without = _surprise_when_eager(alone, own, passed)
+        with_it = surprise, _surprise_when_eager(series, own, passed)
+        contradicted = max(map(_too_fast, with_it)) > _too_fast(without) + _CONTRADICTED
         if contradicted:
-            series, likeliest = alone, own
-    surprise = _surprise_when_eager(series, likeliest, passed)
+            used, series, likeliest, surprise = counted, alone, own, without
     for _ in range(_MOST_DOUBTS):
-        if np.mean(surprise > TOO_FAST) < _DOUBTFUL:
+        if _too_fast(surprise) < _DOUBTFUL:
             break
         variances[column] *= _DOUBT
-        raised = np.where(np.arange(2) == column, _DOUBT, 1.0)
-        series = replace(series, variances=series.variances * raised)
+        series = replace(series, variances=used * variances)
         surprise = _surprise_when_eager(series, likeliest, passed)
     window = _reach(period, series.variances.max(axis=0), likeliest)
     states, jerk = _adapt(series, np.full(rows, likeliest), likeliest, window, passed)
@@ -185,9 +184,9 @@ def _likeliest_jerk(series: _Series, centre: float, passed: kalman.Passed) -> fl
     return float(10.0**result.x)
 
 
-def _too_fast(series: _Series, jerk: float, passed: kalman.Passed) -> float:
-    """Share of the rows that surprise even under a jerk that follows almost anything."""
-    return float(np.mean(_surprise_when_eager(series, jerk, passed) > TOO_FAST))
+def _too_fast(surprise: Array) -> float:
+    """Share of the rows that surprise."""
+    return float(np.mean(surprise > TOO_FAST))
 
 
 def _with_edges(

@@ -14,7 +14,6 @@ from PIL import Image
 
 from idtool.report import write_report
 from idtool.report.effect_pictures import since_reversal
-from idtool.report.evidence import Rows
 
 from . import folder as synthetic
 from .html import Page
@@ -97,19 +96,8 @@ def test_an_effect_has_its_picture_beside_that_of_its_page(page: Page) -> None:
 
 def test_travel_counts_from_the_last_reversal() -> None:
     position, velocity = np.array([0.0, 1.0, 2.0, 1.0, 0.0, 5.0, 6.0]), np.array([1.0, 1, 1, -1, -1, 1, 1])
-    trial, rest = np.array([0, 0, 0, 0, 0, 1, 1]), np.zeros(7)
-    rows = Rows(
-        trial=trial,
-        experiment=np.full(7, "", dtype=object),
-        time=np.arange(7.0),
-        velocity=velocity,
-        torque=rest,
-        before=rest,
-        after=rest,
-        held_out=rest > 0,
-        position=position,
-    )
-    np.testing.assert_allclose(since_reversal(rows), [0, 1, 2, 0, 1, 0, 1])
+    trial = np.array([0, 0, 0, 0, 0, 1, 1])
+    np.testing.assert_allclose(since_reversal(position, velocity, trial), [0, 1, 2, 0, 1, 0, 1])
 
 
 def test_figures_without_a_finding_are_folded(page: Page) -> None:
