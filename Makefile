@@ -16,6 +16,8 @@
 PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
+# What starts again and again is compiled once, as after an install, whatever the environment says.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test lint types tests quick bench fuzz mutants package clean study-accuracy study-partial study-diagnosis study-measured study-simulate study-calibrate \
     study-board study-teach study-played study-reliability study-fleet study-rehearsal study-exchange study-volts docs-commands docs-effects \
