@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
@@ -122,11 +123,22 @@ def autocorrelation(residual: Array, trial: NDArray[np.intp]) -> Array:
     variance = float(np.mean(centred**2))
     found: list[float] = []
     for lag in range(1, min(200, len(residual) // 8) if variance > 0 else 0):
-        same = trial[lag:] == trial[:-lag]
-        if same.sum() < 20:
+        products, pairs = _at_lag(centred, trial, lag)
+        if pairs < 20:
             break
-        rho = float(np.mean(centred[lag:][same] * centred[:-lag][same])) / variance
+        rho = products / pairs / variance
         if rho < 0.05:
             break
         found.append(rho)
     return np.array(found)
+
+
+@numba.njit(cache=True)
+def _at_lag(values: Array, trial: NDArray[np.intp], lag: int) -> tuple[float, int]:
+    """Sum of the products of rows of one trial that lie `lag` rows apart, and how many pairs there are."""
+    products, pairs = 0.0, 0
+    for k in range(lag, len(values)):
+        if trial[k] == trial[k - lag]:
+            products += values[k] * values[k - lag]
+            pairs += 1
+    return products, pairs

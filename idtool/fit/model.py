@@ -362,8 +362,8 @@ class JointModel:
         friction, effect = self.friction(x), self.contribution(x, starts)
         expected = self.expected_start(x)
         prediction = predict(motion, friction, effect, expected)
-        both = recording.filtered_columns(prediction.torque, prediction.start_column)
-        residual, column = self.measured - both[:, 0], both[:, 1]
+        residual = self.measured - recording.filtered(prediction.torque)
+        column = recording.filtered(prediction.start_column)
         weight = self.weight(bend)
         _, share = self.eliminate_columns(residual[:, None], column, weight)
         # rows that no start explains must not bend the bristle further than it can
@@ -388,15 +388,16 @@ class JointModel:
         apart = all(is_zero(one.delay) and is_zero(one.saturation) for one in finished)
         through = [d for d in directions if not (apart and d.only_adds)]
         prediction, full = linearise(recording.motion, self.friction(x), effect, start, through)
-        filtered = recording.filtered_columns(prediction.torque, prediction.start_column, *full.T)
-        residual = self.measured - filtered[:, 0]
-        following = iter(filtered[:, 2:].T)
-        columns = np.empty((len(residual), len(directions)))
-        for place, direction in enumerate(directions):
+        residual = self.measured - recording.filtered(prediction.torque)
+        following = iter(full.T)
+        # one row per direction: a column of a matrix stored by rows is slow to write
+        rows = np.empty((len(directions), len(residual)))
+        for row, direction in zip(rows, directions, strict=True):
             adds = apart and direction.only_adds
-            columns[:, place] = self._added(direction) if adds else next(following)
+            row[:] = self._added(direction) if adds else recording.filtered(next(following))
         weight = self.weight(bend)
-        projected, moved = self.eliminate_columns(columns, filtered[:, 1], weight)
+        start_column = recording.filtered(prediction.start_column)
+        projected, moved = self.eliminate_columns(rows.T, start_column, weight)
         jacobian = np.vstack([projected, -weight[:, None] * moved])
         return Evaluation(residual, start, weight * (start - self.expected_start(x)), jacobian)
 
