@@ -36,7 +36,6 @@ _WORK = (
     ("— evaluations", "model.py", "evaluate"),
     ("— differentiations", "model.py", "differentiate"),
     ("the filter, anywhere", "recording.py", "filtered"),
-    ("", "recording.py", "filtered"),
     ("the compiled LuGre step, anywhere", "lugre.py", "propagate"),
     ("", "lugre.py", "propagate_tangents"),
 )

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from scipy import optimize, stats
+from scipy import special
 
 from idtool.compare.paired_errors import ErrorLine, paired_errors
 from idtool.diagnosis.holm import holm
@@ -344,7 +344,7 @@ def _line(
     else:
         z = difference / stderr
     freedom = _welch(sa, sb, _freedom(a, logarithmic), _freedom(b, logarithmic))
-    p_value = float(2.0 * stats.t.sf(abs(z), freedom))
+    p_value = float(2.0 * special.stdtr(freedom, -abs(z)))
     return ParameterLine(part, name, unit, a, b, difference, stderr, z, p_value)
 
 
@@ -368,11 +368,11 @@ def _freedom(parameter: Parameter, logarithmic: bool) -> float:
     else:
         quantile = (high - parameter.value) / parameter.stderr
     most, least = 1e4, 1.0
-    if not math.isfinite(quantile) or quantile <= float(stats.t.ppf(0.975, most)):
+    if not math.isfinite(quantile) or quantile <= float(special.stdtrit(most, 0.975)):
         return math.inf
-    if quantile >= float(stats.t.ppf(0.975, least)):
+    if quantile >= float(special.stdtrit(least, 0.975)):
         return least
-    return float(optimize.brentq(lambda n: float(stats.t.ppf(0.975, n)) - quantile, least, most))
+    return float(special.stdtridf(0.975, quantile))
 
 
 def _welch(sa: float, sb: float, na: float, nb: float) -> float:

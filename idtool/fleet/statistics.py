@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from idtool.model.motion import Array
 
@@ -111,7 +111,8 @@ def odd_sessions(blocks: Sequence[Array]) -> list[np.ndarray]:
 def _block_spread(values: Array) -> Array:
     """Standard deviations along the last axis, scaled so that their median is right for normal values."""
     free = values.shape[-1] - 1
-    return np.asarray(values.std(axis=-1, ddof=1) / np.sqrt(stats.chi2.median(free) / free))
+    median = 2.0 * special.gammaincinv(0.5 * free, 0.5)  # of chi squared
+    return np.asarray(values.std(axis=-1, ddof=1) / np.sqrt(median / free))
 
 
 @cache
@@ -151,5 +152,5 @@ def drift(blocks: Sequence[tuple[Array, Array]]) -> Drift | None:
         return None
     # with the correction for continuity
     z = (abs(score) - 1.0) / variance**0.5 if score else 0.0
-    p_value = float(2.0 * stats.norm.sf(max(z, 0.0)))
+    p_value = float(2.0 * special.ndtr(-max(z, 0.0)))
     return Drift(float(np.median(np.concatenate(slopes))), min(p_value, 1.0), sessions)

@@ -17,6 +17,8 @@ from idtool.cli.commands import ffc_id as group
 from idtool import Axis, Parameters, __version__
 from idtool.parameters import EffectEntry, Parameter
 
+from testbench.fleet import session
+
 from .support import PROGRAM, ffc_id
 from .terminal import Terminal
 
@@ -203,9 +205,8 @@ def test_progress_says_how_long_it_will_take(tmp_path: Path) -> None:
 
 
 def test_identify_shows_what_it_does_only_in_a_terminal(tmp_path: Path) -> None:
-    for name in ("sweep", "sine"):
-        assert ffc_id(f"run-{name}", "--rig", "sim:bench", "-o", f"{name}.csv", cwd=tmp_path).returncode == 0
-    words = ("identify", "sweep.csv", "sine.csv", "--friction", "coulomb", "-o", "result", "--force")
+    session(tmp_path / "one")
+    words = ("identify", "one/sine.csv", "--friction", "coulomb", "--gravity", "none", "-o", "result", "--force")
     seen = screen(*words, columns=60, cwd=tmp_path)
     assert "searching the friction parameters" in seen
     assert _COLOUR.search(seen)

@@ -35,8 +35,10 @@ def static(plant: Plant, seed: int) -> StaticFit:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_silent_where_nothing_is_lacking(seed: int) -> None:
-    assert remainder(static(CLEAN, seed).fit) is None
+def test_silent_and_without_a_doubt_where_nothing_is_lacking(seed: int) -> None:
+    fit = static(CLEAN, seed).fit
+    assert remainder(fit) is None
+    assert doubted(fit, None) is fit
 
 
 @pytest.mark.parametrize("lacking", LACKING)
@@ -54,8 +56,3 @@ def test_says_so_and_widens_where_an_effect_is_lacking(lacking: str) -> None:
         before, after = (np.sqrt(one.covariance[place, place]) for one in (fit, wide))
         assert after >= before
         assert abs(fit.x[place] - truth) < wide.quantile[place] * after
-
-
-def test_nothing_to_doubt() -> None:
-    fit = static(CLEAN, 0).fit
-    assert doubted(fit, None) is fit
