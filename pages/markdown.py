@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PROGRAM = Path(sys.executable).parent / "ffc-id"
+#: Columns of the terminal that pages show.
+WIDTH = "118"
 
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: What stands four spaces or more behind a command, as in a help text, says what it does.
@@ -69,7 +71,7 @@ def finished(words: list[str], folder: Path, code: int = 0) -> str:
     done = subprocess.run(
         [str(PROGRAM), *words],
         cwd=folder,
-        env={**os.environ, "COLUMNS": "118"},
+        env={**os.environ, "COLUMNS": WIDTH},
         capture_output=True,
         text=True,
         timeout=900,

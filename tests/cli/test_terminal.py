@@ -16,7 +16,6 @@ from idtool.cli.commands import ffc_id as group
 
 from idtool import Axis, Parameters, __version__
 from idtool.parameters import EffectEntry, Parameter
-
 from testbench.fleet import session
 
 from .support import PROGRAM, ffc_id
@@ -206,7 +205,17 @@ def test_progress_says_how_long_it_will_take(tmp_path: Path) -> None:
 
 def test_identify_shows_what_it_does_only_in_a_terminal(tmp_path: Path) -> None:
     session(tmp_path / "one")
-    words = ("identify", "one/sine.csv", "--friction", "coulomb", "--gravity", "none", "-o", "result", "--force")
+    words = (
+        "identify",
+        "one/sine.csv",
+        "--friction",
+        "coulomb",
+        "--gravity",
+        "none",
+        "-o",
+        "result",
+        "--force",
+    )
     seen = screen(*words, columns=60, cwd=tmp_path)
     assert "searching the friction parameters" in seen
     assert _COLOUR.search(seen)

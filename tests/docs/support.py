@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import itertools
+import os
 import re
 from pathlib import Path
+from unittest import mock
 
 import click
 from idtool.cli.commands import ffc_id
 
-from pages.markdown import FENCE, commands_in, fences, shell_words
+from pages.markdown import FENCE, WIDTH, commands_in, fences, shell_words
+from tests.cli import support
 
 PROJECT = Path(__file__).resolve().parents[2]
 PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]
@@ -18,6 +21,14 @@ PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]
 _TOLD = "ffc-id: "
 _INLINE = re.compile(r"`(ffc-id [^`]+)`")
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def printed(words: list[str], folder: Path) -> str:
+    """What `ffc-id WORDS...` prints as wide as the pages, run in this process, which saves its imports."""
+    with mock.patch.dict(os.environ, {"COLUMNS": WIDTH}):
+        done = support.ffc_id(*words, cwd=folder)
+    assert done.returncode == 0, f"ffc-id {' '.join(words)}: {done.stderr}"
+    return done.stdout + done.stderr
 
 
 def page_id(page: Path) -> str:

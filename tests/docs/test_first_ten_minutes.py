@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from idtool import Log
-from pages.markdown import finished, missing, steps
+from pages.markdown import missing, steps
 
-from .support import PROJECT
+from .support import PROJECT, printed
 
 PAGE = PROJECT / "docs" / "first-ten-minutes.md"
 
@@ -32,8 +32,8 @@ def foreign(log: Log, path: Path) -> None:
 def test_the_page_runs_and_prints_what_it_says(tmp_path: Path) -> None:
     done = []
     for commands, said in steps(PAGE):
-        printed = "".join(finished(words, tmp_path) for words in commands)
-        assert missing(said, printed) == [], printed
+        text = "".join(printed(words, tmp_path) for words in commands)
+        assert missing(said, text) == [], text
         done += [words[0] for words in commands]
         if "mine.csv" not in {file.name for file in tmp_path.iterdir()}:
             foreign(Log.read(tmp_path / "sample" / "sine.csv.gz"), tmp_path / "mine.csv")

@@ -9,16 +9,16 @@ import numpy as np
 import pandas as pd
 
 from idtool import Log
-from pages.markdown import commands_in, fences, finished, missing
+from pages.markdown import commands_in, fences, missing
 
-from .support import PROJECT
+from .support import PROJECT, printed
 
 PAGE = PROJECT / "docs" / "own-logs.md"
 
 
 def test_the_example_reads_as_it_is_printed(tmp_path: Path) -> None:
     shutil.copy(PROJECT / "docs" / "tutorial.toml", tmp_path / "axis.toml")
-    finished(["run-sweep", "--rig", "sim:axis.toml", "-o", "sweep.csv", "-q"], tmp_path)
+    printed(["run-sweep", "--rig", "sim:axis.toml", "-o", "sweep.csv", "-q"], tmp_path)
     log = Log.read(tmp_path / "sweep.csv").frame
     recording = pd.DataFrame(
         {
@@ -36,7 +36,7 @@ def test_the_example_reads_as_it_is_printed(tmp_path: Path) -> None:
     assert [line.split(";")[0] for line in head.splitlines()] == [line.split(";")[0] for line in written[:3]]
     assert head.splitlines()[0] == written[0]
     (command,) = commands_in(first)
-    assert missing(pointed_at, finished(command, tmp_path)) == []
+    assert missing(pointed_at, printed(command, tmp_path)) == []
     (command,) = commands_in(taken)
-    assert missing(list_of_columns, finished(command, tmp_path)) == []
-    finished(["check", "mine.csv"], tmp_path)
+    assert missing(list_of_columns, printed(command, tmp_path)) == []
+    printed(["check", "mine.csv"], tmp_path)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pages.markdown import commands_in, finished
+from pages.markdown import commands_in
 
-from .support import PROJECT
+from .support import PROJECT, printed
 
 
 def test_the_session_of_the_readme_runs(tmp_path: Path) -> None:
@@ -15,6 +15,6 @@ def test_the_session_of_the_readme_runs(tmp_path: Path) -> None:
     commands = commands_in(readme.partition("## Your axis")[2].partition("\n## ")[0])
     assert {"run-gravity", "identify", "teach", "diagnose"} <= {words[0] for words in commands}
     for words in commands:
-        finished(words, tmp_path)
+        printed(words, tmp_path)
     for name in ("result/report.html", "predicted.csv", "params.toml", "diagnosis/report.html"):
         assert (tmp_path / name).exists(), name

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from pages.markdown import alike, finished, missing, steps
+from pages.markdown import alike, missing, steps
 from pages.tutorial import TAKEN, refreshed
 
-from .support import PROJECT
+from .support import PROJECT, printed
 
 TUTORIAL = PROJECT / "docs" / "tutorial.md"
 
@@ -19,9 +19,9 @@ def test_the_tutorial_runs_and_prints_what_it_says(tmp_path: Path) -> None:
     shutil.copy(PROJECT / "docs" / "tutorial.toml", tmp_path / "axis.toml")
     done = 0
     for found, said in steps(TUTORIAL):
-        printed = "".join(finished(command, tmp_path) for command in found)
+        text = "".join(printed(command, tmp_path) for command in found)
         done += len(found)
-        assert missing(said, printed) == [], printed
+        assert missing(said, text) == [], text
     assert done == 10
     for picture in TAKEN.values():
         assert (tmp_path / picture).exists()

@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from idtool import Parameters
-
-PROGRAM = Path(sys.executable).parent / "ffc-id"
+from tests.cli import support
 
 #: parameter -> (printed value, tolerance); the two gravity torques follow from table 2 and r = 26.5 mm
 TABLES = {
@@ -28,9 +26,11 @@ TABLES = {
 
 
 def ffc_id(*arguments: str, cwd: Path) -> str:
-    done = subprocess.run(
-        [str(PROGRAM), *arguments], cwd=cwd, capture_output=True, text=True, timeout=600, check=False
-    )
+    """What the real program prints."""
+    return of(support.program(*arguments, cwd=cwd, timeout=600))
+
+
+def of(done: subprocess.CompletedProcess[str]) -> str:
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -39,7 +39,8 @@ def ffc_id(*arguments: str, cwd: Path) -> str:
 def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("paper")
     for name in ("gravity", "sweep", "sine"):
-        ffc_id(f"run-{name}", "--rig", "sim:paper", "--seed", "3", "-o", f"{name}.csv", "-q", cwd=folder)
+        words = (f"run-{name}", "--rig", "sim:paper", "--seed", "3", "-o", f"{name}.csv", "-q")
+        of(support.ffc_id(*words, cwd=folder))
     return folder
 
 
@@ -79,10 +80,11 @@ def test_identify_recovers_them_in_one_go_and_finds_nothing_missing(logs: Path) 
 
 
 def test_evolutionary_search_ends_where_the_deterministic_one_does(logs: Path) -> None:
-    ffc_id("fit-static", "sweep.csv", "-p", "direct.toml", "-q", cwd=logs)
+    of(support.ffc_id("fit-static", "sweep.csv", "-p", "direct.toml", "-q", cwd=logs))
     shutil.copy(logs / "direct.toml", logs / "esch.toml")
     for file, optimizer in (("direct.toml", "direct"), ("esch.toml", "esch")):
-        ffc_id("fit-dynamic", "sine.csv", "-p", file, "--optimizer", optimizer, "-q", cwd=logs)
+        words = ("fit-dynamic", "sine.csv", "-p", file, "--optimizer", optimizer, "-q")
+        of(support.ffc_id(*words, cwd=logs))
     direct, esch = (Parameters.read(logs / file) for file in ("direct.toml", "esch.toml"))
     for name, parameter in direct.dynamic.items():
         assert esch.dynamic[name].value == pytest.approx(parameter.value, rel=1e-3)
