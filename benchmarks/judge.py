@@ -27,7 +27,7 @@ def common_cost(
     """Sum of squared torque errors of all rows, exactly integrated, at the best start deflections."""
     motion = recording.motion
     effect = Contribution(torque=inertia * motion.acceleration)
-    predicted = predict(motion, friction_of(static, sigma0, sigma1), effect, np.zeros(motion.trials))
+    predicted = predict(motion, friction_of(static, sigma0, sigma1), effect, np.zeros(motion.stretches))
     error, column = recording.torque - predicted.torque, predicted.start_column
     product = np.bincount(motion.trial, error * column)
     norm = np.bincount(motion.trial, column**2)

@@ -28,7 +28,7 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
     velocity, step, first = motion.step_velocity, motion.step, motion.first
     height = level(velocity, friction["coulomb"], friction["static"], friction["stribeck_velocity"])
     rho = friction["bristle_stiffness"] / height
-    start = np.full(motion.trials, 0.1)
+    start = np.full(motion.stretches, 0.1)
     columns = np.random.default_rng(0).normal(size=(len(motion), _DIRECTIONS))
     stiffness = np.geomspace(0.01, 10.0, LANES)
     plain = (velocity, step, rho, first, start)

@@ -53,7 +53,7 @@ def measure(recording: Recording, known: Parameters, *, rounds: int) -> Section:
         return recording.torque - predict(motion, friction, effect, x[3:]).torque
 
     def solve(stiffness: float, damping: float) -> optimize.OptimizeResult:
-        x = np.concatenate([[math.log(stiffness), damping, 0.0], np.zeros(motion.trials)])
+        x = np.concatenate([[math.log(stiffness), damping, 0.0], np.zeros(motion.stretches)])
         with np.errstate(all="ignore"):
             return optimize.least_squares(residual, x, x_scale="jac", max_nfev=200)
 
@@ -128,7 +128,7 @@ def everything_free(recording: Recording, most: int = 200) -> Section:
     )
     astray = 0
     for name, values in _ALL.items():
-        x = np.concatenate([np.log(values), [0.0], np.zeros(motion.trials)])
+        x = np.concatenate([np.log(values), [0.0], np.zeros(motion.stretches)])
         began = time.process_time()
         with np.errstate(all="ignore"):
             found = optimize.least_squares(residual, x, x_scale="jac", max_nfev=most)

@@ -78,7 +78,7 @@ def torque(parameters: Parameters, motion: Motion) -> Array:
         for e in parameters.effects
     ]
     effect = combine([Contribution(), *parts])
-    return predict(motion, friction(parameters), effect, np.zeros(motion.trials)).torque
+    return predict(motion, friction(parameters), effect, np.zeros(motion.stretches)).torque
 
 
 def motion_of(time: Array, position: Array, velocity: Array, acceleration: Array) -> Motion:
