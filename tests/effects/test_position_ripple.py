@@ -36,15 +36,19 @@ def there_and_back(path: Path, kind: str) -> Log:
     return Log.read(path)
 
 
-@pytest.mark.parametrize(("kind", "key"), [("rotary", "cycles_per_turn"), ("linear", "cycles_per_m")])
-def test_waves_are_counted_in_the_unit_of_the_file(tmp_path: Path, kind: str, key: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "key", "without"), [("rotary", "cycles_per_turn", ()), ("linear", "cycles_per_m", OTHERS)]
+)
+def test_waves_are_counted_in_the_unit_of_the_file(
+    tmp_path: Path, kind: str, key: str, without: tuple[str, ...]
+) -> None:
     log = there_and_back(tmp_path / "log.csv", kind)
-    result = identify([log], seed=0, without=OTHERS)
+    result = identify([log], seed=0, without=without)
     (ripple,) = (e for e in result.diagnosis["effects"] if e["name"] == "position_ripple")
     assert ripple["parameters"][key]["value"] == pytest.approx(WAVES, rel=0.01)
     low, high = ripple["parameters"][key]["ci95"]
     assert low < WAVES < high < 1.02 * WAVES
     others = tuple(e for e in result.parameters.effects if e.name != "position_ripple")
-    without = replace(result.parameters, effects=others)
-    (error,), (plain,) = (predict([log], file).errors.values() for file in (result.parameters, without))
+    smooth = replace(result.parameters, effects=others)
+    (error,), (plain,) = (predict([log], file).errors.values() for file in (result.parameters, smooth))
     assert error["rmse"] ** 2 < plain["rmse"] ** 2 - 0.9 * 0.25**2 / 2.0
