@@ -27,6 +27,7 @@ def check(logs: Sequence[Path], given: Given, output: Output) -> None:
     \b
     ffc-id check gravity.csv sweep.csv sine.csv
     """
+    from idtool.presentation.text import counted
     from idtool.verbs.check import check as run
 
     result = run(given.read(logs, output))
@@ -35,8 +36,9 @@ def check(logs: Sequence[Path], given: Given, output: Output) -> None:
         for log in result.logs:
             facts = log.facts
             click.echo(
-                f"{log.file}: {facts['rows']} rows, {facts['trials']} trials, {facts['seconds']:.0f} s at "
-                f"{facts['rate_hz']:.0f} Hz, {facts['steady_windows']} steady windows"
+                f"{log.file}: {facts['rows']} rows, {counted(facts['trials'], 'trial')}, "
+                f"{facts['seconds']:.0f} s at {facts['rate_hz']:.0f} Hz, "
+                f"{counted(facts['steady_windows'], 'steady window')}"
             )
             for finding in log.findings:
                 click.echo(f"  ! {finding}")

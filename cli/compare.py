@@ -44,6 +44,10 @@ def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output
     comparison = run(one, other, given.read(logs, output, known))
     document = comparison.to_document() | {"a": str(a), "b": str(b)}
     output.result(document, lambda console: _show(console, comparison, a, b))
+    if logs:
+        output.next("fleet", "SESSIONS/", "-o", "fleet")
+    else:
+        output.next("compare", a, b, "LOG...")
 
 
 def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:

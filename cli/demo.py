@@ -80,6 +80,7 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
         "seconds": seconds,
     }
     output.result(document, lambda console: _show(console, document))
+    output.next("run-gravity", "--rig", "SPEC", "-o", "gravity.csv")
 
 
 def _record(rig: str, folder: Path, seed: int, progress: Progress) -> list[Any]:

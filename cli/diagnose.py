@@ -185,7 +185,12 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
         click.echo(f"report: {page}")
 
     output.result(result.diagnosis, show)
-    if result.diagnosis["next_experiment"]:
+    wrong = [
+        source for source, said in zip(result.recording.sources, result.recording.wiring, strict=True) if said
+    ]
+    if wrong:  # no other run cures a column that is wrong
+        output.next("plot", wrong[0])
+    elif result.diagnosis["next_experiment"]:
         output.next("run", "--recipe", folder / NEXT_RECIPE, "--rig", "SPEC", "-o", "next.csv")
     else:
         output.next("tune", "-p", folder / "params.toml", "--hand-force", "2")

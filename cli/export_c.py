@@ -127,3 +127,4 @@ def export_c(
     output.result(
         {"files": [str(f) for f in result.files], "effects": result.effects, "notes": result.notes}, show
     )
+    output.next("teach", "-p", params, "--rig", "SPEC", "--tare")

@@ -175,3 +175,7 @@ def _run(
         "errors": exported.errors,
     }
     output.result(document, show)
+    if exported.plan.lost and not logs:  # with logs it says what that costs
+        output.next("export", target, "-p", params, "-o", out, "--force", "LOG...")
+    else:
+        output.next("tune", "-p", params, "--hand-force", "2")

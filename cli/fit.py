@@ -252,13 +252,15 @@ def _doubted(fit: JointFit) -> tuple[JointFit, list[str]]:
         names = " or ".join(one.effect.name for one in found[:3])
         what = (
             f"the model lacks something: {names} would explain a part of what looks like noise. The "
-            "intervals allow for what that can have done; next: ffc-id identify with all logs of the axis."
+            "intervals allow for what that can have done; ffc-id identify with all logs of the axis looks "
+            "for it."
         )
         return allowing_for(fit, found), [what]
     follows = f"follows the {', the '.join(left.depends_on)}" if left.depends_on else "is no noise"
     what = (
         f"the model lacks something: what it leaves {follows} ({100.0 * left.share:.0f} % of its square). "
-        "The intervals allow for what that can have done; next: ffc-id identify with all logs of the axis."
+        "The intervals allow for what that can have done; ffc-id identify with all logs of the axis looks "
+        "for it."
     )
     return doubted(fit, left), [what]
 

@@ -78,7 +78,13 @@ def fleet(
         )
     output.result(document(result), lambda console: _show(console, result, out))
     if result.failed:
+        output.next("fleet", sessions, "-o", out)
         click.get_current_context().exit(3)
+    files = [out / "sessions" / row.session / "params.toml" for row in result.sessions]
+    if len(files) > 1:
+        output.next("compare", *files[:2])
+    else:
+        output.next("tune", "-p", files[0], "--hand-force", "2")
 
 
 def _show(console: Console, result: Fleet, out: Path) -> None:

@@ -107,7 +107,8 @@ def jog(
     watching = watching_of(params, contact, log, force=force)
     parameters = watching["parameters"]
     tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
-    with open_rig(told_rig(rig, output), seed=seed) as device:
+    rig = told_rig(rig, output)
+    with open_rig(rig, seed=seed) as device:
         load = load_of(payload, parameters, params, device, output)
         kind: Kind = device.axis.kind
         ratio = travel_of(parameters, kind)
@@ -141,7 +142,13 @@ def jog(
     output.result(_document(jogged, ratio, log), lambda screen: _show(screen, jogged, ratio, kind, log))
     if jogged.interrupted:
         return 130
-    return 4 if jogged.stopped is not None else 0
+    if jogged.stopped is not None:
+        return 4
+    if log is not None:
+        output.next("play", log, "--rig", rig)
+    else:
+        output.next("jog", "--rig", rig, "-o", "way.csv")
+    return 0
 
 
 def _place(position: float, ratio: float | None, kind: Kind) -> str:

@@ -70,3 +70,4 @@ def predict(
         click.echo(f"written: {out}")
 
     output.result({"file": str(out), "errors": result.errors, "unit": unit, "notes": result.notes}, show)
+    output.next("tune", "-p", params, "--hand-force", "2")

@@ -74,7 +74,13 @@ def main(out: Path) -> None:
     for axes in (upper, lower):
         axes.grid(alpha=0.25)
         axes.margins(x=0.0)
-    upper.legend(loc="upper center")
+    figure.legend(
+        *upper.get_legend_handles_labels(),
+        loc="outside upper center",
+        ncols=4,
+        fontsize="small",
+        frameon=False,
+    )
     figure.savefig(out, dpi=110)
 
 

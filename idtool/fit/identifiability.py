@@ -458,7 +458,9 @@ def rows_left_out(recording: Recording) -> list[str]:
     lost = sum(recording.lost.values())
     if lost:
         reasons = ", ".join(f"{reason} {count}" for reason, count in recording.lost.items())
-        sentences.append(f"{lost} rows were left out of the comparison ({reasons}).")
+        sentences.append(
+            f"{lost} {'row was' if lost == 1 else 'rows were'} left out of the comparison ({reasons})."
+        )
     return sentences
 
 

@@ -134,8 +134,9 @@ def calibrate(logs: Sequence[Log], *, lever: float, mass: float | None = None) -
     if size < _SEEN * spread or size == 0.0:
         raise InputError(
             "the load is not to be seen in the effort",
-            file=recording.sources[0],
-            remedy="move a heavier load, slowly, both ways",
+            file=", ".join(recording.sources),
+            remedy="move a heavier load, slowly, both ways"
+            + ("" if varies or len(logs) == 1 else "; a log without it says so in a column payload_kg (0)"),
         )
     quantile = float(np.max(fit.quantile[index]))
     # per kilogram where the payload varies; the whole of the load else

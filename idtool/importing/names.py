@@ -23,7 +23,7 @@ _ALIASES: dict[str, str] = {
     "time": "time t timestamp timestamps stamp seconds sec elapsed elapsedtime clock",
     "position": "position pos q qm qpos angle theta phi encoder displacement travel",
     "velocity": "velocity vel speed dq qdot qvel dqdt omega angularvelocity w rpm",
-    "current": "current i iq amps amperage",
+    "current": "current cur curr i iq amps amperage",
     "torque": "torque tau effort moment trq force thrust",
     "payload": "payload payloadmass",
     "tilt_alpha": "tiltalpha",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -197,10 +198,14 @@ def _require(chosen: Mapping[str, Meaning], table: pd.DataFrame, kind: Kind, fil
             continue
         if not any(role in chosen for role in roles):
             words = " or ".join(torque_name(kind) if role == "torque" else role for role in roles)
+            choices = " or ".join(f"{names[role]}=COLUMN" for role in roles)
+            # a counter is never guessed: nobody but its owner knows how many counts a turn has
+            counter = roles[0] == "position" and re.search("count|tick", there, re.IGNORECASE)
             raise InputError(
                 f"no column looks like {words} (it has {there})",
                 file=file,
-                remedy=f"say which is it with --map {names[roles[0]]}=COLUMN",
+                remedy=f"say which is it with --map {choices}"
+                + (", and of a counter --unit position=count:COUNTS_PER_TURN" if counter else ""),
             )
 
 

@@ -25,6 +25,7 @@ from idtool.log.impossible import GAP
 from idtool.log.repair import missing_rows
 from idtool.model import gravity
 from idtool.parameters import GRAVITY_MODELS
+from idtool.presentation.text import counted
 from idtool.signals import Recording, record
 
 SCHEMA = "ffc-id/check/1"
@@ -170,7 +171,7 @@ def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
     if log.incomplete:
         findings.append("was cut short; it is used up to its last whole row")
     if missing:
-        findings.append(f"{facts['gaps']} gaps in time of up to {float(steps.max()):.3g} s")
+        findings.append(f"{counted(facts['gaps'], 'gap')} in time of up to {float(steps.max()):.3g} s")
     if jitter > _JITTER:
         findings.append(f"the sampling jitters by {100 * jitter:.0f} % of its period")
     findings += _not_following(log)

@@ -36,7 +36,7 @@ def folder(tmp_path: Path) -> Path:
 def test_each_target_says_what_it_lacks_and_costs(folder: Path, target: str) -> None:
     arguments = ("export", target, "-p", "params.toml", "-o", "out", "sine.csv")
     done = ffc_id(*arguments, cwd=folder)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, done.stderr) == (0, "next: ffc-id tune -p params.toml --hand-force 2\n")
     assert "the whole model: sine" in done.stdout
     assert done.stdout.endswith("written: out\n")
     written = (folder / "out").read_text()

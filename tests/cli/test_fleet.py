@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -42,6 +43,13 @@ def test_a_fleet_with_a_bad_session(tmp_path: Path) -> None:
     document = json.loads(again.stdout)
     assert document == json.loads((tmp_path / "out" / "summary.json").read_text())
     assert document["failed"] == ["bad"]
+    assert done.stderr.endswith("next: ffc-id fleet sessions -o out\n")
+    shutil.rmtree(tmp_path / "sessions" / "bad")
+    mended = ffc_id("fleet", "sessions", "-o", "out", *QUICK, cwd=tmp_path)
+    assert mended.returncode == 0
+    following = mended.stderr.splitlines()[-1].removeprefix("next: ffc-id compare ").split()
+    assert [Path(file).parent.name for file in following] == ["A0_2026-01-01", "A1_2026-01-01"]
+    assert all((tmp_path / file).exists() for file in following)
     page = ffc_id("report", "out/sessions/A0_2026-01-01", cwd=tmp_path)
     assert page.returncode == 0
 

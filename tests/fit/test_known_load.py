@@ -78,6 +78,11 @@ def test_bad_input_is_one_sentence() -> None:
     with pytest.raises(InputError, match="the load never moves so that its weight shows"):
         calibrate([still], mass=0.5, lever=0.1)
     torque = replace(log, frame=log.frame.rename(columns={"current_a": "torque_nm"}))
+    # a load that pulls both ways alike is none: likely one of the two was run without it
+    loaded = swing.log(seed=1)
+    turned = replace(loaded, frame=loaded.frame.assign(current_a=-loaded.frame["current_a"]))
+    with pytest.raises(InputError, match=r"not to be seen in the effort; .*; a log without it says so in"):
+        calibrate([loaded, turned], lever=0.1, mass=0.5)
     with pytest.raises(InputError, match="holds the torque itself"):
         calibrate([torque], mass=0.5, lever=0.1)
     with pytest.raises(InputError, match=r"payload_kg goes up to 0\.5 kg and --mass says 0\.4"):

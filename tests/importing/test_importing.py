@@ -73,6 +73,7 @@ NAMES = [
     ("payload_kg", "payload", "kg", False),
     ("vbus_V", "supply_voltage", "V", False),
     ("run", "trial", "", False),
+    ("cur_mA", "current", "mA", False),
 ]
 
 
@@ -324,8 +325,9 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         {},
         "no column looks like time (it has q, tau); say which is it with --map time_s=",
     ),
+    "a counter": ("t,pos_counts,i\n1,2,3\n", {}, "of a counter --unit position=count:COUNTS_PER_TURN"),
     "no motion": ("t,tau\n1,2\n", {}, "no column looks like position or velocity"),
-    "no effort": ("t,q\n1,2\n", {}, "no column looks like torque or current"),
+    "no effort": ("t,q\n1,2\n", {}, "say which is it with --map torque_nm=COLUMN or current_a=COLUMN"),
     "no effort, linear": ("t,pos_mm\n1,2\n", {}, "no column looks like force or current"),
     "bad K": ("t,q,i\n1,2,3\n", {"torque_constant": 0.0}, "torque_constant: the torque constant must be"),
     "two kinds": (
