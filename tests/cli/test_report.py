@@ -52,7 +52,7 @@ def test_draws_again_and_says_where(folder: Path, capsys: pytest.CaptureFixture[
     assert run(str(folder)) == 0
     printed = capsys.readouterr()
     assert printed.out == f"report: {folder / 'report.html'}\nfigures: 20 in {folder / 'figures'}, as PNG\n"
-    assert printed.err == ""
+    assert printed.err == f"next: ffc-id tune -p {folder / 'params.toml'} --hand-force 2\n"
     assert (folder / "report.html").read_text(encoding="utf-8").startswith("<!doctype html>")
     assert run(str(folder), "--svg") == 0
     assert capsys.readouterr().out.endswith("as PNG and SVG\n")
