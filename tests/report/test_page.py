@@ -188,6 +188,18 @@ def test_commands_in_notes_are_set_as_code(folder: Path) -> None:
     assert "<code>ffc-id run-sweep -o &lt;b&gt;sweep&lt;/b&gt;.csv</code>" in source
 
 
+@pytest.mark.usefixtures("quick")
+def test_a_command_in_the_reason_for_the_next_step_is_set_as_code(folder: Path) -> None:
+    diagnosis = synthetic.read_json(folder, "diagnosis")
+    diagnosis["next_experiment"] = diagnosis["next_experiment"] | {
+        "why": "run slower ones (`ffc-id run-sweep`)"
+    }
+    synthetic.write_json(folder, "diagnosis", diagnosis)
+    card = Page(write_report(folder)).source.split('id="step"')[1].split("</section>")[0]
+    assert "<code>ffc-id run-sweep</code>" in card
+    assert "`" not in card
+
+
 def test_linear_axis_has_its_own_words_and_units(tmp_path: Path) -> None:
     folder = synthetic.make(tmp_path / "slide", "linear")
     page = Page(write_report(folder, svg=True))

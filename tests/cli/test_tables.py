@@ -1,0 +1,27 @@
+"""Tables of parameters."""
+
+from __future__ import annotations
+
+import io
+
+from idtool.cli.tables import print_parameters
+from rich.console import Console
+
+from idtool import Axis, Parameters
+from idtool.parameters import Parameter
+
+
+def test_a_parameter_that_is_not_determined_has_no_interval() -> None:
+    screen = Console(file=io.StringIO(), width=200)
+    dynamic = {
+        "bristle_stiffness": Parameter(57.5, 0.68, (56.1, 59.0), identified=False),
+        "bristle_damping": Parameter(0.6, 0.01, (0.58, 0.62)),
+    }
+    static = {name: Parameter(0.1) for name in ("coulomb", "static", "stribeck_velocity", "viscous")}
+    print_parameters(screen, Parameters(axis=Axis(), static=static, dynamic=dynamic), ("dynamic",))
+    assert isinstance(screen.file, io.StringIO)
+    stiffness, damping = screen.file.getvalue().splitlines()[1:]
+    assert "57.5" in stiffness
+    assert "not determined by these data" in stiffness
+    assert not any(part in stiffness for part in ("0.68", "56.1", "59"))
+    assert "0.58 to 0.62" in damping
