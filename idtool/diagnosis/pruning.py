@@ -29,8 +29,9 @@ _THE_SAME = 1e-3
 _SPENT = 12
 
 
-def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
-    """Drop what no longer lowers the left-out error, least needed first."""
+def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> set[str]:
+    """Drop what no longer lowers the left-out error, least needed first; their names."""
+    dropped: set[str] = set()
     while True:
         fit = selection.fit
         old = root_mean(prediction_errors(fit), fit)
@@ -47,19 +48,26 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> None:
             if impossible or new <= (1.0 + LEAST_GAIN) * old:
                 unneeded.append((new, effect, smaller, impossible))
         if not unneeded:
-            return
+            return dropped
         _, effect, smaller, impossible = min(unneeded, key=lambda item: item[0])
+        dropped.add(effect.name)
         drop(selection, effect, smaller, impossible or "became unneeded when other effects were in")
 
 
-def veto(selection: Selection, held_out: Callable[[JointFit], float], tell: Callable[[str], None]) -> None:
+def veto(
+    selection: Selection, held_out: Callable[[JointFit], float], tell: Callable[[str], None]
+) -> set[str]:
     """Take out the effects that make the prediction of the held-out rows worse, the worst first.
 
     Args:
         selection: on the training rows.
         held_out: the error on the held-out rows.
         tell: as in `select`.
+
+    Returns:
+        Their names.
     """
+    vetoed: set[str] = set()
     while True:
         now = held_out(selection.fit)
         found = []
@@ -70,10 +78,11 @@ def veto(selection: Selection, held_out: Callable[[JointFit], float], tell: Call
             smaller = without(selection.fit, effect)
             found.append((held_out(smaller), effect, smaller))
         if not found:
-            return
+            return vetoed
         error, effect, smaller = min(found, key=lambda item: item[0])
         if error > (1.0 - _THE_SAME) * now:
-            return
+            return vetoed
+        vetoed.add(effect.name)
         drop(
             selection,
             effect,

@@ -93,21 +93,45 @@ def select(
     for effect in base.model.spec.effects:
         candidate = selection.candidates.setdefault(effect.name, Candidate(effect.name))
         candidate.accepted, candidate.why = True, "every axis has it"
-    everything = (*library, *(() if given else UNNAMED))
-    for _ in range(_MOST_ROUNDS):
-        if good_enough(selection.fit, tolerance):
+    extend(selection, library, tell, given=given, tolerance=tolerance)
+    return selection
+
+
+def extend(
+    selection: Selection,
+    library: Sequence[Effect],
+    tell: Callable[[str], None] = lambda _: None,
+    *,
+    given: bool = False,
+    tolerance: float = 0.0,
+) -> None:
+    """Go on with a selection, from the effects that it holds; arguments as in `select`."""
+    allowed = list(library)
+    while True:
+        _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance)
+        dropped = drop_unneeded(selection, tell)
+        if not dropped:
             break
-        winner = _round(selection, everything, tell)
-        if winner is None and not _searched_anew(selection, tell):
-            winner = _on_another_curve(selection, everything, tell)
-            if winner is None:
-                break
-        if winner is not None:
-            tell(f"accepted {winner.effect.title.lower()}")
-    drop_unneeded(selection, tell)
+        # what they kept out may take their place
+        allowed = [effect for effect in allowed if effect.name not in dropped]
     simplify(selection, library, tell)
     find_alternatives(selection, library, tell)
-    return selection
+
+
+def _add(
+    selection: Selection, library: Sequence[Effect], tell: Callable[[str], None], tolerance: float
+) -> None:
+    """Round after round, until none finds an effect."""
+    for _ in range(_MOST_ROUNDS):
+        if good_enough(selection.fit, tolerance):
+            return
+        winner = _round(selection, library, tell)
+        if winner is None and not _searched_anew(selection, tell):
+            winner = _on_another_curve(selection, library, tell)
+            if winner is None:
+                return
+        if winner is not None:
+            tell(f"accepted {winner.effect.title.lower()}")
 
 
 def good_enough(fit: JointFit, tolerance: float) -> bool:
