@@ -16,7 +16,6 @@ from idtool.effects.base import Effect, derivative
 from idtool.fit import noise
 from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit, refit
-from idtool.fit.left_out import prediction_errors
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
@@ -66,7 +65,6 @@ class Trial:
 
     effect: Effect
     fit: JointFit
-    left_out: Array
     p_value: float
 
 
@@ -230,7 +228,7 @@ def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False
         none = _named(effect, {c.name: c.null for c in linear})
         extra |= {name: fit.values.get(name, null) for name, null in none.items()}
     new = refit(fit, model, extra, most=_SPENT_FAR if far else _SPENT, tolerance=NEAR)
-    return Trial(effect, new, prediction_errors(new), start.p_value)
+    return Trial(effect, new, start.p_value)
 
 
 def chance_of(fit: JointFit, effect: Effect) -> float:

@@ -34,17 +34,17 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> set[str]
     dropped: set[str] = set()
     while True:
         fit = selection.fit
-        old = root_mean(prediction_errors(fit), fit)
+        least = root_mean(prediction_errors(fit)[0], fit)
         unneeded: list[tuple[float, Effect, JointFit, str | None]] = []
         for effect in fit.model.spec.effects:
             if effect.name == "inertia":
                 continue
             tell(f"trying without {effect.title.lower()}")
             impossible = implausible(fit, effect)
-            if not impossible and least_without(fit, effect) > _SURELY * old:
+            if not impossible and least_without(fit, effect) > _SURELY * least:
                 continue
             smaller = without(fit, effect)
-            new = root_mean(prediction_errors(smaller), smaller)
+            old, new = _left_out(fit, smaller)
             if impossible or new <= (1.0 + LEAST_GAIN) * old:
                 unneeded.append((new, effect, smaller, impossible))
         if not unneeded:
@@ -91,6 +91,12 @@ def veto(
         )
 
 
+def _left_out(one: JointFit, other: JointFit) -> tuple[float, float]:
+    """Left-out error of each of two models."""
+    errors = prediction_errors(one, other)
+    return root_mean(errors[0], one), root_mean(errors[1], other)
+
+
 def without(fit: JointFit, effect: Effect) -> JointFit:
     """The refit without an effect."""
     return refit(fit, _lacking(fit, effect), most=_SPENT, tolerance=NEAR)
@@ -132,14 +138,14 @@ def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[st
             tell(f"trying {name} in place of {effect.name}")
             fit = selection.fit
             swapped = swap(fit, effect, by_name[name])
-            before, after = prediction_errors(fit), swapped.left_out
-            if root_mean(after, swapped.fit) > (1.0 + LEAST_GAIN) * root_mean(before, fit):
+            before, after = _left_out(fit, swapped.fit)
+            if after > (1.0 + LEAST_GAIN) * before:
                 continue
             selection.fit = swapped.fit
             loser, winner = selection.candidates[effect.name], selection.candidates[name]
             loser.accepted, loser.why = False, f"its special case {name} does as well"
             winner.accepted, winner.why = True, "lowers the error on left-out trials"
-            winner.held_out = root_mean(after, swapped.fit)
+            winner.held_out = after
             selection.p_values[name] = selection.p_values.pop(effect.name, swapped.p_value)
             selection.alternatives.pop(effect.name, None)
             break
@@ -154,7 +160,6 @@ def find_alternatives(selection: Selection, library: Sequence[Effect], tell: Cal
     by_name = {effect.name: effect for effect in library}
     fit = selection.fit
     motion = fit.model.recording.motion
-    left_out = prediction_errors(fit)
     found: dict[str, list[str]] = {}
     for effect in fit.model.spec.effects:
         if effect.name == "inertia":
@@ -169,7 +174,7 @@ def find_alternatives(selection: Selection, library: Sequence[Effect], tell: Cal
                 continue
             tell(f"trying {name} in place of {effect.name}")
             swapped = swap(fit, effect, other)
-            if len(swapped.fit.x) == len(fit.x) and ties(swapped.left_out, left_out):
+            if len(swapped.fit.x) == len(fit.x) and ties(*prediction_errors(swapped.fit, fit)):
                 found.setdefault(effect.name, []).append(name)
                 selection.rivals.setdefault(effect.name, swapped.fit)
                 selection.candidates[name].why = f"explains the data as well as {effect.name}, which is taken"

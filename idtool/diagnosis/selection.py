@@ -37,7 +37,7 @@ from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve, t
 from idtool.fit.left_out import prediction_errors, root_mean
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
-from idtool.model.motion import Array, Motion
+from idtool.model.motion import Motion
 
 #: Family-wise error of the score tests of one round (Holm): chance in one session of a hundred.
 _ALPHA = 0.01
@@ -166,7 +166,8 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
         return False
     tell("looking for a better friction curve")
     before, found = selection.fit, restart(selection.fit)
-    better = found is not before and prediction_errors(found).sum() < prediction_errors(before).sum()
+    of_found, of_before = prediction_errors(found, before)
+    better = found is not before and of_found.sum() < of_before.sum()
     selection.fit = selection.searched = found if better else before
     return better
 
@@ -179,17 +180,16 @@ def _on_another_curve(
     fit = selection.fit
     if "static" not in fit.model.names or not worth_a_restart(fit):
         return None
-    left_out = prediction_errors(fit)
     passed = []
     for effect in _to_score(selection, library):
         if "velocity" not in effect.follows or isinstance(effect, Unnamed):
             continue
         tell(f"trying {effect.title.lower()} on another friction curve")
         refitted = restart(try_effect(fit, effect, best_start(Background.of(fit), effect)).fit)
-        trial = Trial(effect, refitted, prediction_errors(refitted), chance_of(refitted, effect))
+        trial = Trial(effect, refitted, chance_of(refitted, effect))
         if trial.p_value > _ALPHA / len(library):
             _tell_why(selection, effect, "its relation to the residual may be chance")
-        elif _passes(selection, trial, left_out):
+        elif _passes(selection, trial):
             passed.append(trial)
     if not passed:
         return None
@@ -217,7 +217,6 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
             candidate.gain, candidate.p_value = item.start.gain, item.start.p_value
     promising = _promising(selection, scored)
     lag = any(item.effect.name in _LAGS for item in promising[:_REFITTED])
-    left_out = prediction_errors(fit)
     passed: list[Trial] = []
     promised = np.inf  # what the best score of one that passed leaves
     for place, item in enumerate(promising):
@@ -232,7 +231,7 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         )
         if item.fit is not fit and trial.fit.sse > fit.sse:  # the bristle did not find back
             trial = replace(try_effect(fit, item.effect, item.plain, far=True), p_value=item.start.p_value)
-        if _passes(selection, trial, left_out):
+        if _passes(selection, trial):
             passed.append(trial)
             promised = min(promised, item.left())
     if not passed:
@@ -299,7 +298,7 @@ def _accept(selection: Selection, winner: Trial) -> None:
     if not candidate.accepted:
         candidate.p_value, selection.p_values[winner.effect.name] = winner.p_value, winner.p_value
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
-    candidate.held_out = root_mean(winner.left_out, winner.fit)
+    candidate.held_out = root_mean(prediction_errors(winner.fit)[0], winner.fit)
 
 
 def _with_its_own_load(fit: JointFit) -> JointFit:
@@ -332,18 +331,22 @@ def _promising(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
     return sorted(passed, key=_Scored.left)
 
 
-def _passes(selection: Selection, trial: Trial, before: Array) -> bool:
-    held_out = root_mean(trial.left_out, trial.fit)
+def _passes(selection: Selection, trial: Trial) -> bool:
+    old, new = (
+        root_mean(errors, fit)
+        for errors, fit in zip(
+            prediction_errors(selection.fit, trial.fit), (selection.fit, trial.fit), strict=True
+        )
+    )
     candidate = _candidate(selection, trial.effect)
     if not candidate.accepted:
-        candidate.held_out = held_out
-    why = _why_not(selection, trial, before, held_out)
+        candidate.held_out = new
+    why = _why_not(selection, trial, old, new)
     _tell_why(selection, trial.effect, why or "another effect lowers the left-out error more")
     return why is None
 
 
-def _why_not(selection: Selection, trial: Trial, before: Array, new: float) -> str | None:
-    old = root_mean(before, selection.fit)
+def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str | None:
     fresh = [name for name in trial.fit.model.names if name not in selection.fit.model.names]
     own = [name for name in fresh if name.startswith(f"{trial.effect.name}.")]
     if not isinstance(trial.effect, Unnamed) and any(trial.fit.at_bound[name] for name in own):
@@ -366,8 +369,9 @@ def _why_not(selection: Selection, trial: Trial, before: Array, new: float) -> s
 
 
 def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
-    best = min(passed, key=lambda trial: trial.left_out.sum())
-    tied = [trial for trial in passed if trial is best or ties(trial.left_out, best.left_out)]
+    errors = prediction_errors(*(trial.fit for trial in passed))
+    best = min(errors, key=np.sum)
+    tied = [trial for trial, own in zip(passed, errors, strict=True) if own is best or ties(own, best)]
     order = list(selection.candidates)  # the library's order: simplest first; what has no name comes last
 
     def place(trial: Trial) -> tuple[int, int]:

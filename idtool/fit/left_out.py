@@ -17,14 +17,25 @@ from idtool.model.motion import Array
 _CLEAR = 1.0
 
 
-def prediction_errors(fit: JointFit) -> Array:
-    """Expected sum of squares of each fold (trial or block of time) if it had not been seen, (folds,)."""
-    recording = fit.model.recording
-    fold = recording.filtered_fold
+def prediction_errors(*fits: JointFit) -> list[Array]:
+    """For each model the sum of squares of each fold (trial or block of time) had it not been seen, (folds,).
+
+    All are judged on as many rows as the residual of the one with the most parameters is worth: what a model
+    that lacks something quick leaves seems to be worth more of them.
+    """
+    most = max(len(fit.x) for fit in fits)
+    rows = min(_worth(fit) for fit in fits if len(fit.x) == most)
+    return [_errors(fit, max(rows, 2.0 * most)) for fit in fits]
+
+
+def _worth(fit: JointFit) -> float:
+    return len(fit.residual) / correlation_rows(fit.residual, fit.model.recording.filtered_trial)
+
+
+def _errors(fit: JointFit, rows: float) -> Array:
+    fold = fit.model.recording.filtered_fold
     first = np.flatnonzero(np.diff(fold, prepend=-1))  # the rows of a fold lie together
-    worth = len(fit.residual) / correlation_rows(fit.residual, recording.filtered_trial)
-    worth = max(worth, 2.0 * len(fit.x))
-    raised = (worth + len(fit.x)) / (worth - len(fit.x))
+    raised = (rows + len(fit.x)) / (rows - len(fit.x))
     return np.asarray(raised * np.add.reduceat(fit.residual**2, first))
 
 
@@ -35,6 +46,7 @@ def root_mean(errors: Array, fit: JointFit) -> float:
 
 def predicts_better(one: JointFit, other: JointFit) -> bool:
     """Whether the expected errors of one model are below those of another by more than chance over folds."""
-    better = prediction_errors(other) - prediction_errors(one)
+    of_one, of_other = prediction_errors(one, other)
+    better = of_other - of_one
     chance = float(np.std(better, ddof=1)) * float(np.sqrt(len(better))) if len(better) > 1 else 0.0
     return bool(better.sum() > _CLEAR * chance)
