@@ -217,6 +217,7 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
             candidate.gain, candidate.p_value = item.start.gain, item.start.p_value
     promising = _promising(selection, scored)
     lag = any(item.effect.name in _LAGS for item in promising[:_REFITTED])
+    lag |= not promising and worth_a_restart(fit)
     passed: list[Trial] = []
     promised = np.inf  # what the best score of one that passed leaves
     for place, item in enumerate(promising):
@@ -234,11 +235,26 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         if _passes(selection, trial):
             passed.append(trial)
             promised = min(promised, item.left())
+    hidden = [item for item in scored if all(item is not other for other in promising)] if lag else []
+    for item in hidden:
+        if item.effect.name in _LAGS:
+            passed += _in_full(selection, item, len(library), tell)
     if not passed:
         return None
     winner = _simplest_of_best(selection, passed)
     _accept(selection, winner)
     return winner
+
+
+def _in_full(selection: Selection, item: _Scored, library: int, tell: Callable[[str], None]) -> list[Trial]:
+    """The trial of a lag whose score may be chance, in a list, if its refit passes: what damping and inertia
+    do in its place bends a fit so far that no score from there tells."""
+    tell(f"trying {item.effect.title.lower()}")
+    trial = try_effect(selection.fit, item.effect, item.plain, far=True)
+    trial = replace(trial, p_value=chance_of(trial.fit, item.effect))
+    if trial.p_value > _ALPHA / library:
+        return []
+    return [trial] if _passes(selection, trial) else []
 
 
 def _to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
