@@ -6,11 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from idtool import Log, identify
+from idtool.diagnosis import diagnose as diagnosis
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
+from idtool.fit.joint import JointFit
 from idtool.signals import record
 from idtool.verbs.identify import begin
 from testbench.plants import SESSION, Plant, record_session
@@ -54,3 +57,43 @@ def test_a_cable_in_a_slow_sweep(tmp_path: Path) -> None:
     found = identify([Log.read(tmp_path / "sweep.csv")]).diagnosis
     assert [effect["name"] for effect in found["effects"]] == ["position_stiffness", "inertia"]
     assert found["error"]["held_out"]["after"] < 0.0022
+
+
+def test_what_a_vetoed_effect_kept_out_is_looked_for_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An offset is a special case of a spring: where the held-out rows turn the spring down it comes back."""
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(800)
+    trials = []
+    for k in range(6):
+        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
+        q = 0.01 * np.cumsum(w)
+        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + 0.03 * q + 0.001 * rng.normal(size=len(t))
+        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
+    pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
+    recording = record([Log.read(tmp_path / "log.csv")])
+
+    def held_out_error(fit: JointFit, parts: object) -> float:
+        names = {effect.name for effect in fit.model.spec.effects}
+        return 3.0 if "position_stiffness" in names else 1.0 if "torque_offset" in names else 2.0
+
+    monkeypatch.setattr(diagnosis, "held_out_error", held_out_error)
+    starts, *_ = begin(recording, "coulomb", "none")
+    library = [registry.get(name) for name in ("torque_offset", "position_stiffness", "inertia")]
+    found = diagnose(recording, starts, library)
+    assert [effect.name for effect in found.effects] == ["torque_offset", "inertia"]
+    assert "no better with it" in found.selection.candidates["position_stiffness"].why
+
+
+def test_a_delay_that_damping_stood_for(shared: Path) -> None:
+    """The base model gave up the bristle's damping and the inertia for it: from there no score tells a delay,
+    and a fit with it does."""
+    logs = [Log.read(path) for path in sorted((shared / "sessions" / "transport_delay").glob("s*.csv.gz"))]
+    recording = record(logs)
+    starts, *_ = begin(recording, "lugre", "auto")
+    library = [registry.get(name) for name in ("transport_delay", "compliance", "inertia")]
+    found = diagnose(recording, starts, library)
+    assert [effect.name for effect in found.effects] == ["transport_delay", "inertia"]
+    assert found.base.values["bristle_damping"] < 0.01
+    assert abs(found.final.values["transport_delay.delay"] + 0.04) < 0.002
