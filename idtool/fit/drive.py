@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import optimize
 
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
@@ -16,7 +17,6 @@ from idtool.model.motion import Array, Motion
 from idtool.parameters import Parameter
 from idtool.parameters.drive import Command, Drive
 from idtool.signals import Recording, record
-from idtool.signals.line_search import lowest
 
 #: Delays between which to look, s, and how fine the first look is.
 _SHORTEST, _LONGEST, _STEP = 0.0, 0.06, 0.004
@@ -67,7 +67,11 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
     tried = np.arange(_SHORTEST, _LONGEST, _STEP)
     costs = [at(delay)[0] for delay in tried]
     best = float(tried[int(np.argmin(costs))])
-    delay = lowest(lambda d: at(d)[0], max(best - _STEP, _SHORTEST), best + _STEP, tolerance=1e-4)
+    bounds = (max(best - _STEP, _SHORTEST), best + _STEP)
+    fine = optimize.minimize_scalar(
+        lambda d: at(d)[0], bounds=bounds, method="bounded", options={"xatol": 1e-4}
+    )
+    delay = float(fine.x)
     cost, found, left, columns = at(delay)
     commanded = left + columns @ found
     if cost > _MOST_LEFT * float(np.sum((commanded - commanded.mean()) ** 2)):

@@ -13,19 +13,19 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import optimize
 
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.joint import JointFit, solve
-from idtool.fit.levenberg import minimise
 from idtool.fit.model import JointModel, Spec
-from idtool.fit.outcome import Outcome
+from idtool.fit.outcome import Outcome, outcome_of
 from idtool.fit.search import cost_over_stiffness, search
 from idtool.fit.windows import Window, steady_windows
 from idtool.model import gravity as gravity_model
 from idtool.model.motion import Array
-from idtool.model.stribeck import EXPONENT, steady
+from idtool.model.stribeck import steady
 from idtool.parameters import GRAVITY_MODELS, Parameters
 from idtool.signals import Recording
 
@@ -260,15 +260,8 @@ def _curve(fit: JointFit, windows: Sequence[Window]) -> tuple[dict[str, float], 
     def off(x: Array) -> Array:
         return np.asarray(steady(w, *x) - torque)
 
-    def slope(x: Array) -> Array:
-        coulomb, static, stribeck_velocity, _ = x
-        ratio = (np.abs(w) / stribeck_velocity) ** EXPONENT
-        fade = np.exp(-ratio)
-        narrower = (static - coulomb) * fade * ratio * EXPONENT / stribeck_velocity
-        return np.column_stack([*(np.sign(w) * part for part in (1.0 - fade, fade, narrower)), w])
-
-    curve = minimise(off, slope, start, low, high, most=_CURVE_MOST)
-    outcome = curve.outcome
+    curve = optimize.least_squares(off, np.maximum(start, low), bounds=(low, high), max_nfev=_CURVE_MOST)
+    outcome = outcome_of(curve)
     found = curve.x if outcome.converged else start
     left = torque - steady(w, *found)
     spare = max(len(w) - len(names) - 1, 1)

@@ -19,11 +19,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import optimize
 
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import Array
 from idtool.signals import kalman
-from idtool.signals.line_search import lowest
 
 #: Squared normalised innovations count at most this much in the likelihood, so that a few steps in
 #: the motion do not make all of it look rough.
@@ -179,7 +179,9 @@ def _likeliest_jerk(series: _Series, centre: float, passed: kalman.Passed) -> fl
         likely = np.minimum(passed.surprise, _ROBUST) + np.log(passed.variance)
         return float(likely[~series.first].sum())
 
-    return float(10.0 ** lowest(cost, centre - 5.0, centre + 9.0, tolerance=0.1))
+    bounds = (centre - 5.0, centre + 9.0)
+    result = optimize.minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 0.1})
+    return float(10.0**result.x)
 
 
 def _too_fast(surprise: Array) -> float:

@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.diagnosis.following import Following
@@ -39,12 +39,10 @@ from idtool.parameters.drive import Drive
 from idtool.parameters.scaling import in_torque, with_constant
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
+from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.predict import Prediction, predict
 from idtool.verbs.simulate import Simulation, simulate
 from idtool.version import __version__
-
-if TYPE_CHECKING:
-    from idtool.verbs.fit_motion import MotionFit
 
 #: `--friction coulomb` asks for the textbook model, to be compared with published ones: these effects
 #: belong to it, and no others are looked for.
@@ -227,8 +225,6 @@ def identify(
     if calibration is not None:
         notes += calibration.notes
     if weigh == "position":
-        from idtool.verbs.fit_motion import fit_motion  # with scipy.optimize, which no other fit needs
-
         options["weigh"] = weigh
         motion = fit_motion(logs, result.parameters, tell=tell)
         notes.append(

@@ -11,12 +11,9 @@ import pytest
 
 _SESSION = Path(__file__).resolve().parents[2] / "data" / "session"
 #: Each takes tenths of a second to import; no command below draws, fills a page or needs its tests.
-_HEAVY = (
-    *("matplotlib", "scipy.stats", "scipy.signal", "scipy.interpolate", "scipy.optimize"),
-    *("jinja2", "distributed", "h5py"),
-)
+_HEAVY = ("matplotlib", "scipy.stats", "scipy.signal", "scipy.interpolate", "jinja2", "distributed", "h5py")
 #: What moves a rig or reads a file needs no optimiser either.
-_OF_A_FIT = ("nlopt", "idtool.fit", "idtool.diagnosis")
+_OF_A_FIT = ("scipy.optimize", "nlopt", "idtool.fit", "idtool.diagnosis")
 _SCRIPT = """
 import contextlib, io, json, sys
 from idtool.cli.main import main
