@@ -16,7 +16,7 @@ from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.pruning import drop, veto, without
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
-from idtool.diagnosis.selection import extend, good_enough, select
+from idtool.diagnosis.selection import absorbed, extend, good_enough, select
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.smoothing import fit_correction
 from idtool.diagnosis.split import Split, split
@@ -265,11 +265,8 @@ def diagnose(
         base = refit(start, JointModel.build(thin(parts.training), start.model.spec))
         selection = select(base, library, tell, given=given, tolerance=tolerance)
         unnamed = _without_unnamed(selection)
-        allowed = list(library)
-        while vetoed := veto(selection, lambda fit: held_out_error(fit, parts), tell):
-            # what they kept out may take their place
-            allowed = [effect for effect in allowed if effect.name not in vetoed]
-            extend(selection, allowed, tell, given=given, tolerance=tolerance)
+        while special := absorbed(veto(selection, lambda fit: held_out_error(fit, parts), tell), library):
+            extend(selection, special, tell, given=given, tolerance=tolerance)
             unnamed = _without_unnamed(selection)
         if best is None or predicts_better(selection.fit, best[1].fit):
             best = base, selection, unnamed, place

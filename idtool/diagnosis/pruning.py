@@ -29,9 +29,9 @@ _THE_SAME = 1e-3
 _SPENT = 12
 
 
-def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> set[str]:
-    """Drop what no longer lowers the left-out error, least needed first; their names."""
-    dropped: set[str] = set()
+def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> list[Effect]:
+    """Drop what no longer lowers the left-out error, least needed first; what was dropped."""
+    dropped: list[Effect] = []
     while True:
         fit = selection.fit
         least = root_mean(prediction_errors(fit)[0], fit)
@@ -50,13 +50,13 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> set[str]
         if not unneeded:
             return dropped
         _, effect, smaller, impossible = min(unneeded, key=lambda item: item[0])
-        dropped.add(effect.name)
+        dropped.append(effect)
         drop(selection, effect, smaller, impossible or "became unneeded when other effects were in")
 
 
 def veto(
     selection: Selection, held_out: Callable[[JointFit], float], tell: Callable[[str], None]
-) -> set[str]:
+) -> list[Effect]:
     """Take out the effects that make the prediction of the held-out rows worse, the worst first.
 
     Args:
@@ -65,9 +65,9 @@ def veto(
         tell: as in `select`.
 
     Returns:
-        Their names.
+        Those.
     """
-    vetoed: set[str] = set()
+    vetoed: list[Effect] = []
     while True:
         now = held_out(selection.fit)
         found = []
@@ -82,7 +82,7 @@ def veto(
         error, effect, smaller = min(found, key=lambda item: item[0])
         if error > (1.0 - _THE_SAME) * now:
             return vetoed
-        vetoed.add(effect.name)
+        vetoed.append(effect)
         drop(
             selection,
             effect,

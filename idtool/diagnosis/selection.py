@@ -106,16 +106,18 @@ def extend(
     tolerance: float = 0.0,
 ) -> None:
     """Go on with a selection, from the effects that it holds; arguments as in `select`."""
-    allowed = list(library)
-    while True:
+    allowed = library
+    while allowed:
         _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance)
-        dropped = drop_unneeded(selection, tell)
-        if not dropped:
-            break
-        # what they kept out may take their place
-        allowed = [effect for effect in allowed if effect.name not in dropped]
+        allowed = absorbed(drop_unneeded(selection, tell), library)
     simplify(selection, library, tell)
     find_alternatives(selection, library, tell)
+
+
+def absorbed(gone: Sequence[Effect], library: Sequence[Effect]) -> list[Effect]:
+    """The special cases of effects that are gone, which may come in their place."""
+    names = {name for effect in gone for name in effect.absorbs}
+    return [effect for effect in library if effect.name in names]
 
 
 def _add(
