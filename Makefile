@@ -1,6 +1,7 @@
 # Two commands do everything on a fresh machine (Python 3.11+ with venv, make):
 #   make demo    the whole loop on a simulated rig
 #   make test    lint, types and tests
+#   make test-long  tests of whole sessions (10 minutes)
 #   make quick   the demo and the fast part of the tests, as for another Python:
 #                make quick PYTHON=python3.13 VENV=build/python3.13
 #   make study-accuracy, study-partial, study-diagnosis, study-measured, study-simulate, study-calibrate, study-teach, study-played, study-reliability, study-fleet, study-board,
@@ -19,7 +20,7 @@ BIN     = $(VENV)/bin
 # What starts again and again is compiled once, as after an install, whatever the environment says.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint types tests quick bench fuzz mutants package clean study-accuracy study-partial study-diagnosis study-measured study-simulate study-calibrate \
+.PHONY: demo test lint types tests test-long quick bench fuzz mutants package clean study-accuracy study-partial study-diagnosis study-measured study-simulate study-calibrate \
     study-board study-teach study-played study-reliability study-fleet study-rehearsal study-exchange study-volts docs-commands docs-effects \
     docs-tutorial docs-architecture docs-notebook
 .DELETE_ON_ERROR:
@@ -38,13 +39,18 @@ types: $(VENV)/.ready-dev
 
 tests: export OPENBLAS_NUM_THREADS = 1
 tests: $(VENV)/.ready-dev
-	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not long"
+
+# What takes whole sessions: pages from their first command to their last, every effect by name, every fault.
+test-long: export OPENBLAS_NUM_THREADS = 1
+test-long: $(VENV)/.ready-dev
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder -m long
 
 # A part of every room, what parses, computes, moves and prints; under a minute.
 quick: export OPENBLAS_NUM_THREADS = 1
-quick: $(VENV)/.ready-dev
+quick: $(VENV)/.ready-test
 	$(BIN)/ffc-id demo -o build/demo --force -q
-	$(BIN)/pytest tests/model tests/effects tests/log tests/parameters tests/experiment tests/rig/test_contract.py \
+	$(BIN)/pytest -n 2 -m "not long" tests/model tests/effects tests/log tests/parameters tests/experiment tests/rig/test_contract.py \
 	    tests/control/test_force_free.py tests/fit/test_covariance.py tests/cli/test_faults.py tests/cli/test_run.py
 
 bench: $(VENV)/.ready-bench
@@ -103,7 +109,11 @@ $(VENV)/.ready: pyproject.toml constraints.txt | $(VENV)/bin/python
 	@touch $@
 
 $(VENV)/.ready-dev: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[dev]'
+	$(BIN)/python -m pip install --quiet --no-compile -c constraints.txt -e '.[dev]'
+	@touch $@ $(VENV)/.ready $(VENV)/.ready-test
+
+$(VENV)/.ready-test: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --no-compile -c constraints.txt -e '.[test]'
 	@touch $@ $(VENV)/.ready
 
 $(VENV)/.ready-bench: pyproject.toml constraints.txt | $(VENV)/bin/python

@@ -169,7 +169,8 @@ def diagnose(
 def finish(result: Identification, folder: Path, seed: int, output: Output) -> None:
     """Write the folder and print the verdict."""
     from idtool.report import write_report
-    from idtool.report.result_folder import NEXT_RECIPE, write_results
+    from idtool.report.next_step import next_step_of
+    from idtool.report.result_folder import write_results
 
     for sentence in (one for log in result.recording.wiring for one in log):
         output.warn(sentence)  # before any number
@@ -185,15 +186,7 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
         click.echo(f"report: {page}")
 
     output.result(result.diagnosis, show)
-    wrong = [
-        source for source, said in zip(result.recording.sources, result.recording.wiring, strict=True) if said
-    ]
-    if wrong:  # no other run cures a column that is wrong
-        output.next("plot", wrong[0])
-    elif result.diagnosis["next_experiment"]:
-        output.next("run", "--recipe", folder / NEXT_RECIPE, "--rig", "SPEC", "-o", "next.csv")
-    else:
-        output.next("tune", "-p", folder / "params.toml", "--hand-force", "2")
+    output.next(*next_step_of(folder, result.recording.sources).words)
 
 
 def command_line() -> str:

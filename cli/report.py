@@ -29,7 +29,7 @@ def report(folder: Path, svg: bool, output: Output) -> None:
     ffc-id report result
     """
     from idtool.report import write_report
-    from idtool.report.result_folder import NEXT_RECIPE
+    from idtool.report.next_step import next_step_of
 
     with Progress(output, "drawing the figures"):
         page = write_report(folder, svg=svg)
@@ -42,8 +42,4 @@ def report(folder: Path, svg: bool, output: Output) -> None:
         click.echo(f"figures: {len(figures)} in {folder / 'figures'}, as {forms}")
 
     output.result({"report": str(page), "figures": [str(figure) for figure in figures]}, show)
-    recipe = folder / NEXT_RECIPE
-    if recipe.exists():
-        output.next("run", "--recipe", recipe, "--rig", "SPEC", "-o", "next.csv")
-    else:
-        output.next("tune", "-p", folder / "params.toml", "--hand-force", "2")
+    output.next(*next_step_of(folder).words)

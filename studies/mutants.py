@@ -147,9 +147,10 @@ _INTRODUCTION = """
 
 Made by `make mutants` (cosmic-ray; one core, 20 minutes): of each module a random sample of changes is tried,
 a number by one, a sign, a sum for a difference, a comparison or a condition turned round, each against that
-module's own quick tests alone. Longer tests on simulated axes come on top of these in `make test`. What is
-left is shown by the command; some of it changes nothing that can be seen (the size of a spare array). `law`,
-`enabling`, `online` and `force_free` are not tried: what tests them is longer sessions on simulated axes.
+module's own quick tests alone. Longer tests on simulated axes come on top of these in `make test` and `make
+test-long`. What is left is shown by the command; some of it changes nothing that can be seen (the size of a
+spare array). `law`, `enabling`, `online` and `force_free` are not tried: what tests them is longer sessions
+on simulated axes.
 
 """
 

@@ -27,6 +27,7 @@ PARTS: dict[str, Callable[[], Section]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PARTS)
 def test_every_part_makes_its_table(name: str) -> None:
     section = PARTS[name]()

@@ -38,6 +38,7 @@ def test_reproduces_the_published_model_of_emps(emps: Log) -> None:
     assert error(result, emps) == pytest.approx(theirs, rel=0.1)
 
 
+@pytest.mark.long
 def test_goes_beyond_the_published_extension_of_emps(emps: Log) -> None:
     """The authors' asymmetric friction reaches 3.1117 %."""
     result = identify([emps])
@@ -51,6 +52,7 @@ def test_goes_beyond_the_published_extension_of_emps(emps: Log) -> None:
     assert diagnosis["verdict"] == "unexplained"
 
 
+@pytest.mark.long
 def test_constant_speed_runs_of_a_direct_drive_arm(measured: Path) -> None:
     """CICESE DD2DOF, joint 1: gravity 9.81 * 3.921 N m, Coulomb 12.4 and 10.9 N m."""
     recording = import_recording(

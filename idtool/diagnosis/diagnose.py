@@ -16,7 +16,7 @@ from idtool.diagnosis.following import Following, between_models, for_parameter
 from idtool.diagnosis.pruning import drop, veto, without
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
-from idtool.diagnosis.selection import absorbed, extend, good_enough, select
+from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.smoothing import fit_correction
 from idtool.diagnosis.split import Split, split
@@ -263,11 +263,13 @@ def diagnose(
     for place, start in enumerate(starts):
         tell("fitting the base model")
         base = refit(start, JointModel.build(thin(parts.training), start.model.spec))
-        selection = select(base, library, tell, given=given, tolerance=tolerance)
-        unnamed = _without_unnamed(selection)
-        while special := absorbed(veto(selection, lambda fit: held_out_error(fit, parts), tell), library):
-            extend(selection, special, tell, given=given, tolerance=tolerance)
+        selection, wanted = begun(base, library), library
+        while True:
+            extend(selection, wanted, tell, given=given, tolerance=tolerance)
             unnamed = _without_unnamed(selection)
+            wanted = absorbed(veto(selection, lambda fit: held_out_error(fit, parts), tell), library)
+            if not wanted:
+                break
         if best is None or predicts_better(selection.fit, best[1].fit):
             best = base, selection, unnamed, place
         if not unnamed and not any(test.depends for test in test_residual(selection.fit)):

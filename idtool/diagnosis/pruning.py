@@ -18,7 +18,7 @@ from idtool.diagnosis.candidates import (
 from idtool.effects.base import Effect
 from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit, refit
-from idtool.fit.left_out import prediction_errors, root_mean
+from idtool.fit.left_out import left_out_error, prediction_errors
 from idtool.fit.model import JointModel
 
 #: An effect whose removal raises the error by this factor at first sight is needed.
@@ -34,7 +34,7 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> list[Eff
     dropped: list[Effect] = []
     while True:
         fit = selection.fit
-        least = root_mean(prediction_errors(fit)[0], fit)
+        (least,) = left_out_error(fit)
         unneeded: list[tuple[float, Effect, JointFit, str | None]] = []
         for effect in fit.model.spec.effects:
             if effect.name == "inertia":
@@ -44,7 +44,7 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> list[Eff
             if not impossible and least_without(fit, effect) > _SURELY * least:
                 continue
             smaller = without(fit, effect)
-            old, new = _left_out(fit, smaller)
+            old, new = left_out_error(fit, smaller)
             if impossible or new <= (1.0 + LEAST_GAIN) * old:
                 unneeded.append((new, effect, smaller, impossible))
         if not unneeded:
@@ -62,7 +62,7 @@ def veto(
     Args:
         selection: on the training rows.
         held_out: the error on the held-out rows.
-        tell: as in `select`.
+        tell: as in `extend`.
 
     Returns:
         Those.
@@ -89,12 +89,6 @@ def veto(
             smaller,
             f"held-out trials are predicted no better with it: {now:.4g} against {error:.4g}",
         )
-
-
-def _left_out(one: JointFit, other: JointFit) -> tuple[float, float]:
-    """Left-out error of each of two models."""
-    errors = prediction_errors(one, other)
-    return root_mean(errors[0], one), root_mean(errors[1], other)
 
 
 def without(fit: JointFit, effect: Effect) -> JointFit:
@@ -138,7 +132,7 @@ def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[st
             tell(f"trying {name} in place of {effect.name}")
             fit = selection.fit
             swapped = swap(fit, effect, by_name[name])
-            before, after = _left_out(fit, swapped.fit)
+            before, after = left_out_error(fit, swapped.fit)
             if after > (1.0 + LEAST_GAIN) * before:
                 continue
             selection.fit = swapped.fit

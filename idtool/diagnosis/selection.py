@@ -34,7 +34,7 @@ from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve, torque_of
-from idtool.fit.left_out import prediction_errors, root_mean
+from idtool.fit.left_out import left_out_error, prediction_errors
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
 from idtool.model.motion import Motion
@@ -58,7 +58,7 @@ _LAGS = ("backlash", "hysteresis", "transport_delay", "compliance")
 _BENT = 0.03
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Scored:
     """An effect's best start, the fit that it starts from, and its start from the fit that is extended."""
 
@@ -72,28 +72,12 @@ class _Scored:
         return (1.0 - self.start.gain) * self.fit.sse
 
 
-def select(
-    base: JointFit,
-    library: Sequence[Effect],
-    tell: Callable[[str], None] = lambda _: None,
-    *,
-    given: bool = False,
-    tolerance: float = 0.0,
-) -> Selection:
-    """Extend `base` by the effects that the data ask for.
-
-    Args:
-        base: a fit of the base model on the training rows.
-        library: the effects to consider, simplest first.
-        tell: called with a sentence on what is being tried.
-        given: the library is a model that somebody chose; its effects need not explain everything.
-        tolerance: error that is good enough, share of the torque (rms).
-    """
+def begun(base: JointFit, library: Sequence[Effect]) -> Selection:
+    """A selection that holds what the base model has, of the effects to consider, simplest first."""
     selection = Selection(base, {effect.name: Candidate(effect.name) for effect in library})
     for effect in base.model.spec.effects:
         candidate = selection.candidates.setdefault(effect.name, Candidate(effect.name))
         candidate.accepted, candidate.why = True, "every axis has it"
-    extend(selection, library, tell, given=given, tolerance=tolerance)
     return selection
 
 
@@ -105,11 +89,21 @@ def extend(
     given: bool = False,
     tolerance: float = 0.0,
 ) -> None:
-    """Go on with a selection, from the effects that it holds; arguments as in `select`."""
+    """Add to a selection the effects that the data ask for.
+
+    Args:
+        selection: what was found so far, on the training rows.
+        library: the effects to consider.
+        tell: called with a sentence on what is being tried.
+        given: the library is a model that somebody chose; its effects need not explain everything.
+        tolerance: error that is good enough, share of the torque (rms).
+    """
     allowed = library
-    while allowed:
+    while True:
         _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance)
         allowed = absorbed(drop_unneeded(selection, tell), library)
+        if not allowed:
+            break
     simplify(selection, library, tell)
     find_alternatives(selection, library, tell)
 
@@ -182,17 +176,13 @@ def _on_another_curve(
     fit = selection.fit
     if "static" not in fit.model.names or not worth_a_restart(fit):
         return None
-    passed = []
+    passed: list[Trial] = []
     for effect in _to_score(selection, library):
         if "velocity" not in effect.follows or isinstance(effect, Unnamed):
             continue
         tell(f"trying {effect.title.lower()} on another friction curve")
         refitted = restart(try_effect(fit, effect, best_start(Background.of(fit), effect)).fit)
-        trial = Trial(effect, refitted, chance_of(refitted, effect))
-        if trial.p_value > _ALPHA / len(library):
-            _tell_why(selection, effect, "its relation to the residual may be chance")
-        elif _passes(selection, trial):
-            passed.append(trial)
+        passed += _in_full(selection, refitted, effect, library)
     if not passed:
         return None
     winner = _simplest_of_best(selection, passed)
@@ -237,10 +227,13 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         if _passes(selection, trial):
             passed.append(trial)
             promised = min(promised, item.left())
-    hidden = [item for item in scored if all(item is not other for other in promising)] if lag else []
-    for item in hidden:
-        if item.effect.name in _LAGS:
-            passed += _in_full(selection, item, len(library), tell)
+    for item in scored if lag else ():
+        if item.effect.name in _LAGS and item not in promising:
+            # what damping and inertia do in its place bends a fit so far that no score from there tells
+            tell(f"trying {item.effect.title.lower()}")
+            passed += _in_full(
+                selection, try_effect(fit, item.effect, item.plain, far=True).fit, item.effect, library
+            )
     if not passed:
         return None
     winner = _simplest_of_best(selection, passed)
@@ -248,13 +241,13 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     return winner
 
 
-def _in_full(selection: Selection, item: _Scored, library: int, tell: Callable[[str], None]) -> list[Trial]:
-    """The trial of a lag whose score may be chance, in a list, if its refit passes: what damping and inertia
-    do in its place bends a fit so far that no score from there tells."""
-    tell(f"trying {item.effect.title.lower()}")
-    trial = try_effect(selection.fit, item.effect, item.plain, far=True)
-    trial = replace(trial, p_value=chance_of(trial.fit, item.effect))
-    if trial.p_value > _ALPHA / library:
+def _in_full(
+    selection: Selection, refitted: JointFit, effect: Effect, library: Sequence[Effect]
+) -> list[Trial]:
+    """The trial of an effect whose score may be chance, in a list, if its refit is not and passes."""
+    trial = Trial(effect, refitted, chance_of(refitted, effect))
+    if trial.p_value > _ALPHA / len(library):
+        _tell_why(selection, effect, "its relation to the residual may be chance")
         return []
     return [trial] if _passes(selection, trial) else []
 
@@ -316,7 +309,7 @@ def _accept(selection: Selection, winner: Trial) -> None:
     if not candidate.accepted:
         candidate.p_value, selection.p_values[winner.effect.name] = winner.p_value, winner.p_value
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
-    candidate.held_out = root_mean(prediction_errors(winner.fit)[0], winner.fit)
+    (candidate.held_out,) = left_out_error(winner.fit)
 
 
 def _with_its_own_load(fit: JointFit) -> JointFit:
@@ -350,12 +343,7 @@ def _promising(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
 
 
 def _passes(selection: Selection, trial: Trial) -> bool:
-    old, new = (
-        root_mean(errors, fit)
-        for errors, fit in zip(
-            prediction_errors(selection.fit, trial.fit), (selection.fit, trial.fit), strict=True
-        )
-    )
+    old, new = left_out_error(selection.fit, trial.fit)
     candidate = _candidate(selection, trial.effect)
     if not candidate.accepted:
         candidate.held_out = new

@@ -62,7 +62,7 @@ def fitted(parameters: Parameters, logs: Sequence[Log]) -> tuple[Parameters, flo
     sign = predict_torque(motion, unit, Contribution(), np.zeros(motion.stretches)).torque
     offset = parameters.effect("torque_offset")
     constant = [np.ones(len(motion))] if offset else []
-    columns = recording.filtered_columns(sign, motion.velocity, *constant)
+    columns = recording.filtered(np.column_stack([sign, motion.velocity, *constant]))
     measured = recording.filtered(recording.torque - rest)
     scale = np.linalg.norm(columns, axis=0) + _SMALLEST
     lowest = np.array([0.0, 0.0, *(-math.inf for _ in constant)])

@@ -452,18 +452,6 @@ def _in_file(name: str, fit: JointFit) -> str:
     return f"effects.{owner}"
 
 
-def rows_left_out(recording: Recording) -> list[str]:
-    """Sentences on rows that were in the logs and are not compared, and on what was mended."""
-    sentences = list(recording.remarks)
-    lost = sum(recording.lost.values())
-    if lost:
-        reasons = ", ".join(f"{reason} {count}" for reason, count in recording.lost.items())
-        sentences.append(
-            f"{lost} {'row was' if lost == 1 else 'rows were'} left out of the comparison ({reasons})."
-        )
-    return sentences
-
-
 def constant_speeds(motion: Motion, rows: NDArray[np.bool_] | None = None) -> list[tuple[float, float]]:
     """(speed, travel) of each stretch of constant speed, from the smoothed velocity alone."""
     chosen = np.ones(len(motion), dtype=bool) if rows is None else rows

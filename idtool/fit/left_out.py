@@ -39,9 +39,10 @@ def _errors(fit: JointFit, rows: float) -> Array:
     return np.asarray(raised * np.add.reduceat(fit.residual**2, first))
 
 
-def root_mean(errors: Array, fit: JointFit) -> float:
-    """Errors of folds as one root mean square over the filtered rows."""
-    return float(np.sqrt(errors.sum() / len(fit.residual)))
+def left_out_error(*fits: JointFit) -> list[float]:
+    """For each model the root mean square over the filtered rows had it not seen them."""
+    errors = prediction_errors(*fits)
+    return [float(np.sqrt(own.sum() / len(fit.residual))) for own, fit in zip(errors, fits, strict=True)]
 
 
 def predicts_better(one: JointFit, other: JointFit) -> bool:

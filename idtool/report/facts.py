@@ -132,6 +132,7 @@ class LogFacts:
     rows: int | None = None
     trials: int | None = None
     experiment: str = ""
+    wiring: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

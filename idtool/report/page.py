@@ -11,8 +11,9 @@ from __future__ import annotations
 import base64
 import json
 import re
+import shlex
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -33,9 +34,10 @@ from idtool.report.facts import Found, Pair
 from idtool.report.folding import quiet
 from idtool.report.gallery import Plate
 from idtool.report.guiding import read_guiding
+from idtool.report.next_step import next_step
 from idtool.report.plates import all_plates
 from idtool.report.residual_gallery import SIGNIFICANT
-from idtool.report.verdict import left_sentence, next_step, summarise
+from idtool.report.verdict import left_sentence, sentence, summarise
 from idtool.verbs.summary import share
 from idtool.version import __version__
 
@@ -165,7 +167,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters["code"] = _code
+    environment.filters |= {"code": _code, "sentence": sentence, "command": _command}
     environment.filters["typeset"] = lambda formula: Markup(typeset(formula))
     template = environment.from_string(package.joinpath("page.html.jinja").read_text("utf-8"))
     diagnosis, facts = evidence.diagnosis, evidence.facts
@@ -183,7 +185,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         held_out=error.held_out.after is not None,
         effects=[_card(evidence, effect) for effect in diagnosis.effects if effect.name != "inertia"],
         left=left_sentence(evidence),
-        step=next_step(evidence),
+        step=next_step(diagnosis, facts, Path(evidence.folder.resolve().name)),
         next_experiment=_next(evidence),
         groups=tables.parameter_groups(evidence),
         errors=_errors(evidence),
@@ -208,6 +210,10 @@ def _code(sentence: str) -> str:
     from markupsafe import Markup, escape
 
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(sentence))))
+
+
+def _command(words: Sequence[str]) -> str:
+    return shlex.join(["ffc-id", *words])
 
 
 def _position(evidence: Evidence) -> str:

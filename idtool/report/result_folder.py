@@ -280,4 +280,5 @@ def _log_facts(result: Identification, index: int) -> dict[str, Any]:
         "rows": int(np.isin(recording.motion.trial, trials).sum()),
         "trials": len(trials),
         "experiment": recording.experiment[trials[0]] if trials else "",
+        "wiring": recording.wiring[index],
     }

@@ -11,7 +11,6 @@ from idtool.model.units import torque_name, unit_text
 from idtool.presentation import text
 from idtool.report.evidence import Evidence
 from idtool.report.residual_gallery import SIGNIFICANT
-from idtool.report.result_folder import NEXT_RECIPE
 from idtool.verbs.summary import share
 
 Mark = Literal["good", "care", "bad"]
@@ -99,19 +98,6 @@ def left_sentence(evidence: Evidence) -> str:
     return f"{share(left)} of the {torque_name(evidence.kind)} is left{floor}{on}."
 
 
-def next_step(evidence: Evidence) -> tuple[str, str]:
-    """What to do next: the reason, and the command."""
-    following, folder = evidence.diagnosis.next_experiment, evidence.folder.resolve().name
-    if following is not None:
-        reason = following.why or "One more run would tell what these logs leave open."
-        return _sentence(reason), f"ffc-id run --recipe {folder}/{NEXT_RECIPE} --rig SPEC -o next.csv"
-    if evidence.diagnosis.verdict == "unexplained":
-        reason = "Something is left that no effect explains: see whether it is there on another day too."
-        return reason, f"ffc-id predict OTHER-DAY.csv -p {folder}/params.toml -o predicted.csv"
-    reason = "The model explains these logs: choose how the axis is to feel in the hand."
-    return reason, f"ffc-id tune -p {folder}/params.toml --hand-force 2"
-
-
 def _findings(evidence: Evidence) -> Iterator[Finding]:
     """The leading parameters of the found effects, so many that the tile stays a tile."""
     found = [entry for entry in evidence.parameters.effects if entry.name != "inertia"]
@@ -172,7 +158,7 @@ def _story(evidence: Evidence) -> str:
         return f"What is left of the {effort} is not noise, and no effect in the library accounts for it."
     share = "" if left.share is None else f" ({text.percent(left.share)} of its variance)"
     on = f" with {text.listed([text.words(name) for name in left.depends_on])}" if left.depends_on else ""
-    note = f" {_sentence(left.note)}" if left.note else ""
+    note = f" {sentence(left.note)}" if left.note else ""
     still = f"What is left of the {effort} still varies{on}{share}"
     return f"{still}, and no effect in the library accounts for it.{note}"
 
@@ -283,6 +269,7 @@ def _capital(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
 
 
-def _sentence(note: str) -> str:
+def sentence(note: str) -> str:
+    """A note with a capital and a full stop."""
     note = _capital(note.strip())
     return note if note.endswith((".", "!", "?")) else f"{note}."

@@ -153,9 +153,14 @@ class Recording:
         """Apply the filter to one column or several, shape (rows,) or (rows, n)."""
         return np.asarray(self.operator @ values)
 
-    def filtered_columns(self, *columns: Array) -> Array:
-        """Apply the filter to a few columns, shape (rows,) each, which need no copy side by side for it."""
-        return np.column_stack([self.operator @ column for column in columns])
+    def told_of_rows(self) -> list[str]:
+        """Sentences on rows that were in the logs and are not compared, and on what was mended."""
+        lost = sum(self.lost.values())
+        if not lost:
+            return list(self.remarks)
+        reasons = ", ".join(f"{reason} {count}" for reason, count in self.lost.items())
+        rows = "row was" if lost == 1 else "rows were"
+        return [*self.remarks, f"{lost} {rows} left out of the comparison ({reasons})."]
 
     @property
     def trials(self) -> int:

@@ -15,7 +15,6 @@ from idtool.fit.identifiability import (
     Shortcoming,
     constant_speeds,
     moves_one_way,
-    rows_left_out,
     shortcomings,
 )
 from idtool.fit.joint import JointFit
@@ -118,7 +117,7 @@ def check(logs: Sequence[Log]) -> Check:
     fit = _trial_fit(recording)
     lacking = [] if fit is None else shortcomings(fit)
     can, cannot = _determine(_with_some_load(recording), lacking)
-    return Check(singles, can, cannot, lacking, rows_left_out(recording))
+    return Check(singles, can, cannot, lacking, recording.told_of_rows())
 
 
 def _trial_fit(recording: Recording) -> JointFit | None:

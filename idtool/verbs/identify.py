@@ -21,7 +21,7 @@ from idtool.errors import InputError, nearest
 from idtool.experiment.recipe import document_of_command
 from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fits, step_down
 from idtool.fit.drive import fit_drive
-from idtool.fit.identifiability import PARTS, Shortcoming, rows_left_out, shortcomings
+from idtool.fit.identifiability import PARTS, Shortcoming, shortcomings
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.known_load import Calibration, calibrate_by_axis
 from idtool.fit.model import FRICTION_KINDS, FrictionKind, JointModel, Spec
@@ -314,7 +314,7 @@ def findings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[str]:
         *_about_effort(fit.model.recording),
         *(_about_friction(fit) if "static" in parts else []),
         *(one.sentence for one in shortcomings(fit, parts)),
-        *rows_left_out(fit.model.recording),
+        *fit.model.recording.told_of_rows(),
     ]
 
 

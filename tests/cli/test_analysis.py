@@ -168,6 +168,7 @@ def test_wrong_uses_name_the_remedy(logs: Path, result: Path) -> None:
     assert not (logs / "x").exists()
 
 
+@pytest.mark.long
 def test_demo_shows_the_whole_loop(tmp_path: Path) -> None:
     done = program("demo", "-o", "demo", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -92,6 +92,7 @@ def test_it_says_where_it_is(servo: Servo, tmp_path: Path) -> None:
     assert not (tmp_path / "servo").exists()
 
 
+@pytest.mark.long
 def test_a_person_is_asked_for_every_payload(servo: Servo, short: Path, tmp_path: Path) -> None:
     """A rehearsal of the gravity run: what is asked for is done at the servo, then Enter."""
     log = tmp_path / "gravity.csv"

@@ -80,4 +80,4 @@ def test_a_program_that_reads_is_told_nothing(folder: Path) -> None:
 
 def test_a_report_drawn_again(folder: Path) -> None:
     assert ffc_id("identify", "sine.csv", "-o", "result", *COULOMB, cwd=folder).returncode == 0
-    assert last("report", "result", cwd=folder)[0] in ("run", "tune")
+    assert last("report", "result", cwd=folder)[0] in ("run", "predict", "tune")

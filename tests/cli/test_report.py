@@ -2,36 +2,20 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import struct
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from idtool.cli.main import main
 
 from idtool.presentation import style
-
-
-def _synthetic() -> ModuleType:
-    """The maker of result folders, which lives with the tests of the report."""
-    file = Path(__file__).parents[1] / "report" / "folder.py"
-    spec = importlib.util.spec_from_file_location("report_folder", file)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+from tests.report import folder as synthetic
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    made = _synthetic().make(tmp_path / "result")
-    assert isinstance(made, Path)
-    return made
+    return synthetic.make(tmp_path / "result")
 
 
 def run(*arguments: str) -> int:
@@ -52,7 +36,8 @@ def test_draws_again_and_says_where(folder: Path, capsys: pytest.CaptureFixture[
     assert run(str(folder)) == 0
     printed = capsys.readouterr()
     assert printed.out == f"report: {folder / 'report.html'}\nfigures: 20 in {folder / 'figures'}, as PNG\n"
-    assert printed.err == f"next: ffc-id tune -p {folder / 'params.toml'} --hand-force 2\n"
+    recipe = folder / "next_experiment.toml"
+    assert printed.err == f"next: ffc-id run --recipe {recipe} --rig SPEC -o next.csv\n"
     assert (folder / "report.html").read_text(encoding="utf-8").startswith("<!doctype html>")
     assert run(str(folder), "--svg") == 0
     assert capsys.readouterr().out.endswith("as PNG and SVG\n")

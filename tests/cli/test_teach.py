@@ -140,6 +140,7 @@ def test_says_what_the_file_s_effects_are_worth(tmp_path: Path, parameters: Para
     assert "the file's effects are worth" in said.stdout
 
 
+@pytest.mark.long
 def test_a_correction_is_compensated_where_it_is_asked_for(tmp_path: Path, parameters: Parameters) -> None:
     """A ripple that the file lacks and a smooth correction holds: the hand is more even with it."""
     from idtool.parameters.correction import Correction

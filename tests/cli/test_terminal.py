@@ -122,6 +122,7 @@ def screen(*arguments: str, columns: int, cwd: Path, **environment: str) -> str:
     return seen
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -205,6 +206,7 @@ def test_progress_says_how_long_it_will_take(tmp_path: Path) -> None:
     assert (piped.returncode, piped.stderr) == (0, "next: ffc-id check log.csv\n")
 
 
+@pytest.mark.long
 def test_identify_shows_what_it_does_only_in_a_terminal(tmp_path: Path) -> None:
     session(tmp_path / "one")
     quick = ("--friction", "coulomb", "--gravity", "none")

@@ -284,6 +284,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Session:
     return one
 
 
+@pytest.mark.long
 def test_sessions_of_one_axis_agree_and_a_changed_level_is_found(session: Session) -> None:
     same = [session(seed) for seed in range(3)]
     worn, _ = session(9, coulomb_nm=0.084)

@@ -25,6 +25,7 @@ TILT = {"tilt_misalignment": {"alpha_rad": 0.05, "beta_rad": 0.0}}
 OTHERS = tuple(name for name in registry.names() if name not in {"inertia", *OFFSET, *TILT})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("effects", "without"), [(OFFSET, ()), (TILT, OTHERS)], ids=["offset", "tilt"])
 def test_ambiguous_then_run_then_decided(
     tmp_path: Path, effects: dict[str, dict[str, float]], without: tuple[str, ...]
@@ -59,6 +60,7 @@ def test_ambiguous_then_run_then_decided(
     assert decided["next_experiment"] is None
 
 
+@pytest.mark.long
 def test_a_run_for_a_parameter_that_is_not_determined(tmp_path: Path) -> None:
     """One payload shows nothing per payload: payload steps are proposed, made, and show it."""
     plant, short = random_plant(np.random.default_rng(5)), Changes(travel=2.6)

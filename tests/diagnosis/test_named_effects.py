@@ -78,6 +78,9 @@ CASES = [
     ("breakaway_dwell", {"gain": 0.8, "time_constant_s": 1.0}, "gain", 0.15),
 ]
 
+#: What tests/verbs/test_identification.py has no session of.
+QUICK = ("hysteresis",)
+
 #: The bench's bristle is stiff: a short travel is enough to be steady. Four payloads of sixteen tell gravity
 #: and what goes with it.
 SHORTER = {"sweep": Changes(travel=2.6), "gravity": Changes(payloads=(0.0, 0.5, 1.0, 1.5))}
@@ -97,7 +100,10 @@ def session(folder: Path, plant: str, seed: int, *more: str, payloads: bool = Fa
     return logs
 
 
-@pytest.mark.parametrize(("name", "truth", "compared", "tolerance"), CASES, ids=[case[0] for case in CASES])
+@pytest.mark.parametrize(
+    ("name", "truth", "compared", "tolerance"),
+    [pytest.param(*case, id=case[0], marks=[pytest.mark.long] * (case[0] not in QUICK)) for case in CASES],
+)
 def test_names_the_one_effect_that_nobody_declared(
     tmp_path: Path, name: str, truth: dict[str, float], compared: str | None, tolerance: float
 ) -> None:
@@ -124,7 +130,7 @@ def test_names_the_one_effect_that_nobody_declared(
     assert found["alternatives"] == expected
 
 
-@pytest.mark.parametrize("sensors", ["lab", "dynamixel"])
+@pytest.mark.parametrize("sensors", ["lab", pytest.param("dynamixel", marks=pytest.mark.long)])
 def test_keeps_quiet_on_an_axis_without_an_effect(tmp_path: Path, sensors: str) -> None:
     diagnosis = identify(session(tmp_path, PLANT.format(sensors=sensors), seed=7)).diagnosis
     assert diagnosis["verdict"] == "adequate"

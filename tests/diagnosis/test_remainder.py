@@ -34,14 +34,16 @@ def static(plant: Plant, seed: int) -> StaticFit:
     return fit_static(record(logs), Parameters(axis=Axis("rotary", TORQUE_CONSTANT)))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_silent_and_without_a_doubt_where_nothing_is_lacking(seed: int) -> None:
     fit = static(CLEAN, seed).fit
     assert remainder(fit) is None
     assert doubted(fit, None) is fit
 
 
-@pytest.mark.parametrize("lacking", LACKING)
+@pytest.mark.parametrize(
+    "lacking", ["ripple", *(pytest.param(one, marks=pytest.mark.long) for one in ("spring", "asymmetry"))]
+)
 def test_says_so_and_widens_where_an_effect_is_lacking(lacking: str) -> None:
     fit = static(replace(CLEAN, effects=LACKING[lacking]), 5).fit
     left = remainder(fit)

@@ -65,6 +65,7 @@ def test_a_wrong_file_is_one_sentence(tmp_path: Path, old: str, new: str, place:
         Correction.read(file)
 
 
+@pytest.mark.long
 def test_unexplained_but_useful() -> None:
     """A damaged tooth, which no effect of the library is: the error on trials that it was not fitted on."""
     plant = random_plant(np.random.default_rng(11))

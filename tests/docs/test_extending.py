@@ -40,6 +40,7 @@ def example(name: str) -> Any:
     raise AssertionError(f"no example of {name}")
 
 
+@pytest.mark.long
 def test_the_effect_is_named_and_recovered(tmp_path: Path) -> None:
     effect = example("Imbalance")()
     logs = []

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from idtool import Log
 from pages.markdown import missing, steps
@@ -29,6 +30,7 @@ def foreign(log: Log, path: Path) -> None:
     recording.to_csv(path, sep=";", decimal=",", index=False)
 
 
+@pytest.mark.long
 def test_the_page_runs_and_prints_what_it_says(tmp_path: Path) -> None:
     done = []
     for commands, said in steps(PAGE):

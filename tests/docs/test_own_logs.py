@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from idtool import Log
 from pages.markdown import commands_in, fences, missing
@@ -16,6 +17,7 @@ from .support import PROJECT, printed
 PAGE = PROJECT / "docs" / "own-logs.md"
 
 
+@pytest.mark.long
 def test_the_example_reads_as_it_is_printed(tmp_path: Path) -> None:
     shutil.copy(PROJECT / "docs" / "tutorial.toml", tmp_path / "axis.toml")
     printed(["run-sweep", "--rig", "sim:axis.toml", "-o", "sweep.csv", "-q"], tmp_path)

@@ -30,6 +30,7 @@ def inside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("inside")
 def test_the_examples_of_the_page_run_one_after_another() -> None:
     names: dict[str, Any] = {}
@@ -48,6 +49,7 @@ def test_every_public_name_has_its_example() -> None:
     assert "## Result" in _PAGE.read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_the_notebook_runs_and_gives_what_it_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     notebook = PROJECT / NOTEBOOK

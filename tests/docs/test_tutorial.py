@@ -15,6 +15,7 @@ from .support import PROJECT, printed
 TUTORIAL = PROJECT / "docs" / "tutorial.md"
 
 
+@pytest.mark.long
 def test_the_tutorial_runs_and_prints_what_it_says(tmp_path: Path) -> None:
     shutil.copy(PROJECT / "docs" / "tutorial.toml", tmp_path / "axis.toml")
     done = 0

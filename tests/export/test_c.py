@@ -57,7 +57,9 @@ def assert_alike(c: Answers, python: Answers) -> None:
     assert np.all(worst <= 0), worst
 
 
-@pytest.mark.parametrize("values", [PAPER, BENCH], ids=["paper", "bench"])
+@pytest.mark.parametrize(
+    "values", [pytest.param(PAPER, marks=pytest.mark.long), BENCH], ids=["paper", "bench"]
+)
 @pytest.mark.parametrize("case", CASES)
 def test_steps_as_python_does(case: str, values: dict[str, float], tmp_path: Path) -> None:
     file = parameters(values, **CASES[case])

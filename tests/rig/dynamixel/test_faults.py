@@ -29,12 +29,19 @@ from .support import Bench, bench, log_path, recipe
 STOPS_WITHIN_S = WATCHDOG_S + 0.15
 
 
+def _long(*values: object) -> object:
+    """A case like one that stays."""
+    return pytest.param(*values, marks=pytest.mark.long)
+
+
 def play(on: Bench, folder: Path, **wishes: object) -> None:
     with on.rig() as rig:
         run(recipe(), rig, log_path(folder), confirm=on.setup, **wishes)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("word", ["lost=0.01", "late=0.01", "corrupt=0.01", "twice=0.01", "burst@3=0.04"])
+@pytest.mark.parametrize(
+    "word", ["lost=0.01", "corrupt=0.01", "burst@3=0.04", *map(_long, ("late=0.01", "twice=0.01"))]
+)
 def test_what_a_bus_does_to_packets_does_not_stop_a_run(tmp_path: Path, word: str) -> None:
     with bench(word, seed=3) as on:
         before = on.table()
@@ -57,13 +64,13 @@ def test_what_a_bus_does_to_packets_does_not_stop_a_run(tmp_path: Path, word: st
     ("word", "kind", "sentence"),
     [
         ("burst@3=0.6", NotAnswering, "does not answer at 1000000 baud; check power, cable"),
-        ("silent@3", NotAnswering, "does not answer at 1000000 baud; check power, cable"),
+        _long("silent@3", NotAnswering, "does not answer at 1000000 baud; check power, cable"),
         ("unplugged@3", DeviceGone, "has disappeared"),
         ("power@3", ServoRestarted, "lost its power for a moment"),
         ("overload@3", ServoShutdown, "reports overload"),
-        ("error@3=4", ServoShutdown, "reports overheating"),
-        ("error@3=1", ServoShutdown, "reports supply voltage out of range"),
-        ("error@3=8", ServoShutdown, "reports motor encoder fault"),
+        _long("error@3=4", ServoShutdown, "reports overheating"),
+        _long("error@3=1", ServoShutdown, "reports supply voltage out of range"),
+        _long("error@3=8", ServoShutdown, "reports motor encoder fault"),
         ("stuck@3", NotFollowing, "its position does not follow the commands"),
         ("watchdog@3", WatchdogTripped, "the servo's watchdog stopped the axis"),
     ],
@@ -101,7 +108,7 @@ def test_the_watchdog_of_the_servo_stops_what_nobody_can_reach(tmp_path: Path) -
         assert on.servo.table["bus_watchdog"] == -1
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, _long(2)])
 def test_a_killed_process_leaves_a_whole_log_and_a_standing_axis(seed: int) -> None:
     """A sample of `make study-reliability`; slowly, for the computer may be busy."""
     found = killed(seed, scale=0.5)

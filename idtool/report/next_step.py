@@ -1,0 +1,52 @@
+"""What to do after an identification, the same on the page and in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from idtool.report.facts import Diagnosis, Facts, read_facts
+from idtool.report.result_folder import NEXT_RECIPE
+
+
+@dataclass(frozen=True)
+class Step:
+    """One command and why.
+
+    Attributes:
+        reason: a sentence.
+        words: the command, `ffc-id` left away.
+    """
+
+    reason: str
+    words: tuple[str, ...]
+
+
+def next_step(diagnosis: Diagnosis, facts: Facts, folder: Path, logs: Sequence[str] = ()) -> Step:
+    """The one step to go on with; `folder` and `logs` as they stand in the command."""
+    named = {Path(log).name: log for log in logs}
+    wrong = [named.get(log.file, log.file) for log in facts.logs if log.wiring]
+    if wrong:  # no other run cures a column that is wrong
+        return Step("Columns of a log contradict each other: look at them first.", ("plot", wrong[0]))
+    following = diagnosis.next_experiment
+    if following is not None:
+        reason = following.why or "One more run would tell what these logs leave open."
+        recipe = str(folder / NEXT_RECIPE)
+        return Step(reason, ("run", "--recipe", recipe, "--rig", "SPEC", "-o", "next.csv"))
+    parameters = str(folder / "params.toml")
+    if diagnosis.verdict == "unexplained":
+        reason = "Something is left that no effect explains: see whether it is there on another day too."
+        return Step(reason, ("predict", "OTHER-DAY.csv", "-p", parameters, "-o", "predicted.csv"))
+    reason = "The model explains these logs: choose how the axis is to feel in the hand."
+    return Step(reason, ("tune", "-p", parameters, "--hand-force", "2"))
+
+
+def next_step_of(folder: Path, logs: Sequence[str] = ()) -> Step:
+    """The step after the result in a folder.
+
+    Raises:
+        InputError: the folder's files are missing or broken.
+    """
+    diagnosis = read_facts(folder / "diagnosis.json", Diagnosis)
+    return next_step(diagnosis, read_facts(folder / "evidence.json", Facts), folder, logs)

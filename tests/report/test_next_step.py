@@ -1,0 +1,44 @@
+"""The one step after an identification."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from idtool.report.next_step import next_step_of
+from tests.report import folder as synthetic
+
+CASES: list[tuple[dict[str, Any], list[str], str, str]] = [
+    ({"verdict": "effect_found", "next_experiment": None}, [], "choose how", "tune -p result/params.toml"),
+    (
+        {"verdict": "unexplained", "next_experiment": None},
+        [],
+        "another day",
+        "predict OTHER-DAY.csv -p result/params.toml",
+    ),
+    ({}, [], "", "run --recipe result/next_experiment.toml --rig SPEC"),
+    # no other run cures a column that is wrong
+    ({}, ["the current pushes along"], "contradict", "plot logs/gravity.csv"),
+]
+
+
+@pytest.mark.parametrize(("changed", "wiring", "why", "command"), CASES)
+def test_the_gravest_reason_decides(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    changed: dict[str, Any],
+    wiring: list[str],
+    why: str,
+    command: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    folder = synthetic.make(Path("result"))
+    synthetic.write_json(folder, "diagnosis", synthetic.read_json(folder, "diagnosis") | changed)
+    evidence = synthetic.read_json(folder, "evidence")
+    evidence["logs"][0] |= {"file": "gravity.csv", "wiring": wiring}
+    synthetic.write_json(folder, "evidence", evidence)
+    step = next_step_of(folder, ["logs/gravity.csv", "logs/sweep.csv"])
+    assert why in step.reason
+    assert " ".join(step.words).startswith(command)
