@@ -198,7 +198,7 @@ def command_line() -> str:
 
 def print_verdict(console: Console, diagnosis: dict[str, Any]) -> None:
     """Verdict, effects, error before and after, notes."""
-    from idtool.verbs.summary import summary_lines
+    from idtool.diagnosis.summary import summary_lines
 
     first, *rest = summary_lines(diagnosis)
     console.print(f"\n{first}", style="bold", markup=False)

@@ -30,9 +30,9 @@ from idtool.parameters import Parameters
 from idtool.rig import open_rig
 from idtool.rig.opening import read_plant
 from idtool.signals import record
-from idtool.verbs.plant import windows
+from idtool.simulation.stage import WINDOW_S, measured_position, windows
 from idtool.verbs.predict import of_axis
-from idtool.verbs.simulate import WINDOW_S, measured_position, simulate
+from idtool.verbs.simulate import simulate
 
 PAGE = Path("docs/exchange.md")
 STEP_S = 2e-4

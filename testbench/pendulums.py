@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from idtool import Axis, Log
+from idtool import Axis, Log, Parameters
+from idtool.parameters import EffectEntry, Parameter
 
 GRAVITY = 9.80665
 
@@ -23,6 +24,22 @@ class Pendulum:
     coulomb: float = 0.06
     viscous: float = 0.05
     torque_constant: float = 1.2
+
+    def parameters(self) -> Parameters:
+        """The file that describes it."""
+        pull = self.mass * GRAVITY * self.lever + self.own
+        return Parameters(
+            axis=Axis("rotary", self.torque_constant),
+            gravity_model="arm",
+            gravity={"sin": Parameter(pull), "cos": Parameter(0.0)},
+            static={
+                "coulomb": Parameter(self.coulomb),
+                "static": Parameter(self.coulomb),
+                "stribeck_velocity": Parameter(0.1),
+                "viscous": Parameter(self.viscous),
+            },
+            effects=(EffectEntry("inertia", {"inertia": Parameter(self.inertia)}),),
+        )
 
     def log(
         self,

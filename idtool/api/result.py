@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from idtool.api.logs import Logs, read_logs
+from idtool.diagnosis.summary import found, summary_lines
 from idtool.errors import InputError, nearest
 from idtool.parameters import EffectEntry
 from idtool.verbs.identify import Identification
 from idtool.verbs.predict import Prediction, predict
-from idtool.verbs.summary import found, summary_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,6 +21,7 @@ from typing import Any
 from scipy import special
 
 from idtool.compare.paired_errors import ErrorLine, paired_errors
+from idtool.compare.position_errors import position_errors
 from idtool.diagnosis.holm import holm
 from idtool.effects import registry
 from idtool.errors import InputError
@@ -28,7 +29,6 @@ from idtool.log import Log
 from idtool.model.units import Units, unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
-from idtool.verbs.position_errors import position_errors
 
 SCHEMA = "ffc-id/comparison/1"
 #: Chance that two fits of one unchanged axis are said to differ, over everything that is compared.
@@ -109,7 +109,7 @@ class Comparison:
         only_a, only_b: effects that one file holds and the other does not.
         errors: prediction errors, all rows first; empty without logs.
         notes: sentences that qualify the result.
-        positions: errors of the simulated position with each file (`idtool.verbs.position_errors`); None
+        positions: errors of the simulated position with each file (`idtool.compare.position_errors`); None
             without logs, or where one of the files cannot be simulated.
     """
 

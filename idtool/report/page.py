@@ -21,6 +21,7 @@ from typing import Any
 
 import tomli_w
 
+from idtool.diagnosis.summary import share
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.io.atomic import atomic_write
@@ -38,7 +39,6 @@ from idtool.report.next_step import next_step
 from idtool.report.plates import all_plates
 from idtool.report.residual_gallery import SIGNIFICANT
 from idtool.report.verdict import left_sentence, sentence, summarise
-from idtool.verbs.summary import share
 from idtool.version import __version__
 
 PAGE = "report.html"

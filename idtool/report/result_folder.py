@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 import tomli_w
 
+from idtool.compare.position_errors import position_errors
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.errors import InputError
 from idtool.fit.joint import JointFit
@@ -29,7 +30,6 @@ from idtool.io.lock import held_folder
 from idtool.model.stribeck import steady
 from idtool.parameters import Parameters
 from idtool.verbs.identify import Identification
-from idtool.verbs.position_errors import position_errors
 from idtool.version import __version__
 
 #: The recipe of the next experiment, where there is one.

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from idtool.diagnosis.summary import share
 from idtool.effects import registry
 from idtool.model.units import torque_name, unit_text
 from idtool.presentation import text
 from idtool.report.evidence import Evidence
 from idtool.report.residual_gallery import SIGNIFICANT
-from idtool.verbs.summary import share
 
 Mark = Literal["good", "care", "bad"]
 

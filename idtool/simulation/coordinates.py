@@ -1,4 +1,4 @@
-"""The numbers of a parameter file as the coordinates that `idtool.verbs.fit_motion` varies."""
+"""The numbers of a parameter file as the coordinates that a fit of the motion varies."""
 
 from __future__ import annotations
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -233,14 +231,3 @@ def _surroundings(motion: Motion, rows: slice, position: Array, velocity: Array)
 
 def _column(term: Array | float, rows: int) -> Array:
     return np.array(np.broadcast_to(np.asarray(term, dtype=float), (rows,)))
-
-
-def windows(time: Array, starts: Sequence[int], seconds: float) -> list[slice]:
-    """Stretches of so many seconds of every trial, the last of each shorter."""
-    found = []
-    ends = [*starts[1:], len(time)]
-    for begin, end in zip(starts, ends, strict=True):
-        marks = np.arange(time[begin], time[end - 1], seconds) if np.isfinite(seconds) else [time[begin]]
-        edges = [begin + int(k) for k in np.searchsorted(time[begin:end], marks)] + [end]
-        found += [slice(a, b) for a, b in pairwise(edges) if b - a > 1]
-    return found

@@ -5,15 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 from idtool.compare.comparison import compare
+from idtool.compare.position_errors import position_errors
 from idtool.parameters import Parameter
-from idtool.verbs.position_errors import position_errors
+from testbench.pendulums import Pendulum
 
-from .test_simulate import SWING, truth
+SWING = Pendulum()
+TRUTH = SWING.parameters()
 
 
 def test_a_comparison_tells_whose_position_is_nearer() -> None:
     log = SWING.log(seconds=8.0, noise=0.0)
-    good = truth()
+    good = TRUTH
     bad = replace(good, static={**good.static, "viscous": Parameter(2.0 * SWING.viscous)})
     found = compare(good, bad, [log])
     assert found.positions is not None
@@ -26,6 +28,6 @@ def test_a_comparison_tells_whose_position_is_nearer() -> None:
 
 def test_there_is_none_where_nothing_can_be_simulated() -> None:
     log = SWING.log(seconds=8.0, noise=0.0)
-    assert position_errors([], truth()) is None
-    assert position_errors([log], replace(truth(), effects=())) is None
-    assert position_errors([replace(log, frame=log.frame.drop(columns="position_rad"))], truth()) is None
+    assert position_errors([], TRUTH) is None
+    assert position_errors([log], replace(TRUTH, effects=())) is None
+    assert position_errors([replace(log, frame=log.frame.drop(columns="position_rad"))], TRUTH) is None
