@@ -1,7 +1,7 @@
 """The one parameter file, the axis it is of, and the units of both."""
 
 from idtool.parameters.axis import Axis
-from idtool.parameters.parameters import (
+from idtool.parameters.contents import (
     CONTROLLER_KEYS,
     CONTROLLER_MODES,
     DYNAMIC,
@@ -9,9 +9,9 @@ from idtool.parameters.parameters import (
     STATIC,
     Controller,
     EffectEntry,
-    Parameter,
-    Parameters,
 )
+from idtool.parameters.parameter import Parameter
+from idtool.parameters.parameters import Parameters
 
 __all__ = [
     "CONTROLLER_KEYS",

@@ -13,14 +13,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from idtool.errors import InputError, nearest
 from idtool.io.toml import is_finite, short
 from idtool.model.units import Units, file_key
-
-if TYPE_CHECKING:
-    from idtool.parameters.parameters import Parameter
+from idtool.parameters.parameter import Parameter
 
 Command = Literal["duty", "effort"]
 _DIMENSIONS: dict[Command, dict[str, str]] = {

@@ -5,16 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from idtool.errors import InputError
 from idtool.model.units import Units, file_key
-
-if TYPE_CHECKING:
-    from idtool.parameters.parameters import Parameter
-
-#: What rounding may leave between a value and its bound.
-ROUNDING = 1e-6
+from idtool.parameters.parameter import ROUNDING, Parameter
 
 
 def positive(

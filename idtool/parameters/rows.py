@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 from idtool.effects import registry
 from idtool.model.units import unit_text
+from idtool.parameters.contents import DYNAMIC, GRAVITY_MODELS, STATIC
 from idtool.parameters.drive import dimensions as drive_dimensions
-from idtool.parameters.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
+from idtool.parameters.parameter import Parameter
 
 if TYPE_CHECKING:
-    from idtool.parameters.parameters import Parameter, Parameters
+    from idtool.parameters.parameters import Parameters
 
 PARTS = ("gravity", "static", "dynamic", "effects")
 

@@ -10,8 +10,10 @@ from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.model.units import SUFFIXES, EffortUnit
 from idtool.parameters.axis import Axis
+from idtool.parameters.contents import DYNAMIC, GRAVITY_MODELS, STATIC
 from idtool.parameters.drive import dimensions
-from idtool.parameters.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, Parameter, Parameters
+from idtool.parameters.parameter import Parameter
+from idtool.parameters.parameters import Parameters
 
 
 def in_torque(parameters: Parameters, constant: Parameter, unit: EffortUnit) -> Parameters:

@@ -15,8 +15,7 @@ from typing import Any
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.model.units import file_key
-from idtool.parameters import Axis, Parameters
-from idtool.parameters.parameters import DYNAMIC, STATIC
+from idtool.parameters import DYNAMIC, STATIC, Axis, Parameters
 from idtool.rig.plant_file import EFFECT_KEYS, PlantFile, parse_plant
 
 #: A bristle that the file does not have is this stiff: it gives way over so many radians, damped so well.

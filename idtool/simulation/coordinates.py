@@ -10,9 +10,8 @@ import numpy as np
 
 from idtool.effects import registry
 from idtool.model.motion import Array
-from idtool.parameters import GRAVITY_MODELS, EffectEntry, Parameter, Parameters
+from idtool.parameters import GRAVITY_MODELS, STATIC, EffectEntry, Parameter, Parameters
 from idtool.parameters.drive import Drive
-from idtool.parameters.parameters import STATIC
 
 #: Effects whose parameters are varied; what the others say of the shape along the stroke stays as it is.
 VARIED = (

@@ -1,0 +1,155 @@
+"""One identified number of the parameter file, and how its inline table is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from idtool.errors import InputError, nearest
+from idtool.io.toml import is_finite, short
+from idtool.model.units import Units, file_key
+
+#: No coefficient of a machine, in SI, comes near (the stiffness of a ball screw is 1e8 N/m).
+_MOST = 1e12
+#: What rounding may leave between a value and its bound.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One identified number.
+
+    Attributes:
+        value: the estimate, SI.
+        stderr: its standard error; None where it was declared, not identified.
+        ci95: its 95 % interval; None likewise.
+        at_bound: the estimate sits at a bound of its range and is not to be trusted.
+        identified: whether the data determine it.
+    """
+
+    value: float
+    stderr: float | None = None
+    ci95: tuple[float, float] | None = None
+    at_bound: bool = False
+    identified: bool = True
+
+    def to_table(self) -> dict[str, Any]:
+        """The inline table of the file.
+
+        A standard error or an interval that is not finite says no more than a missing one; it is left out.
+        """
+        table: dict[str, Any] = {"value": float(self.value)}
+        if self.stderr is not None and math.isfinite(self.stderr):
+            table["stderr"] = float(self.stderr)
+        if self.ci95 is not None and all(map(math.isfinite, self.ci95)):
+            table["ci95"] = [float(bound) for bound in self.ci95]
+        return table | {"at_bound": bool(self.at_bound), "identified": bool(self.identified)}
+
+
+def read_parameters(
+    table: Any,
+    dimensions: Mapping[str, str],
+    place: str,
+    kind: Units,
+    file: Path,
+    optional: frozenset[str] = frozenset(),
+) -> dict[str, Parameter]:
+    table = table_at(table, place, file)
+    keys = {file_key(name, dimension, kind): name for name, dimension in dimensions.items()}
+    no_strangers(table, tuple(keys), f"{place}.", file)
+    for key, name in keys.items():
+        if key not in table and name not in optional:
+            raise InputError(
+                "is missing", file=file, place=f"{place}.{key}", remedy=f"add {key} = {{value = ...}}"
+            )
+    return {
+        name: _parameter(table[key], f"{place}.{key}", file) for key, name in keys.items() if key in table
+    }
+
+
+def _parameter(value: Any, place: str, file: Path) -> Parameter:
+    if not isinstance(value, dict):
+        raise InputError(
+            f"expected a table, found {short(value)}",
+            file=file,
+            place=place,
+            remedy="write {value = ..., stderr = ...}",
+        )
+    no_strangers(value, ("value", "stderr", "ci95", "at_bound", "identified"), f"{place}.", file)
+    if "value" not in value:
+        raise InputError("is missing", file=file, place=f"{place}.value", remedy="expected a finite number")
+    number = finite(value["value"], f"{place}.value", file)
+    if abs(number) > _MOST:
+        raise InputError(
+            f"expected a number of a machine, below {_MOST:g}, found {number:g}",
+            file=file,
+            place=f"{place}.value",
+            remedy="correct it, or fit it again",
+        )
+    stderr = finite(value["stderr"], f"{place}.stderr", file) if "stderr" in value else None
+    if stderr is not None and stderr < 0:
+        raise InputError("is negative", file=file, place=f"{place}.stderr", remedy="expected a number >= 0")
+    interval = _interval(value["ci95"], number, f"{place}.ci95", file) if "ci95" in value else None
+    at_bound = _flag(value.get("at_bound", False), f"{place}.at_bound", file)
+    identified = _flag(value.get("identified", True), f"{place}.identified", file)
+    return Parameter(number, stderr, interval, at_bound, identified)
+
+
+def _interval(bounds: Any, number: float, place: str, file: Path) -> tuple[float, float]:
+    """The 95 % interval of a number."""
+    if not isinstance(bounds, list) or len(bounds) != 2:
+        raise InputError(
+            f"expected [low, high], found {short(bounds)}",
+            file=file,
+            place=place,
+            remedy="write the two ends of the interval, or remove the key",
+        )
+    low, high = (finite(bound, place, file) for bound in bounds)
+    if low > high:
+        raise InputError("low is above high", file=file, place=place, remedy="expected [low, high]")
+    slack = ROUNDING * (1.0 + abs(number))
+    if not low - slack <= number <= high + slack:
+        raise InputError(
+            f"[{low:g}, {high:g}] does not hold the value {number:g}",
+            file=file,
+            place=place,
+            remedy="expected the interval of this value; correct it, or remove the key",
+        )
+    return low, high
+
+
+def _flag(value: Any, place: str, file: Path) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(
+            f"expected true or false, found {short(value)}",
+            file=file,
+            place=place,
+            remedy="write true or false without quotes",
+        )
+    return value
+
+
+def table_at(value: Any, place: str, file: Path) -> Mapping[str, Any]:
+    if not isinstance(value, dict):
+        raise InputError("expected a table", file=file, place=place, remedy=f"write it as [{place}]")
+    return value
+
+
+def no_strangers(table: Mapping[str, Any], known: tuple[str, ...], prefix: str, file: Path) -> None:
+    for key in table:
+        if key not in known:
+            raise InputError("unknown key", file=file, place=f"{prefix}{key}", remedy=nearest(key, known))
+
+
+def finite(value: Any, place: str, file: Path) -> float:
+    if not is_finite(value):
+        raise InputError(
+            f"expected a finite number, found {short(value)}",
+            file=file,
+            place=place,
+            remedy="write a number there",
+        )
+    return float(value)
