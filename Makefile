@@ -65,7 +65,7 @@ $(STUDIES:%=study-%): study-%: $(VENV)/.ready-dev
 
 # What is compiled of a session holds the law inside, and is kept by the age of its own file alone.
 study-teach: $(VENV)/.ready-dev
-	rm -f studies/guiding/__pycache__/session*.nb?
+	rm -f testbench/guided_machines/__pycache__/session*.nb?
 	$(BIN)/python -m studies.guiding
 
 docs-commands: $(VENV)/.ready-dev

@@ -9,7 +9,7 @@ from benchmarks.timing import interleaved
 from idtool.control import ForceFreeController
 from idtool.effects import registry
 from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
-from studies.guided_plants import file_of, plant_of
+from testbench.guided_axes.cases import file_of, plant_of
 
 _GOAL_S = 10e-6
 #: A number for every parameter of every effect: small, and inside its bounds.

@@ -48,7 +48,8 @@ def rigs(output: Output, scan: str | None) -> int:
 
 def _scan(device: str, output: Output) -> int:
     from idtool.errors import RigFault
-    from idtool.rig.bus.scan import Found, ports, scan, scanners
+    from idtool.rig.bus.scan import Found, scan
+    from idtool.rig.scanners import ports, scanners
 
     devices = [device] if device else ports()
     if not devices:

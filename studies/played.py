@@ -17,8 +17,8 @@ from idtool.guiding.playback import Played, play
 from idtool.guiding.session import limits_of
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
-from studies.guided_plants import PAYLOAD_KG, file_of, plant_of
 from studies.teach_paper import FORCE_N, PRINTED_GAINS
+from testbench.guided_axes.cases import PAYLOAD_KG, file_of, plant_of
 
 RIG = "sim:paper"
 #: Of the taught speed; the last is more than the acceleration allows.

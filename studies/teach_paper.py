@@ -13,7 +13,7 @@ from idtool.guiding.session import TeachResult, limits_of
 from idtool.parameters import Controller
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
-from studies.guided_plants import PAYLOAD_KG, file_of, plant_of
+from testbench.guided_axes.cases import PAYLOAD_KG, file_of, plant_of
 
 #: What is printed: average force, N, and speed, mm/s; stop, ms.
 FORCE_N, SPEED_MM_S, STOP_MS = 5.56, 19.20, 48.0

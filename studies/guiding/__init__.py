@@ -1,7 +1,4 @@
-"""The study of hand guiding: an independent plant, hands kind and unkind, the law at the gain of `tune`.
+"""The study of hand guiding: the law at the gain of `tune` on the guided machines of the testbench.
 
-`plant` shares no formula with the law, with the estimator or with the simulated rig of the package: another
-integrator, other friction laws, another drive. `machines` draws axes, records a session on each, and
-identifies it; `hands` writes what hands do; `session` runs the law on the plant; `figures` judges what the
-plant then did; `page` writes docs/teach.md.
+`axes` runs every hand on every day of a machine; `page` writes docs/teach.md.
 """

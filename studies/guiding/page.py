@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from idtool.control.admittance.constants import CONSTANTS
 from idtool.control.admittance.states import TRANSITIONS
-
-if TYPE_CHECKING:
-    from studies.guiding.__main__ import Axis
+from studies import teach_paper
+from studies.guiding.axes import Axis
 
 #: What is judged: heading, scenario, figure, what is asked for, whether more is better.
 ROWS: tuple[tuple[str, str, str, float, bool], ...] = (
@@ -81,7 +79,6 @@ def constants() -> list[str]:
 
 def page(axes: list[Axis], images: Path) -> str:
     """The whole page; its pictures go to `images`."""
-    from studies import teach_paper
 
     images.mkdir(parents=True, exist_ok=True)
     forces = {axis.name.split(",")[0]: axis.asked for axis in axes}
@@ -190,7 +187,7 @@ matter of stability, not of passivity: its gain margins are what `tune` computes
 ## What was tried on it
 
 {machines} machines are drawn, half with the published one's soft bristle, half with a stiff one. Their plant
-(`studies/guiding/plant.py`) shares no formula with the law, with the estimator or with `sim:`: LuGre,
+(`testbench/guided_machines/plant.py`) shares no formula with the law, the estimator or `sim:`: LuGre,
 elasto-plastic and Maxwell-slip friction that differs between the directions and along the stroke, a gear
 ripple, Runge-Kutta of 0.2 ms, a drive that is a sampled cascade with a limit of acceleration, readings in a
 DYNAMIXEL's counts that come up to 20 ms late (on two axes of five the current comes in time), a hand with

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from idtool.parameters import Parameters
-from studies.guided_plants import file_of, plant_of
+from testbench.guided_axes.cases import file_of, plant_of
 
 from .support import PROGRAM, ffc_id
 from .terminal import Terminal

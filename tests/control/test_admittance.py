@@ -17,14 +17,14 @@ from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
 from idtool.rig.base import TrialSetup
 from idtool.rig.numbers import plant_numbers
-from studies.guided_axis import NO_HAND, GuidedAxis
-from studies.guided_plants import AXES, Case, corner, file_of, plant_of, random_case
-from studies.guiding import plant
-from studies.guiding.figures import SCENARIOS, alone
-from studies.guiding.hands import PERIOD, Arm, Script
-from studies.guiding.machines import PAYLOAD_KG, Machine, random_machine, replace_friction
-from studies.guiding.session import DEAD, HAND, SPEED, STATE, STEPS, Run, controller_of, session
-from studies.teach import COUNT, GAINS, at_rest, guide
+from testbench.guided_axes.axis import NO_HAND, GuidedAxis
+from testbench.guided_axes.cases import AXES, Case, corner, file_of, plant_of, random_case
+from testbench.guided_axes.pushes import COUNT, GAINS, at_rest, guide
+from testbench.guided_machines import plant
+from testbench.guided_machines.figures import SCENARIOS, alone
+from testbench.guided_machines.hands import PERIOD, Arm, Script
+from testbench.guided_machines.machines import PAYLOAD_KG, Machine, random_machine, replace_friction
+from testbench.guided_machines.session import DEAD, HAND, SPEED, STATE, STEPS, Run, controller_of, session
 
 CORNERS = [(1, 1, 1), (-1, -1, -1), (1, -1, 1), (-1, 1, -1)]
 

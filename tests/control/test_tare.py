@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from idtool.control.admittance import kernel
-from studies.guided_plants import corner
-from studies.teach import GAINS
-from studies.teach_tare import is_refused, tared
+from testbench.guided_axes.cases import corner
+from testbench.guided_axes.pushes import GAINS
+from testbench.guided_axes.tare import is_refused, tared
 
 
 @pytest.mark.parametrize("axis", ["paper", "bench"])

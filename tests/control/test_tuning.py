@@ -11,8 +11,8 @@ from idtool.control.online import OnlineModel
 from idtool.errors import InputError
 from idtool.guiding.hand import travel_per_position
 from idtool.parameters import Controller, Parameter
-from studies.guided_plants import AXES, corner, file_of, plant_of
-from studies.teach import GAINS, guide
+from testbench.guided_axes.cases import AXES, corner, file_of, plant_of
+from testbench.guided_axes.pushes import GAINS, guide
 
 
 @pytest.mark.parametrize("axis", AXES)

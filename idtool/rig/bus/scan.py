@@ -1,4 +1,4 @@
-"""Find servos of both vendors: every serial port, at the usual baud rates."""
+"""Find the servos of a vendor on a serial port, at the usual baud rates."""
 
 from __future__ import annotations
 
@@ -54,40 +54,6 @@ class Scanner:
     baud_rates: tuple[int, ...]
     who: Who
     name: Callable[[int], str | None]
-
-
-def scanners() -> list[Scanner]:
-    """Those whose SDK is installed.
-
-    Raises:
-        RigFault: none is.
-    """
-    from idtool.rig.dynamixel.scan import dynamixel_scanner
-    from idtool.rig.feetech.scan import feetech_scanner
-
-    made: list[Scanner] = []
-    missing: list[RigFault] = []
-    for make in (dynamixel_scanner, feetech_scanner):
-        try:
-            made.append(make())
-        except RigFault as fault:
-            missing.append(fault)
-    if not made:
-        raise missing[0]
-    return made
-
-
-def ports() -> list[str]:
-    """Serial ports that may lead to a bus.
-
-    Raises:
-        RigFault: no SDK is installed.
-    """
-    scanners()
-    from serial.tools import list_ports
-
-    # a port without a USB vendor is one of the mainboard, present or not
-    return sorted(port.device for port in list_ports.comports() if port.vid is not None)
 
 
 def scan(

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from idtool.model.motion import Array
-from studies.guiding.plant import (
+from testbench.guided_machines.plant import (
     DAMPING,
     FORCE,
     GRIP,

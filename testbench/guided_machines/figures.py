@@ -8,10 +8,10 @@ import numpy as np
 
 from idtool.control.admittance.states import GUIDING
 from idtool.model.motion import Array
-from studies.guiding import hands, plant
-from studies.guiding.hands import Arm, Script
-from studies.guiding.plant import COUNT
-from studies.guiding.session import PER, STATE, Run
+from testbench.guided_machines import hands, plant
+from testbench.guided_machines.hands import Arm, Script
+from testbench.guided_machines.plant import COUNT
+from testbench.guided_machines.session import PER, STATE, Run
 
 Figures = dict[str, float]
 #: A second in periods.

@@ -17,10 +17,10 @@ from idtool.control.admittance import AdmittanceLaw, kernel
 from idtool.control.load import carry
 from idtool.model.motion import Array
 from idtool.parameters import Parameters
-from studies.guiding import plant
-from studies.guiding.hands import PERIOD, Script
-from studies.guiding.machines import PAYLOAD_KG, STROKE
-from studies.guiding.plant import Plant
+from testbench.guided_machines import plant
+from testbench.guided_machines.hands import PERIOD, Script
+from testbench.guided_machines.machines import PAYLOAD_KG, STROKE
+from testbench.guided_machines.plant import Plant
 
 #: Steps of the plant, and what is kept, per period of the controller.
 STEPS = round(PERIOD / plant.STEP_S)

@@ -1,4 +1,4 @@
-"""A guided axis for the study of hand guiding: the plant, a hand that acts every 0.1 ms, coarse sensors.
+"""A guided axis: the plant of the simulated rig, a hand that acts every 0.1 ms, coarse sensors.
 
 The hand is a spring and a damper between the grip and where it wants to be (or a given force), evaluated
 at the true motion in every step of the plant. The controller sees what a servo on a bus reports once per

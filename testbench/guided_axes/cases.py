@@ -1,4 +1,4 @@
-"""Random axes for the study of hand guiding: what the file says, and what the axis really is.
+"""Random axes to guide: what the file says, and what the axis really is.
 
 The file is that of `sim:paper` or `sim:bench`. The axis differs from it by up to 30 % in friction and by up
 to 0.02 kg in its payload, has effects that the file may know or not, a hand that is soft or stiff, and

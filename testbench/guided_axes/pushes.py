@@ -1,4 +1,4 @@
-"""Hand guiding on the axes of the simulated rig: what the tests of the law push (the study is `guiding`).
+"""Hand guiding on axes of the simulated rig, pushed in turn.
 
 Every axis is pushed both ways and let go while moving, pushed both ways and held before it is let go,
 pushed by a slowly rising force until it moves, and left alone; once as it is switched on, once after
@@ -19,8 +19,8 @@ from idtool.parameters import Controller
 from idtool.rig import plant
 from idtool.rig.base import TrialSetup
 from idtool.rig.numbers import plant_numbers
-from studies.guided_axis import NO_HAND, Grip, GuidedAxis, speed_profile
-from studies.guided_plants import AXES, PAYLOAD_KG, Case, corner
+from testbench.guided_axes.axis import NO_HAND, Grip, GuidedAxis, speed_profile
+from testbench.guided_axes.cases import PAYLOAD_KG, Case
 
 SPEED = 0.0192
 COUNT = 2.0 * math.pi / 4096
@@ -249,15 +249,3 @@ class _Session:
                 break
         self.run(_REST_S, lambda _: NO_HAND)
         return found
-
-
-def corners() -> list[Case]:
-    """Every end of every range, with every hand."""
-    signs = [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
-    return [
-        corner(axis, GAINS, sign, stiff=stiff, delay=delay, late=False)
-        for axis in AXES
-        for sign in signs
-        for stiff in (False, True)
-        for delay in (0.0, 0.01, 0.02)
-    ]

@@ -22,8 +22,8 @@ from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 from idtool.signals.recording import record
 from idtool.signals.thin import thin
 from idtool.verbs.identify import begin, parameters_of
-from studies.guiding import plant
-from studies.guiding.plant import ELASTO_PLASTIC, LUGRE, MAXWELL, Plant
+from testbench.guided_machines import plant
+from testbench.guided_machines.plant import ELASTO_PLASTIC, LUGRE, MAXWELL, Plant
 
 #: The packaged experiments that a session consists of.
 SESSION = ("gravity", "sweep", "sine")
