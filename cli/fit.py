@@ -89,9 +89,9 @@ def fit_gravity(
     """
     from dataclasses import replace
 
-    from idtool.fit.identifiability import constant_tilt
     from idtool.fit.results import gravity_parameters
     from idtool.fit.staged import fit_gravity as fit
+    from idtool.signals.coverage import constant_tilt
 
     recording, known = _read(logs, params, given, output)
     result = fit(recording, optimizer=optimizer, seed=seed)

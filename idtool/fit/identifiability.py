@@ -9,20 +9,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from idtool.fit.joint import JointFit
 from idtool.fit.model import LOGARITHMIC
+from idtool.fit.next_sweep import long_sweep, presliding_scale, slow_sweep
+from idtool.fit.shortcoming import PARTS, Shortcoming
 from idtool.fit.windows import Window, steady_windows
 from idtool.log.repair import SATURATED
-from idtool.model.motion import Array, Motion
 from idtool.model.units import unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
 from idtool.signals import Recording
+from idtool.signals.coverage import (
+    MOVING,
+    constant_tilt,
+    moves_one_way,
+    slowest_and_fastest,
+    stretches,
+)
 
 #: A parameter whose relative standard error is above this is not determined by the data.
 _TOO_VAGUE = 0.5
@@ -36,66 +41,14 @@ _COUNTS = 3.0
 _REST = 0.1
 _LOW = 1.5
 _LOW_WINDOWS = 5.0
-#: Less than this share of the motion in one direction is no motion in it.
-_OTHER_WAY = 0.02
-#: Gravity acts alike where the cosine of the tilt changes by less than this.
-_TILTED = 0.1
 #: Speeds that differ by less than this share are one speed, and motion at others than that is hardly any
 #: where this share of the rows has it.
 _ALIKE = 0.15
 _HARDLY_OTHER = 0.8
 #: Effects that look like friction in one direction.
 _ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
-#: Speeds above this share of the highest are motion.
-_MOVING = 0.05
-#: A bristle has settled after a travel of this many times its bend tau / sigma0.
-_SETTLED_AFTER = 5.0
-#: Acceleration of the ramps of the bundled sweep, rad/s^2, and by how much their rounding lengthens them.
-_RAMP = 0.1
-_RAMP_SHAPE = 0.5 * math.pi
-_LEAST_SPEEDS = 3
 #: An axis whose speed falls below this share of the top speed of its trial starts, stops or turns there.
 _TURNS = 0.2
-#: Shortest stretch of constant speed that counts, s.
-_STEADY_S = 0.4
-
-PARTS = ("gravity", "static", "dynamic", "effects")
-
-
-@dataclass(frozen=True)
-class Shortcoming:
-    """One thing that the data lack.
-
-    Attributes:
-        code: a word that stays the same ("no_low_speeds", "one_payload", ...).
-        parts: parts of the parameter file that it concerns.
-        parameters: "part.name" of what is not determined because of it; () where it costs accuracy only.
-        why: in words, without a full stop.
-        remedy: what to do, without a full stop.
-        run: the command that would show what is missing; "" where no single command does.
-    """
-
-    code: str
-    parts: tuple[str, ...]
-    parameters: tuple[str, ...]
-    why: str
-    remedy: str
-    run: str = ""
-
-    @property
-    def sentence(self) -> str:
-        """Why and what to do."""
-        return f"{self.why}; {self.remedy}."
-
-    def to_document(self) -> dict[str, object]:
-        """A JSON document."""
-        return {
-            "code": self.code,
-            "parameters": list(self.parameters),
-            "why": self.why,
-            "remedy": self.remedy,
-            "run": self.run,
-        }
 
 
 def shortcomings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[Shortcoming]:
@@ -167,9 +120,7 @@ def one_direction(fit: JointFit) -> Shortcoming | None:
     # an arm's gravity changes along the way, and a tilted slide's from run to run
     constant = spec.gravity == "slide" and constant_tilt(recording.motion)
     lacking += ["gravity.base"] if constant and "base" in spec.gravity_columns else []
-    lacking += [
-        f"effects.{e.name}" for e in spec.effects if e.name in ("torque_offset", "direction_asymmetry")
-    ]
+    lacking += [f"effects.{e.name}" for e in spec.effects if e.name in _ONE_WAY_EFFECTS]
     # the bristle bends the same way all the time, and as far as those levels say
     lacking += [f"dynamic.{name}" for name in DYNAMIC if name in fit.model.names]
     other = "gravity" if constant else "an offset"
@@ -187,7 +138,7 @@ def one_speed(fit: JointFit) -> Shortcoming | None:
     """Hardly any motion but at one speed: a level of friction and viscous friction look the same."""
     recording = fit.model.recording
     speed = np.abs(recording.motion.velocity[recording.usable])
-    fast = speed[speed > _MOVING * float(np.quantile(speed, 0.999))]
+    fast = speed[speed > MOVING * float(np.quantile(speed, 0.999))]
     usual = float(np.median(fast)) if len(fast) else 0.0
     if np.mean(np.abs(fast - usual) < _ALIKE * usual) < _HARDLY_OTHER:
         return None
@@ -202,19 +153,6 @@ def one_speed(fit: JointFit) -> Shortcoming | None:
     )
 
 
-def constant_tilt(motion: Motion) -> bool:
-    """Whether gravity acts alike all the time, as far as the tilt goes."""
-    return motion.gravity_factor is None or float(np.ptp(motion.gravity_factor)) < _TILTED
-
-
-def moves_one_way(recording: Recording) -> bool:
-    """Whether the axis moves in one direction only."""
-    velocity = recording.motion.velocity[recording.usable]
-    fast = velocity[np.abs(velocity) > _MOVING * float(np.quantile(np.abs(velocity), 0.999))]
-    forward = float(np.mean(fast > 0)) if len(fast) else 0.0
-    return min(forward, 1.0 - forward) < _OTHER_WAY
-
-
 def low_speeds(fit: JointFit) -> Shortcoming | None:
     """No low speeds, or no static level apart from the Coulomb level at them."""
     if "static" not in fit.model.names or "static" in fit.held:
@@ -223,7 +161,7 @@ def low_speeds(fit: JointFit) -> Shortcoming | None:
     unknown = is_vague(fit, "stribeck_velocity") or fit.at_bound["stribeck_velocity"]
     if seen and passed and not unknown:
         return None
-    slowest, fastest = _speeds(fit.model.recording)
+    slowest, fastest = slowest_and_fastest(fit.model.recording)
     unit = unit_text("velocity", fit.model.recording.axis.kind)
     fall = "the Stribeck velocity and the static level are not determined"
     if not passed or slowest > 0.3 * fastest:
@@ -232,7 +170,7 @@ def low_speeds(fit: JointFit) -> Shortcoming | None:
         why = f"no static level shows apart from the Coulomb level down to {slowest:.2g} {unit}: {fall}"
     else:
         why = f"too few rows at low speeds: {fall}"
-    run = _slow_sweep(fit, slowest)
+    run = slow_sweep(fit, slowest)
     lacking = ("static.static", "static.stribeck_velocity")
     return Shortcoming("no_low_speeds", ("static",), lacking, why, f"run slower ones (`{run}`)", run)
 
@@ -265,40 +203,8 @@ def _passes_low_speeds(fit: JointFit) -> bool:
     speed = np.abs(motion.velocity) / fit.values["stribeck_velocity"]
     low = (speed < _LOW) & (speed > _REST) & recording.usable
     window = recording.filter.taps * float(np.median(motion.step[~motion.first]))
-    stays = [float(motion.time[end - 1] - motion.time[begin]) for begin, end in _runs(low, motion)]
+    stays = [float(motion.time[end - 1] - motion.time[begin]) for begin, end in stretches(low, motion)]
     return float(sum(stay for stay in stays if stay > window)) > _LOW_WINDOWS * window
-
-
-def _slow_sweep(fit: JointFit, slowest: float) -> str:
-    """The sweep that would show low speeds: down to a twentieth of the slowest so far."""
-    # the bristle must settle at each speed, and the slowest way must not take hours
-    travel = max(2.0 * _SETTLED_AFTER * _bend(fit), 0.1 * fit.model.scales.travel)
-    travel = min(travel, fit.model.scales.travel)
-    speeds = [slowest * share for share in (0.05, 0.1, 0.2, 0.35, 0.5, 0.7)]
-    # ramps as gentle as those of the bundled sweep must fit into the way
-    fitting = [speed for speed in speeds if _RAMP_SHAPE * speed**2 < 0.8 * _RAMP * travel]
-    listed = ",".join(f"{speed:.2g}" for speed in (fitting if len(fitting) > 1 else speeds[:3]))
-    return _sweep_command(fit, f"--speeds {listed} --travel {travel:.2g} -o low-speeds.csv")
-
-
-def _long_sweep(fit: JointFit, windows: Sequence[Window]) -> tuple[float, str]:
-    """The travel in which the bristle settles at three of the speeds at least, and that sweep."""
-    settling = _SETTLED_AFTER * _bend(fit)
-    speeds = sorted({float(f"{abs(window.velocity):.1g}") for window in windows})
-
-    def needed(speed: float) -> float:
-        ramp = 0.5 * _RAMP_SHAPE * speed**2 / _RAMP
-        return max(settling, ramp) + 0.6 * speed + ramp
-
-    travel = max(1.3 * settling, needed(speeds[:_LEAST_SPEEDS][-1]))
-    listed = ",".join(f"{speed:g}" for speed in speeds if needed(speed) <= travel)
-    return travel, _sweep_command(fit, f"--speeds {listed} --travel {travel:.2g} -o long.csv")
-
-
-def _sweep_command(fit: JointFit, options: str) -> str:
-    # the bundled recipe is for a rotary axis
-    recipe = "" if fit.model.recording.axis.kind == "rotary" else "--recipe YOURS.toml "
-    return f"ffc-id run-sweep {recipe}{options}"
 
 
 def presliding(fit: JointFit) -> Shortcoming | None:
@@ -306,8 +212,10 @@ def presliding(fit: JointFit) -> Shortcoming | None:
     if fit.model.spec.friction != "lugre":
         return None
     resolution = fit.model.scales.resolution
-    counts = _bend(fit) / resolution if resolution > 0 else math.inf
-    if counts >= _COUNTS and not (fit.at_bound["bristle_stiffness"] and _bend(fit) < fit.model.scales.travel):
+    counts = presliding_scale(fit) / resolution if resolution > 0 else math.inf
+    if counts >= _COUNTS and not (
+        fit.at_bound["bristle_stiffness"] and presliding_scale(fit) < fit.model.scales.travel
+    ):
         return None
     kind = fit.model.recording.axis.units
     friction = fit.model.friction(fit.x)
@@ -348,7 +256,7 @@ def unsteady(fit: JointFit, windows: Sequence[Window]) -> Shortcoming | None:
     if not loose or fit.model.spec.friction != "lugre":
         return None
     unit = unit_text("position", fit.model.recording.axis.kind)
-    travel, run = _long_sweep(fit, windows)
+    travel, run = long_sweep(fit, windows)
     return Shortcoming(
         "unsteady_windows",
         ("static",),
@@ -450,41 +358,3 @@ def _in_file(name: str, fit: JointFit) -> str:
     if owner == "gravity" and model and column in GRAVITY_MODELS[model]:
         return name
     return f"effects.{owner}"
-
-
-def constant_speeds(motion: Motion, rows: NDArray[np.bool_] | None = None) -> list[tuple[float, float]]:
-    """(speed, travel) of each stretch of constant speed, from the smoothed velocity alone."""
-    chosen = np.ones(len(motion), dtype=bool) if rows is None else rows
-    w, time, trial = motion.velocity[chosen], motion.time[chosen], motion.trial[chosen]
-    top = float(np.quantile(np.abs(w), 0.999))
-    bins = np.round(w / (0.04 * top)).astype(int)
-    edges = np.flatnonzero((np.diff(bins) != 0) | (np.diff(trial) != 0)) + 1
-    bounds = np.concatenate([[0], edges, [len(w)]])
-    windows = []
-    for begin, end in pairwise(bounds.tolist()):
-        seconds = float(time[end - 1] - time[begin])
-        speed = float(np.mean(w[begin:end]))
-        if seconds >= _STEADY_S and abs(speed) > _MOVING * top:
-            windows.append((speed, abs(speed) * seconds))
-    return windows
-
-
-def _speeds(recording: Recording) -> tuple[float, float]:
-    """The slowest constant speed (the highest speed if none is constant) and the highest speed."""
-    speed: Array = np.abs(recording.motion.velocity)
-    fastest = float(np.quantile(speed, 0.999))
-    slow = [abs(w) for w, _ in constant_speeds(recording.motion)]
-    return min(slow, default=fastest), fastest
-
-
-def _bend(fit: JointFit) -> float:
-    """How far the bristle bends before it slides."""
-    friction = fit.model.friction(fit.x)
-    return max(friction.coulomb, friction.static) / friction.bristle_stiffness
-
-
-def _runs(flags: NDArray[np.bool_], motion: Motion) -> list[tuple[int, int]]:
-    """(first row, row after the last) of each stretch of flagged rows of one trial."""
-    broken = (np.diff(flags.astype(int)) != 0) | (np.diff(motion.trial) != 0)
-    bounds = np.concatenate([[0], np.flatnonzero(broken) + 1, [len(flags)]])
-    return [(begin, end) for begin, end in pairwise(bounds.tolist()) if flags[begin]]

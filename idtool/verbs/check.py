@@ -11,14 +11,10 @@ import numpy as np
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits
-from idtool.fit.identifiability import (
-    Shortcoming,
-    constant_speeds,
-    moves_one_way,
-    shortcomings,
-)
+from idtool.fit.identifiability import shortcomings
 from idtool.fit.joint import JointFit
 from idtool.fit.model import Spec
+from idtool.fit.shortcoming import Shortcoming
 from idtool.log import Log, columns_of
 from idtool.log.impossible import GAP
 from idtool.log.repair import missing_rows
@@ -26,6 +22,7 @@ from idtool.model import gravity
 from idtool.parameters import GRAVITY_MODELS
 from idtool.presentation.text import counted
 from idtool.signals import Recording, record
+from idtool.signals.coverage import constant_speeds, moves_one_way
 
 SCHEMA = "ffc-id/check/1"
 #: Steps of time that scatter by more than this share jitter.

@@ -21,7 +21,7 @@ from idtool.errors import InputError, nearest
 from idtool.experiment.recipe import document_of_command
 from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fits, step_down
 from idtool.fit.drive import fit_drive
-from idtool.fit.identifiability import PARTS, Shortcoming, shortcomings
+from idtool.fit.identifiability import shortcomings
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.known_load import Calibration, calibrate_by_axis
 from idtool.fit.model import FRICTION_KINDS, FrictionKind, JointModel, Spec
@@ -32,6 +32,7 @@ from idtool.fit.results import (
     passivity,
     static_parameters,
 )
+from idtool.fit.shortcoming import PARTS, Shortcoming
 from idtool.log import Log
 from idtool.model.units import unit_text
 from idtool.parameters import Parameters

@@ -1,0 +1,43 @@
+"""One thing that data lack: why that matters, and the run that would show it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+PARTS = ("gravity", "static", "dynamic", "effects")
+
+
+@dataclass(frozen=True)
+class Shortcoming:
+    """One thing that the data lack.
+
+    Attributes:
+        code: a word that stays the same ("no_low_speeds", "one_payload", ...).
+        parts: parts of the parameter file that it concerns.
+        parameters: "part.name" of what is not determined because of it; () where it costs accuracy only.
+        why: in words, without a full stop.
+        remedy: what to do, without a full stop.
+        run: the command that would show what is missing; "" where no single command does.
+    """
+
+    code: str
+    parts: tuple[str, ...]
+    parameters: tuple[str, ...]
+    why: str
+    remedy: str
+    run: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """Why and what to do."""
+        return f"{self.why}; {self.remedy}."
+
+    def to_document(self) -> dict[str, object]:
+        """A JSON document."""
+        return {
+            "code": self.code,
+            "parameters": list(self.parameters),
+            "why": self.why,
+            "remedy": self.remedy,
+            "run": self.run,
+        }
