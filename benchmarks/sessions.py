@@ -22,7 +22,6 @@ from idtool.rig.opening import open_rig
 from idtool.rig.plant_file import read_plant_file
 from idtool.signals import record
 
-EXPERIMENTS = ("gravity", "sweep", "sine")
 SEED = 3
 
 

@@ -14,6 +14,7 @@ from idtool.fit.choose import choose_gravity
 from idtool.fit.joint import solve
 from idtool.fit.model import JointModel, Spec
 from idtool.fit.search import search
+from idtool.model.motion import Array
 from idtool.signals import Recording, record
 
 _NAMES = ("bristle_stiffness", "bristle_damping")
@@ -22,15 +23,15 @@ _HELD = 1e12
 
 
 @dataclass(frozen=True)
-class _Unbent(JointModel):
+class Unbent(JointModel):
     """The model of a user who takes every bristle to be straight when a trial begins."""
 
-    def _weight(self, bend: float) -> float:
-        return _HELD
+    def weight(self, bend: float) -> Array:
+        return np.full(self.recording.motion.stretches, _HELD)
 
 
 _KINDS: tuple[tuple[type[JointModel], str], ...] = (
-    (_Unbent, "starts taken to be 0"),
+    (Unbent, "starts taken to be 0"),
     (JointModel, "starts estimated"),
 )
 
@@ -70,7 +71,7 @@ def measure(seeds: Sequence[int], trials: tuple[int, ...] = (), sweep: tuple[int
 def _fits(seed: int, trials: tuple[int, ...], sweep: tuple[int, ...]) -> dict[str, dict[str, float]]:
     sines, known = log_of("sine", seed, trials), known_static(seed, sweep)
     recording = record([sines])
-    spec = _spec(recording)
+    spec = spec_of(recording)
     fitted = {name: parameter.value for name, parameter in known.static.items()}
     exact = {name: truth()[name] for name in fitted}
     result = {}
@@ -84,13 +85,14 @@ def _fits(seed: int, trials: tuple[int, ...], sweep: tuple[int, ...]) -> dict[st
             result[f"{source}, {words}, least squares"] = solve(model, point, held=frozenset(static)).values
     both = record([log_of("sweep", seed, sweep), sines])
     for kind, words in _KINDS:
-        model = kind.build(both, _spec(both))
+        model = kind.build(both, spec_of(both))
         fits = [solve(model, model.coordinates(point.values)) for point in search(model)]
         result[f"static refined jointly, {words}"] = min(fits, key=lambda fit: fit.sse).values
     return result
 
 
-def _spec(recording: Recording) -> Spec:
+def spec_of(recording: Recording) -> Spec:
+    """LuGre with what the recording can show of gravity, inertia and an offset."""
     gravity, columns = choose_gravity(recording)
     spec = Spec("lugre", gravity, columns)
     for name in ("inertia", "torque_offset"):

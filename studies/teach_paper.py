@@ -15,8 +15,8 @@ from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
 from testbench.guided_axes.cases import PAYLOAD_KG, file_of, plant_of
 
-#: What is printed: average force, N, and speed, mm/s; stop, ms.
-FORCE_N, SPEED_MM_S, STOP_MS = 5.56, 19.20, 48.0
+#: The average force that is printed, N.
+FORCE_N = 5.56
 PRINTED_GAINS = Controller(2.05, 1.68, 0.01)
 _COUNT = 2.0 * np.pi / 4096
 

@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import commands, dynamic, files, kernel, scaling, session, startup
+from benchmarks import commands, dynamic, files, kernel, scaling, session, sessions, starts, startup
 from benchmarks.compiled import FAST, PLAIN, Library, compiler
 from benchmarks.table import Section, goals_table
+from idtool.fit.model import JointModel
 from idtool.model.lugre import propagate_tangents
+from idtool.signals import record
 
 _SINE, _SWEEP = (2, 3), (4, 5)
 PARTS: dict[str, Callable[[], Section]] = {
@@ -62,6 +64,15 @@ def test_fast_arithmetic_stays_in_its_library(tmp_path: Path) -> None:
         pytest.skip("no C compiler (cc, or what CC names)")
     Library(tmp_path, FAST)
     assert np.float64(5e-324) * np.float64(2.0) > 0.0
+
+
+def test_a_bristle_taken_to_be_straight_is_held_there() -> None:
+    recording = record([sessions.log_of("sine", trials=_SINE[:1])])
+    spec = starts.spec_of(recording)
+    free, held = (kind.build(recording, spec) for kind in (JointModel, starts.Unbent))
+    x = free.coordinates({**dict.fromkeys(free.names, 0.0), **sessions.truth()})
+    bent, straight = (np.abs(model.evaluate(x, model.bend(x)).start) for model in (free, held))
+    assert straight.max() < 1e-6 * bent.max()
 
 
 def test_the_controller_s_step_is_measured_with_every_effect() -> None:

@@ -79,11 +79,6 @@ class EnabledLaw:
         )
 
     @property
-    def waits_for_payload(self) -> bool:
-        """The payload that was told is not there, and the axis may rise without it."""
-        return self._rest.missing
-
-    @property
     def load_offset(self) -> float:
         """Load that nobody told of and that is taken in, N m (N)."""
         return self._rest.offset

@@ -16,7 +16,6 @@ from idtool.io.download import download
 
 SCHEMA = "ffc-id/catalogue/1"
 #: The session that comes with the package: needs no network.
-SAMPLE = "sample"
 _SAMPLE_FOLDER = "session"
 #: The checksums of a folder, kept at the first download.
 SUMS = "SHA256SUMS"
