@@ -113,7 +113,15 @@ def repair(
     }
     position, velocity, effort = columns["position"], columns["velocity"], columns["effort"]
     assert effort is not None
-    contradictions = wiring.contradictions(time, first, position, velocity, effort, log.column("current"))
+    names = columns_of(log.axis.kind)
+    told = {
+        names[role]: values
+        for role in ("velocity", "velocity_command", "position_command")
+        if (values := log.column(role)) is not None
+    }
+    contradictions = wiring.contradictions(
+        time, first, position, velocity, effort, log.column("current"), told
+    )
     faulty[SATURATED] = sensor_faults.clipped(effort)
     dropped: dict[str, int] = {}
     whole = np.zeros(len(time), dtype=bool)

@@ -9,11 +9,13 @@ certain, the current is inverted, or something else moved the axis.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from idtool.log.impossible import GAP
+from idtool.log.sensor_faults import resolution
 from idtool.model.motion import Array
 
 #: Rows of a stretch over which ways are compared: more than a speed reading is late.
@@ -43,6 +45,8 @@ _PURPOSE = 0.8
 _MOST_CURRENT_A = 64.0
 #: Spikes apart.
 _USUAL = 0.99
+#: Digits in which an effort and a column agree tell something if it varies by so many of them.
+_DIGITS = 20.0
 #: Rows slower than this share of the top speed say nothing on friction in motion.
 _MOVING = 0.1
 
@@ -54,6 +58,7 @@ def contradictions(
     velocity: Array | None,
     effort: Array,
     current: Array | None = None,
+    told: Mapping[str, Array] | None = None,
 ) -> list[str]:
     """Sentences, without the log's name; none where all fits.
 
@@ -63,6 +68,7 @@ def contradictions(
         position, velocity: readings, shape (rows,), or None.
         effort: torque, shape (rows,).
         current: of the motor, A, shape (rows,), or None.
+        told: columns of the log by name that a torque is never in proportion to, shape (rows,).
     """
     steps = np.diff(time)
     together = ~first[1:] & (steps < GAP * float(np.median(steps[~first[1:]])))
@@ -73,7 +79,24 @@ def contradictions(
         said += _units(steps, together, position, velocity)
     if position is not None:
         said += _power(steps, together, position, effort)
-    return said
+    return said + _computed(effort, told or {})
+
+
+def _computed(effort: Array, told: Mapping[str, Array]) -> list[str]:
+    """No friction, load or noise of its own is in an effort that follows one column to its last digit."""
+    for name, column in told.items():
+        rows = np.isfinite(column) & np.isfinite(effort)
+        if not rows.any() or np.ptp(column[rows]) == 0.0:
+            continue
+        gain, offset = np.polyfit(column[rows], effort[rows], 1)
+        left = float(np.std(effort[rows] - gain * column[rows] - offset))
+        digits = resolution(effort) + abs(gain) * resolution(column)
+        if left <= digits and _DIGITS * digits < np.std(effort[rows]):
+            return [
+                f"the torque is {name} times a number, to its last digit: it was commanded or computed from "
+                "it, not measured"
+            ]
+    return []
 
 
 def _units(steps: Array, together: NDArray[np.bool_], position: Array, velocity: Array) -> list[str]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from idtool.importing import import_recording
@@ -52,6 +54,24 @@ def test_a_current_without_its_sign(session: list[Log], sign: float) -> None:
         bad = replace(log, frame=log.frame.assign(current_a=sign * log.frame["current_a"].abs()))
         (said,) = record([bad]).wiring[0]
         assert said.endswith("the current was recorded without its sign.")
+
+
+@pytest.mark.parametrize("column", ["velocity_command_rad_s", "velocity_rad_s"])
+def test_a_current_that_was_computed(session: list[Log], column: str) -> None:
+    for log in session[1:]:
+        computed = (0.3 + 2.0 * log.frame[column]).round(3)
+        (said,) = (s for s in record([spoilt_by(log, computed)]).wiring[0] if "computed" in s)
+        assert said.endswith(
+            f"the torque is {column} times a number, to its last digit: it was commanded or "
+            "computed from it, not measured."
+        )
+        # measured, however little the axis has beside its damping
+        noisy = computed + np.random.default_rng(0).normal(0.0, 0.01, len(computed))
+        assert not any("computed" in s for s in record([spoilt_by(log, noisy)]).wiring[0])
+
+
+def spoilt_by(log: Log, current: pd.Series) -> Log:
+    return replace(log, frame=log.frame.assign(current_a=current))
 
 
 @pytest.mark.parametrize(
