@@ -92,9 +92,9 @@ def _fits(seed: int, trials: tuple[int, ...], sweep: tuple[int, ...]) -> dict[st
 
 
 def spec_of(recording: Recording) -> Spec:
-    """LuGre with what the recording can show of gravity, inertia and an offset."""
+    """LuGre with a bristle as soft as the paper's, and what can be seen of gravity, inertia and an offset."""
     gravity, columns = choose_gravity(recording)
-    spec = Spec("lugre", gravity, columns)
+    spec = Spec("lugre", gravity, columns, soft=True)
     for name in ("inertia", "torque_offset"):
         if registry.get(name).missing(recording.motion) is None:
             spec = spec.adding(registry.get(name))

@@ -38,7 +38,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
-class Wishes:
+class RunOptions:
     """The options of every run.
 
     Attributes:
@@ -64,11 +64,11 @@ class Wishes:
 
 
 def _shared(command: F) -> F:
-    """The options of every run, handed to the command as `wishes: Wishes`."""
+    """The options of every run, handed to the command as `options: RunOptions`."""
 
     def collect(ctx: click.Context, /, **kwargs: Any) -> Any:
-        wishes = Wishes(**{field.name: kwargs.pop(field.name) for field in fields(Wishes)})
-        return ctx.invoke(command, wishes=wishes, **kwargs)
+        options = RunOptions(**{field.name: kwargs.pop(field.name) for field in fields(RunOptions)})
+        return ctx.invoke(command, options=options, **kwargs)
 
     collect.__name__ = command.__name__
     collect.__doc__ = command.__doc__
@@ -122,14 +122,14 @@ def _numbers(_context: click.Context, _option: click.Parameter, value: str | Non
     help="Payloads in place of the recipe's, kg, one trial each.",
 )
 @_shared
-def run_gravity(recipe: str, payloads: list[float] | None, wishes: Wishes) -> int:
+def run_gravity(recipe: str, payloads: list[float] | None, options: RunOptions) -> int:
     """Payload steps: move slowly up and down at each payload, and log the current.
 
     \b
     ffc-id run-gravity --rig sim:paper -o gravity.csv
     ffc-id run-gravity --rig sim:paper --payloads 0,0.5,1 -o gravity.csv
     """
-    return _run(recipe, wishes, "gravity", payloads=payloads)
+    return _run(recipe, options, "gravity", payloads=payloads)
 
 
 @click.command("run-sweep")
@@ -144,80 +144,80 @@ def run_gravity(recipe: str, payloads: list[float] | None, wishes: Wishes) -> in
     "--travel", type=float, metavar="Q", help="Travel of each way in place of the recipe's, rad (m)."
 )
 @_shared
-def run_sweep(recipe: str, speeds: list[float] | None, travel: float | None, wishes: Wishes) -> int:
+def run_sweep(recipe: str, speeds: list[float] | None, travel: float | None, options: RunOptions) -> int:
     """Velocity sweep: constant speeds both ways, lying on its side.
 
     \b
     ffc-id run-sweep --rig sim:bench -o sweep.csv
     ffc-id run-sweep --rig sim:bench --speeds 0.01,0.02,0.05 --travel 0.5 -o slow.csv
     """
-    return _run(recipe, wishes, "sweep", speeds=speeds, travel=travel)
+    return _run(recipe, options, "sweep", speeds=speeds, travel=travel)
 
 
 @click.command("run-sine")
 @_recipe_option("sine")
 @_shared
-def run_sine(recipe: str, wishes: Wishes) -> int:
+def run_sine(recipe: str, options: RunOptions) -> int:
     """Velocity sines of several frequencies.
 
     \b
     ffc-id run-sine --rig sim:paper -o sine.csv
     """
-    return _run(recipe, wishes, "sine")
+    return _run(recipe, options, "sine")
 
 
 @click.command("run")
 @_recipe_option(None)
 @_shared
-def run_any(recipe: str, wishes: Wishes) -> int:
+def run_any(recipe: str, options: RunOptions) -> int:
     """Run any recipe.
 
     \b
     ffc-id run --recipe validation --rig sim:paper -o validation.csv
     """
-    return _run(recipe, wishes, None)
+    return _run(recipe, options, None)
 
 
-def _run(name: str, wishes: Wishes, experiment: str | None, **changes: Any) -> int:
+def _run(name: str, options: RunOptions, experiment: str | None, **changes: Any) -> int:
     from idtool.errors import UsageError
     from idtool.experiment.recipe import Changes, read_recipe
     from idtool.experiment.runner import run
     from idtool.io.atomic import refuse_existing
     from idtool.rig import open_rig
 
-    output, log = wishes.output, wishes.log
-    if wishes.resume and wishes.force:
+    output, log = options.output, options.log
+    if options.resume and options.force:
         raise UsageError("--resume goes on with the log and --force begins it anew; pass one of them.")
-    recipe = read_recipe(name, Changes(tilt=radians(wishes.tilt_deg, None), **changes))
+    recipe = read_recipe(name, Changes(tilt=radians(options.tilt_deg, None), **changes))
     if experiment is not None and recipe.experiment != experiment:
         output.warn(
             f'recipe {recipe.name} is marked as experiment "{recipe.experiment}", and so will be the log; '
             f'run-{experiment} expects "{experiment}".'
         )
-    refuse_existing(log, wishes.force or wishes.resume)
+    refuse_existing(log, options.force or options.resume)
     _refuse_itself(name, log)
-    spec = told_rig(wishes.rig, output, assumed=True)
+    spec = told_rig(options.rig, output, assumed=True)
     with (
-        open_rig(spec, seed=wishes.seed) as rig,
-        live_page(wishes.live, rig, output) as watch,
+        open_rig(spec, seed=options.seed) as rig,
+        live_page(options.live, rig, output) as watch,
         _Bar(output, recipe.name, timed=False) as bar,
     ):
         summary = run(
             recipe,
             rig,
             log,
-            force=wishes.force,
-            resume=wishes.resume,
-            confirm=bar.ask if rig.by_hand and not wishes.yes else None,
+            force=options.force,
+            resume=options.resume,
+            confirm=bar.ask if rig.by_hand and not options.yes else None,
             progress=bar.show if bar.visible else None,
             watch=watch,
         )
-    _tell(summary, recipe, wishes, spec, rig.simulated)
+    _tell(summary, recipe, options, spec, rig.simulated)
     return 130 if summary.interrupted else 0
 
 
-def _tell(summary: RunSummary, recipe: Recipe, wishes: Wishes, rig: str, simulated: bool) -> None:
-    output = wishes.output
+def _tell(summary: RunSummary, recipe: Recipe, options: RunOptions, rig: str, simulated: bool) -> None:
+    output = options.output
     loop = summary.loop
     document = {
         "file": summary.file if summary.rows else None,

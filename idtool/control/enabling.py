@@ -95,7 +95,7 @@ class EnabledLaw:
             return f"the load changed by {rest.changed:+.3g} {self._unit} and was taken in"
         return ""
 
-    def wish(self, sample: Measurement, *, enabled: bool) -> float:
+    def raw_command(self, sample: Measurement, *, enabled: bool) -> float:
         """The command before its limits, rad (m)."""
         hold, law, rest, model = self._hold, self.law, self._rest, self._model
         if enabled is not self.enabled:
@@ -117,7 +117,7 @@ class EnabledLaw:
         constant, load, offset = model.torque_constant, model.load, rest.offset + self._lift
         listening = law.state is State.STARTING
         own = replace(sample, current=sample.current - offset / constant) if offset else sample
-        wished = law.wish(own)
+        command = law.raw_command(own)
         if listening or not enabled:
             motor = constant * own.current
             left = offset + motor * (1.0 - load.saturation * abs(motor)) - load.gravity - load.effects
@@ -133,7 +133,7 @@ class EnabledLaw:
         if rest.missing:
             self._raise()
         hold.hold(law.anchor)
-        return wished
+        return command
 
     def _judge(self, sample: Measurement) -> None:
         """The end of a listening."""

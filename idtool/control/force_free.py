@@ -262,7 +262,7 @@ class ForceFreeController:
                 self._command = self.law.anchor
             self._known = True
         around, law = self._around, self.law
-        wished = around.wish(sample, enabled=self._session.enabled(bool(enabled)))
+        raw = around.raw_command(sample, enabled=self._session.enabled(bool(enabled)))
         self._previous = sample
         if around.fault is not None:
             return self._fail(Fault(*around.fault, tuple(self._history)))
@@ -270,7 +270,7 @@ class ForceFreeController:
         wrong = wrong or self._session.check(sample, law.torque, around.state)
         if wrong is not None:
             return self._fail(Fault(*wrong, tuple(self._history)))
-        self._command = self._bounded(wished)
+        self._command = self._bounded(raw)
         return self._command
 
     @property
@@ -312,7 +312,7 @@ class ForceFreeController:
             command_valid=self._known,
             position_command=self._command,
             external_torque=law.torque,
-            doubt=law.doubt,
+            uncertainty=law.uncertainty,
             velocity_wanted=0.0 if faulty or self._around.state is State.HELD else law.wanted,
             gravity=load.gravity,
             friction=load.friction + law.extra,
@@ -322,9 +322,9 @@ class ForceFreeController:
             notes=(*self.model.skipped, *(note for note in (law.note, self._around.note, idle) if note)),
         )
 
-    def _bounded(self, wished: float) -> float:
+    def _bounded(self, raw: float) -> float:
         """The command inside the limits."""
-        command = wished
+        command = raw
         most = self.limits.command_step
         if most is not None and abs(command - self._command) > most:
             command = self._command + math.copysign(most, command - self._command)

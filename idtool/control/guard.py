@@ -80,7 +80,7 @@ class Status:
         command_valid: False only while no usable position was ever measured; do not send it then.
         position_command: what `step` returned, rad (m).
         external_torque: estimate of the hand's torque, filtered, N m (N), positive pushes +q.
-        doubt: by how much the model may be wrong at this motion (mode "light"), N m (N); so much of the
+        uncertainty: by how much the model may be wrong at this motion (mode "light"), N m (N); so much of the
             hand's torque does not move the axis.
         velocity_wanted: speed at which the axis is asked to yield, rad/s (m/s).
         gravity, friction, effects: what is compensated, N m (N).
@@ -101,7 +101,7 @@ class Status:
     limited: tuple[str, ...] = ()
     fault: Fault | None = None
     notes: tuple[str, ...] = ()
-    doubt: float = 0.0
+    uncertainty: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ class Law(ABC):
         torque: estimate of the hand's torque, N m (N).
         raw: the same before any filter.
         wanted: speed at which the axis is asked to yield, rad/s (m/s).
-        limited: limits that cut the wish at this sample.
-        doubt: how far the model may be wrong at this motion, N m (N); 0 where the law does not ask.
+        limited: limits that cut the raw command at this sample.
+        uncertainty: how far the model may be wrong at this motion, N m (N); 0 where the law does not ask.
         extra: friction that the law adds to the model's, N m (N).
         note: something the user must know, a sentence; empty if there is nothing.
     """
@@ -32,7 +32,7 @@ class Law(ABC):
     raw: float = 0.0
     wanted: float
     limited: tuple[str, ...] = ()
-    doubt: float = 0.0
+    uncertainty: float = 0.0
     extra: float = 0.0
     note: str = ""
 
@@ -52,7 +52,7 @@ class Law(ABC):
         """Start at the first sample after construction, `reset` or a fault: the bristle is unknown."""
 
     @abstractmethod
-    def wish(self, sample: Measurement) -> float:
+    def raw_command(self, sample: Measurement) -> float:
         """The command before the limits, rad (m)."""
 
     @abstractmethod

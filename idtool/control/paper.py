@@ -89,18 +89,18 @@ class PaperLaw(Law):
         self.state = State.RESTING
         self._pushed = 0
 
-    def wish(self, sample: Measurement) -> float:
+    def raw_command(self, sample: Measurement) -> float:
         """Hold the anchor, or lead the position by what yields."""
         self.limited = ()
         self.wanted = 0.0
         if self._previous is None:
             self._begun_at = sample.time
-        wished = self._wished(sample)
+        command = self._next_command(sample)
         self.extra, self.raw = self._sense.slack, self._sense.raw
         self._previous = sample
-        return wished
+        return command
 
-    def _wished(self, sample: Measurement) -> float:
+    def _next_command(self, sample: Measurement) -> float:
         if self.state is State.STARTING:
             self._sense.listen(sample)
             if sample.time - self._begun_at > self.settings.settle - _SAME_TIME:

@@ -256,8 +256,8 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
             SERVO_TIME=float(k["servo_time"]),
             TRIM=2.0 * float(k["trim_rate"]) * c.period,  # at every other sample
             TRIM_RANGE=float(k["trim_range"]),
-            LEASH=float(k["leash"]),
-            LEASH_LEAST=4.0 * c.resolution,
+            TRACKING_TIME=float(k["tracking_time"]),
+            TRACKING_LEAST=4.0 * c.resolution,
             COAST=float(k["coast"]),
         ),
         _group(

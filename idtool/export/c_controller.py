@@ -10,17 +10,17 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
     load.c       friction_level, carry            load._level, load.carry
                  advance_bristle                  the lines of `carry` that move the bristle
     sensing.c    delayed                          DelayLine.delayed
-                 remainder_torque                 HandSense._remainder, AdmittanceLaw.wish
+                 remainder_torque                 HandSense._remainder, AdmittanceLaw.raw_command
     paper.c      listen, settle, feel, rest_friction, rests                       HandSense
-                 begin, lead, brake, wish         PaperLaw.begin, ._lead, ._brake, .wish
+                 begin, lead, brake, raw_command  PaperLaw.begin, ._lead, ._brake, .raw_command
     admittance.c                                  admittance.kernel, by the same names, and
                  forget_learned, watch_motion, sense      .reset, .watch, .sense
-                 compare_part, wish                       the middle of .sweep, .act
+                 compare_part, raw_command        the middle of .sweep, .act
                  sure_bound, pushes_on                    those lines of .rest and .guide
     enabling.c   arrest                           Hold.command
                  judge_load, watch_load           RestLoad.judge, .watch
-                 listen_here, begin_enabling, wish_enabled
-                                                  EnabledLaw._listen, .begin, .wish
+                 listen_here, begin_enabling, raw_command_enabled
+                                                  EnabledLaw._listen, .begin, .raw_command
                  begin_session, check_session     SessionLimits.reset, .check
     path.h       NAME_path_at                     PathTable.at
                  NAME_path_step                   guiding.playback.play, ._approach

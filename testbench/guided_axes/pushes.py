@@ -57,7 +57,7 @@ class Guided:
         drift: counts over two seconds without a hand.
         note: what the controller had to say at the end.
         truth: position, speed, current and the hand's torque once per ms, shape (4, ms).
-        felt: time, command, estimated torque, doubt, speed wanted and state once per period, shape
+        felt: time, command, estimated torque, uncertainty, speed wanted and state once per period, shape
             (periods, 6).
     """
 
@@ -188,7 +188,7 @@ class _Session:
                     self.steps * PERIOD,
                     self.command,
                     status.external_torque,
-                    status.doubt,
+                    status.uncertainty,
                     status.velocity_wanted,
                     float(list(State).index(status.state)),
                 )

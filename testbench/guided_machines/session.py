@@ -76,8 +76,8 @@ def _run(
         last = q
         motor = c.torque_constant * current
         plain = gravity + elastic + damping + rest - motor * (1.0 - saturation * abs(motor))
-        wished = kernel.act(c, s, q, w, current, plain, elastic, damping, kept)
-        command = min(max(wished, c.low), c.high)
+        raw = kernel.act(c, s, q, w, current, plain, elastic, damping, kept)
+        command = min(max(raw, c.low), c.high)
         felt[k] = np.array([command, s.raw, s.hand, float(s.state), s.dead, s.w])
     return truth, felt
 

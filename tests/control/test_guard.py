@@ -185,7 +185,7 @@ def test_any_input_gives_a_finite_command_inside_the_limits(
         before = command if controller.status.command_valid else None
         status = controller.status
         assert math.isfinite(status.external_torque)
-        assert math.isfinite(status.doubt)
+        assert math.isfinite(status.uncertainty)
         assert status.message
 
 

@@ -125,29 +125,29 @@ def resting(**limits: float) -> PaperLaw:
     found.begin(0.3)
     for k in range(11):
         assert found.state is State.STARTING
-        assert found.wish(at(k)) == 0.3
+        assert found.raw_command(at(k)) == 0.3
     assert found.state is State.RESTING
     return found
 
 
 def test_two_samples_of_a_hand_start_a_motion_and_one_does_not() -> None:
     found = resting()
-    assert found.wish(at(11, 0.03)) == 0.3
-    found.wish(at(12))
-    found.wish(at(13, 0.03))
+    assert found.raw_command(at(11, 0.03)) == 0.3
+    found.raw_command(at(12))
+    found.raw_command(at(13, 0.03))
     assert found.state is State.RESTING
-    found.wish(at(14, 0.03))
+    found.raw_command(at(14, 0.03))
     assert found.state is State.GUIDING
     found = resting()
     for k in range(11, 20):
-        found.wish(at(k, -0.0195))
+        found.raw_command(at(k, -0.0195))
     assert found.state is State.RESTING
 
 
 def guiding(hand: float = 0.2, **limits: float) -> PaperLaw:
     found = resting(**limits)
-    found.wish(at(11, hand))
-    found.wish(at(12, hand))
+    found.raw_command(at(11, hand))
+    found.raw_command(at(12, hand))
     assert found.state is State.GUIDING
     return found
 
@@ -158,16 +158,16 @@ def test_it_yields_as_the_equation_solved_for_its_speed(hand: float) -> None:
     wanted = 2.05 / (2.05 + 0.05) * 1.68 * hand
     assert found.wanted == pytest.approx(wanted, rel=1e-3)
     # the axis stands: the servo's lag is trimmed up by 3 % per period at most
-    assert found.wish(at(13, hand)) == pytest.approx(0.3 + 0.05 * 1.03**2 * found.wanted, rel=1e-6)
+    assert found.raw_command(at(13, hand)) == pytest.approx(0.3 + 0.05 * 1.03**2 * found.wanted, rel=1e-6)
 
 
 def test_the_lag_is_trimmed_within_a_factor_of_five() -> None:
     found = guiding()
     for k in range(13, 200):
-        command = found.wish(at(k, 0.2))
+        command = found.raw_command(at(k, 0.2))
     assert command == pytest.approx(0.3 + 0.25 * found.wanted)
     for k in range(200, 400):
-        found.wish(at(k, 0.2 if k % 2 else 0.2001, velocity=0.0))
+        found.raw_command(at(k, 0.2 if k % 2 else 0.2001, velocity=0.0))
     assert found.limited == ()
 
 
@@ -180,36 +180,36 @@ def test_no_hand_is_given_more_than_the_speed_limit() -> None:
 
 def test_a_hand_that_lets_go_is_braked_and_the_axis_stands_where_it_is() -> None:
     found = guiding()
-    assert found.wish(at(13, 0.08)) == 0.3  # it falls by more than it will have in 40 ms
+    assert found.raw_command(at(13, 0.08)) == 0.3  # it falls by more than it will have in 40 ms
     assert (found.state, found.wanted) == (State.RESTING, 0.0)
     for k in range(14, 18):  # for 50 ms what the braking does is no hand
-        assert found.wish(at(k, 0.2, position=0.3 + 0.0001 * k)) == pytest.approx(0.3 + 0.0001 * k)
+        assert found.raw_command(at(k, 0.2, position=0.3 + 0.0001 * k)) == pytest.approx(0.3 + 0.0001 * k)
         assert found.state is State.RESTING
-    found.wish(at(18, 0.2))
+    found.raw_command(at(18, 0.2))
     assert found.state is State.GUIDING
 
 
 def test_a_hand_below_seven_tenths_of_its_start_stops_the_axis() -> None:
     found = guiding(0.024)
     for k, hand in enumerate((0.023, 0.022, 0.021, 0.020, 0.019, 0.018, 0.017, 0.016, 0.015)):
-        found.wish(at(13 + k, hand))
+        found.raw_command(at(13 + k, hand))
         assert found.state is State.GUIDING  # slower than noise falls
-    found.wish(at(30, 0.0135))
+    found.raw_command(at(30, 0.0135))
     assert found.state is not State.GUIDING
 
 
 def test_an_axis_that_speeds_up_takes_torque_and_no_hand_left() -> None:
     found = guiding()
-    found.wish(at(13, 0.08, velocity=0.3))
+    found.raw_command(at(13, 0.08, velocity=0.3))
     assert found.state is State.GUIDING
 
 
 def test_a_brake_has_no_lead_until_the_axis_is_slow() -> None:
     found = guiding()
-    found.wish(at(13, 0.2, velocity=0.5))
-    assert found.wish(at(14, 0.0, position=0.31, velocity=0.4)) == 0.31
+    found.raw_command(at(13, 0.2, velocity=0.5))
+    assert found.raw_command(at(14, 0.0, position=0.31, velocity=0.4)) == 0.31
     assert found.state is State.STOPPING
-    found.wish(at(15, 0.0, position=0.312, velocity=0.04))  # 33 counts of 1.5 mrad a second
+    found.raw_command(at(15, 0.0, position=0.312, velocity=0.04))  # 33 counts of 1.5 mrad a second
     assert found.state is State.RESTING
     assert found.anchor == 0.312
 
@@ -302,7 +302,7 @@ def test_the_lag_is_trimmed_by_the_share_of_the_speed_that_is_missing() -> None:
         found = guiding()
         lead = 0.05 * 1.03  # of the first sample, at which the axis stood
         wanted = 2.05 / (2.05 + lead) * 1.68 * 0.2
-        command = found.wish(at(13, 0.2, velocity=share * wanted))
+        command = found.raw_command(at(13, 0.2, velocity=share * wanted))
         # speed is damped, which takes some of the hand: the law's own figure says how much
         missing = min(max((found.wanted - share * wanted) / found.wanted, -1.0), 1.0)
         assert (command - 0.3) / found.wanted == pytest.approx(0.05 * 1.03 * (1.0 + 0.03 * missing), rel=1e-6)
@@ -310,13 +310,13 @@ def test_the_lag_is_trimmed_by_the_share_of_the_speed_that_is_missing() -> None:
 
 def test_after_a_brake_a_hand_starts_in_two_samples_again() -> None:
     found = guiding()
-    found.wish(at(13, 0.08))
+    found.raw_command(at(13, 0.08))
     assert found.state is State.RESTING
     for k in range(14, 19):
-        found.wish(at(k))
-    assert found.wish(at(19, 0.1)) == 0.3
+        found.raw_command(at(k))
+    assert found.raw_command(at(19, 0.1)) == 0.3
     assert found.state is State.RESTING
-    found.wish(at(20, 0.1))
+    found.raw_command(at(20, 0.1))
     assert found.state is State.GUIDING
 
 
@@ -331,18 +331,18 @@ def test_how_fast_a_hand_falls_that_leaves() -> None:
     """What it falls by beyond half the starting torque, four times: gone within 40 ms."""
     for hand, state in ((0.17, State.GUIDING), (0.155, State.GUIDING), (0.14, State.RESTING)):
         found = guiding()
-        found.wish(at(13, hand))
+        found.raw_command(at(13, hand))
         assert found.state is state
 
 
 def test_held_from_outside_it_starts_in_two_samples() -> None:
     for before in (0.0, 0.1):
         found = resting()
-        found.wish(at(11, before))
+        found.raw_command(at(11, before))
         found.rest()
-        found.wish(at(12, 0.1))
+        found.raw_command(at(12, 0.1))
         assert found.state is State.RESTING
-        found.wish(at(13, 0.1))
+        found.raw_command(at(13, 0.1))
         assert found.state is State.GUIDING
 
 

@@ -22,7 +22,7 @@ def test_the_feel_is_what_was_asked_for(axis: str, force: float, speed: float) -
     ratio = travel_per_position(file)
     assert ratio is not None
     tuning = tune(file, force=force, speed=1e-3 * speed, ratio=ratio)
-    assert tuning.controller.loop_gain == pytest.approx(tuning.speed / (tuning.torque - tuning.doubt))
+    assert tuning.controller.loop_gain == pytest.approx(tuning.speed / (tuning.torque - tuning.uncertainty))
     assert tuning.worst.gain >= 1.1
     case = corner(axis, GAINS, (0, 0, 0), stiff=False, delay=0.0, late=False)
     case = replace(case, file=tuned(file, tuning), bristle=0.0, stiffness=1000.0, damping=20.0)

@@ -22,7 +22,7 @@ typedef struct {
     uint32_t taring; /* the tare that was asked for began */
     uint32_t disturbed;
     uint32_t held;
-    /* returned, position_command, external_torque, velocity_wanted, what is compensated, the doubt and what
+    /* returned, position_command, external_torque, velocity_wanted, what is compensated, the uncertainty and what
        was learned */
     float numbers[11];
 } answer;
@@ -74,7 +74,7 @@ int main(void)
                 controller.friction,
                 controller.effects,
 #if FFC_LIGHT
-                controller.doubt,
+                controller.uncertainty,
                 controller.learned[0] + controller.load_offset,
                 1.0f + controller.learned[1],
                 1.0f + controller.learned[2],

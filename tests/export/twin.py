@@ -30,7 +30,17 @@ DRIVER = Path(__file__).parent / "driver.c"
 UNJUDGED = Limits(mismatch=math.inf)
 STEP, RECOVER, RESET, TARE = range(4)
 LEARNED = ("load", "level", "damping")
-NUMBERS = ("returned", "command", "torque", "wanted", "gravity", "friction", "effects", "doubt", *LEARNED)
+NUMBERS = (
+    "returned",
+    "command",
+    "torque",
+    "wanted",
+    "gravity",
+    "friction",
+    "effects",
+    "uncertainty",
+    *LEARNED,
+)
 _REQUEST = np.dtype(
     [("request", "u4"), ("clocked", "u4"), ("warm", "u4"), ("time_us", "u4"), ("up", "u4"), ("x", "f4", 7)]
 )
@@ -154,7 +164,7 @@ def run_python(
                 s.gravity,
                 s.friction,
                 s.effects,
-                s.doubt,
+                s.uncertainty,
                 load,
                 level,
                 damping,

@@ -60,7 +60,7 @@ CONSTANTS: dict[str, Constant] = {
     "brake": _C(0.04, "s", "and is held at one place after so long", _STUDY),
     "trim_rate": _C(3.0, "1/s", "how fast the servo's lag is trimmed", "a tenth of the bandwidth"),
     "trim_range": _C(4.0, "1", "and by what factor at most", "position gains of 5 to 80 1/s"),
-    "leash": _C(0.15, "s", "tracking-error limit, over the speed", "three lags of the servo"),
+    "tracking_time": _C(0.15, "s", "tracking-error limit, over the speed", "three lags of the servo"),
     "tare_noise": _C(3.0, "noises", "errors of a tare are alike: each sample counts as this", _STUDY),
     "tare_late": _C(0.5, "1", "and what comes late, as a share of the damping", "20 ms of 40 ms"),
     "tare_left": _C(4.0, "noises", "a tare that leaves more than this is not used", _STUDY),

@@ -235,7 +235,7 @@ def certain(torque: float, dead: float) -> float:
 def follow(c: Any, s: Any) -> float:
     """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
     s.x += s.w * c.period
-    most = c.leash * abs(s.w) + 4.0 * c.resolution
+    most = c.tracking_time * abs(s.w) + 4.0 * c.resolution
     behind = min(max(s.x - s.position, -most), most)
     s.x = s.position + behind
     # a small board has time for the uncertainty or for this

@@ -101,7 +101,7 @@ class AdmittanceLaw(Law):
 
     def _tell(self) -> None:
         """What others read."""
-        state, limited, outcome, self.anchor, self.torque, self.raw, self.extra, wanted, self.doubt = (
+        state, limited, outcome, self.anchor, self.torque, self.raw, self.extra, wanted, self.uncertainty = (
             kernel.told(self._states)
         )
         self.state = ORDER[state]
@@ -142,7 +142,7 @@ class AdmittanceLaw(Law):
         kernel.hold_in(self._states)
         self._tell()
 
-    def wish(self, sample: Measurement) -> float:
+    def raw_command(self, sample: Measurement) -> float:
         """One sample: the command before its limits."""
         last = self._last or sample
         self._last = sample
@@ -171,12 +171,12 @@ class AdmittanceLaw(Law):
         plain = carried - motor
         if not math.isfinite(plain):
             plain = 0.0  # only a file edited into absurdity gets here
-        wished = kernel.act_in(
+        command = kernel.act_in(
             self._constants, self._states, sample.position, sample.velocity, sample.current,
             plain, load.elastic, load.damping, load.kept,
         )  # fmt: skip
         self._tell()
-        return float(wished)
+        return float(command)
 
 
 def _axis(

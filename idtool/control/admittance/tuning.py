@@ -73,7 +73,7 @@ class Tuning:
     Attributes:
         controller: for the file.
         torque, speed: the feel at the shaft, N m and rad/s (N and m/s).
-        doubt: torque of it that is left to the hand because the model is not certain, N m (N).
+        uncertainty: torque of it that is left to the hand because the model is not certain, N m (N).
         break_away: torque at which it starts from rest, N m (N).
         margins: of every hand, delay and friction.
         ratio: travel of the moving part per position, m/rad.
@@ -82,7 +82,7 @@ class Tuning:
     controller: Controller
     torque: float
     speed: float
-    doubt: float
+    uncertainty: float
     break_away: float
     margins: tuple[Margin, ...]
     ratio: float
@@ -105,7 +105,7 @@ class Tuning:
             },
             "force_n": self.torque / self.ratio,
             "speed_mm_s": 1e3 * self.speed * self.ratio,
-            "doubt_n": self.doubt / self.ratio,
+            "uncertainty_n": self.uncertainty / self.ratio,
             "break_away_n": self.break_away / self.ratio,
             "margins": [vars(margin) for margin in self.margins],
         }
@@ -139,21 +139,24 @@ def tune(
     model = OnlineModel(parameters)
     torque, pace = force * ratio, speed / ratio
     law = _law(parameters, period)
-    doubt = uncertainty_after_tare(parameters, pace, period) + float(law.constants["bias_most"])
+    uncertainty = uncertainty_after_tare(parameters, pace, period) + float(law.constants["bias_most"])
     start = law.settings.start_torque
     rest = _break_away(law)
-    floor = f"at {1e3 * speed:.3g} mm/s the model is uncertain by {doubt / ratio:.2g} N even after a tare"
-    if torque <= 1.05 * max(doubt, rest):
+    floor = (
+        f"at {1e3 * speed:.3g} mm/s the model is uncertain by {uncertainty / ratio:.2g} N even after a tare"
+    )
+    if torque <= 1.05 * max(uncertainty, rest):
         raise InputError(
             f"{force:.3g} N cannot move it: {floor}, and at rest {rest / ratio:.2g} N may be friction's",
-            remedy=f"ask for {1.5 * max(doubt, rest) / ratio:.2g} N or more, or identify friction better",
+            remedy=f"ask for {1.5 * max(uncertainty, rest) / ratio:.2g} N or more, "
+            "or identify friction better",
         )
-    gain = pace / (torque - doubt)
+    gain = pace / (torque - uncertainty)
     margins = margins_of(model, gain, ratio, period, servo_bandwidth)
     scale = min(m.gain / (LEAST_MARGIN_LATE if m.delay > 0.015 else LEAST_MARGIN) for m in margins)
     if scale < 1.0:
         worst = min(margins, key=lambda m: m.gain)
-        least = (doubt + pace / (gain * scale)) / ratio
+        least = (uncertainty + pace / (gain * scale)) / ratio
         verb = "oscillates" if worst.gain < 1.0 else "is too near to oscillating"
         raise InputError(
             f"{force:.3g} N at {1e3 * speed:.3g} mm/s {verb}: against a {worst.hand} hand with readings"
@@ -163,7 +166,7 @@ def tune(
         )
     command = parameters.controller.command_gain if parameters.controller else COMMAND_GAIN
     controller = Controller(command, gain, period, start, "light")
-    return Tuning(controller, torque, pace, doubt, rest, margins, ratio)
+    return Tuning(controller, torque, pace, uncertainty, rest, margins, ratio)
 
 
 def tuned(parameters: Parameters, tuning: Tuning) -> Parameters:

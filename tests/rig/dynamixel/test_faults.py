@@ -34,9 +34,9 @@ def _long(*values: object) -> object:
     return pytest.param(*values, marks=pytest.mark.long)
 
 
-def play(on: Bench, folder: Path, **wishes: object) -> None:
+def play(on: Bench, folder: Path, **options: object) -> None:
     with on.rig() as rig:
-        run(recipe(), rig, log_path(folder), confirm=on.setup, **wishes)  # type: ignore[arg-type]
+        run(recipe(), rig, log_path(folder), confirm=on.setup, **options)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -19,9 +19,9 @@ from ..dynamixel.support import Bench, bench, log_path, recipe
 STOPS_WITHIN_S = AHEAD_S + 0.5
 
 
-def play(on: Bench, folder: Path, **wishes: object) -> None:
+def play(on: Bench, folder: Path, **options: object) -> None:
     with on.rig(speed=2.0) as rig:
-        run(recipe(), rig, log_path(folder), confirm=on.setup, **wishes)  # type: ignore[arg-type]
+        run(recipe(), rig, log_path(folder), confirm=on.setup, **options)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("word", ["lost=0.01", "late=0.01", "corrupt=0.01", "twice=0.01", "burst@3=0.04"])
