@@ -9,8 +9,8 @@ import numpy as np
 
 from idtool.diagnosis.evidence import Background, Score, score
 from idtool.diagnosis.lines import strongest_line
+from idtool.diagnosis.repetition import beats_with_motion
 from idtool.diagnosis.residual import motion_columns
-from idtool.diagnosis.rhythm import beats_with_motion
 from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect, derivative
 from idtool.fit import noise

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.diagnosis.candidates import LEAST_GAIN, Selection
-from idtool.diagnosis.following import Following, between_models, for_parameter
+from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
 from idtool.diagnosis.pruning import drop, veto, without
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
@@ -47,7 +47,7 @@ class Diagnosis:
         tests_before, tests_after: dependence of the residual on what was measured.
         remainder: what the final model leaves and is still structured.
         start: place of the first fit that led here among those that were given.
-        following: the run that would tell what these logs leave open.
+        next_experiment: the run that would tell what these logs leave open.
         notes: sentences for the reader.
     """
 
@@ -57,7 +57,7 @@ class Diagnosis:
     final: JointFit
     tests_before: list[ResidualTest]
     tests_after: list[ResidualTest]
-    following: Following | None = None
+    next_experiment: NextExperiment | None = None
     remainder: Remainder | None = None
     start: int = 0
     notes: list[str] = field(default_factory=list)
@@ -181,7 +181,7 @@ class Diagnosis:
                 "before": _residual_document(self.base, self.tests_before),
                 "after": _residual_document(self.final, self.tests_after),
             },
-            "next_experiment": self.following and self.following.to_document(),
+            "next_experiment": self.next_experiment and self.next_experiment.to_document(),
             "friction": self.final.model.spec.friction,
             "notes": self.notes,
         }
@@ -293,12 +293,12 @@ def diagnose(
             "the error on them tells of other times of the same run, not of another run."
         )
     notes += filter(None, (_of_the_readings(final, effect) for effect in final.model.spec.effects))
-    following = _following(selection, final, tell)
+    next_experiment = _next_experiment(selection, final, tell)
     tests = test_residual(base), test_residual(final)
     left = None if good_enough(final, tolerance) else remainder(final, tests[1], unnamed)
     # who chose the model has its numbers with its own errors
     stated = final if given else doubted(final, left)
-    return Diagnosis(parts, base, selection, stated, *tests, following, left, place, notes)
+    return Diagnosis(parts, base, selection, stated, *tests, next_experiment, left, place, notes)
 
 
 def _finished(selection: Selection, recording: Recording) -> JointFit:
@@ -335,7 +335,9 @@ def held_out_error(fit: JointFit, parts: Split) -> float:
     return float(np.sqrt(np.mean(everywhere.full_residual[rows] ** 2)))
 
 
-def _following(selection: Selection, final: JointFit, tell: Callable[[str], None]) -> Following | None:
+def _next_experiment(
+    selection: Selection, final: JointFit, tell: Callable[[str], None]
+) -> NextExperiment | None:
     """A run that tells apart what ties, or else one for a parameter that is not determined."""
     for name, rivals in selection.alternatives.items():
         tell(f"looking for a run that tells {name} from {rivals[0]}")

@@ -63,7 +63,7 @@ def test_residual(fit: JointFit) -> list[ResidualTest]:
         if name == "position":
             found.append(_line_test(background, name, fit.model.recording.motion.position))
         if name == "time":
-            found.append(_rhythm_test(background))
+            found.append(_frequency_test(background))
         tests.append(max(found, key=lambda test: test.share))
     return sorted(tests, key=lambda test: -test.share)
 
@@ -149,7 +149,7 @@ def _line(background: Background, values: Array) -> tuple[float, int]:
     return strongest_line(background, values, 2.0 * np.pi / span, highest)
 
 
-def _rhythm_test(background: Background) -> ResidualTest:
+def _frequency_test(background: Background) -> ResidualTest:
     """The strongest line of the spectrum in time, each trial with its own phase.
 
     A ringing that every trial starts anew has no common phase, but the power of all trials together

@@ -29,9 +29,9 @@ def next_step(diagnosis: Diagnosis, facts: Facts, folder: Path, logs: Sequence[s
     wrong = [named.get(log.file, log.file) for log in facts.logs if log.wiring]
     if wrong:  # no other run cures a column that is wrong
         return Step("Columns of a log contradict each other: look at them first.", ("plot", wrong[0]))
-    following = diagnosis.next_experiment
-    if following is not None:
-        reason = following.why or "One more run would tell what these logs leave open."
+    proposed = diagnosis.next_experiment
+    if proposed is not None:
+        reason = proposed.why or "One more run would tell what these logs leave open."
         recipe = str(folder / NEXT_RECIPE)
         return Step(reason, ("run", "--recipe", recipe, "--rig", "SPEC", "-o", "next.csv"))
     parameters = str(folder / "params.toml")

@@ -298,11 +298,11 @@ def _candidates(evidence: Evidence) -> list[dict[str, Any]]:
 
 
 def _next(evidence: Evidence) -> dict[str, str] | None:
-    following = evidence.diagnosis.next_experiment
-    if following is None:
+    proposed = evidence.diagnosis.next_experiment
+    if proposed is None:
         return None
-    separates = text.listed([text.effect_title(name) for name in following.separates], "from")
-    return {"separates": separates, "recipe": _toml(following.recipe)}
+    separates = text.listed([text.effect_title(name) for name in proposed.separates], "from")
+    return {"separates": separates, "recipe": _toml(proposed.recipe)}
 
 
 def _toml(document: Mapping[str, Any]) -> str:

@@ -107,13 +107,13 @@ def write_results(
     write_rows(folder / "evidence.csv.gz", evidence_rows(result))
 
 
-def _write_recipe(path: Path, following: dict[str, Any] | None) -> None:
+def _write_recipe(path: Path, proposed: dict[str, Any] | None) -> None:
     """The recipe of the next experiment, with why as its first line; that of an earlier result goes."""
-    if following is None:
+    if proposed is None:
         path.unlink(missing_ok=True)
         return
     with atomic_write(path) as stream:
-        stream.write(f"# {following['why']}\n{tomli_w.dumps(following['recipe'])}")
+        stream.write(f"# {proposed['why']}\n{tomli_w.dumps(proposed['recipe'])}")
 
 
 def write_json(path: Path, document: Any) -> None:

@@ -131,8 +131,8 @@ def _ties(evidence: Evidence) -> list[str]:
     for effect in evidence.diagnosis.effects:
         if effect.alternatives:
             return [text.effect_title(name) for name in (effect.name, *effect.alternatives)]
-    following = evidence.diagnosis.next_experiment
-    return [text.effect_title(name) for name in following.separates] if following else []
+    proposed = evidence.diagnosis.next_experiment
+    return [text.effect_title(name) for name in proposed.separates] if proposed else []
 
 
 def _story(evidence: Evidence) -> str:

@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
-from idtool.diagnosis.following import Following
+from idtool.diagnosis.next_experiment import NextExperiment
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.errors import InputError, nearest
@@ -130,8 +130,8 @@ class Identification:
         kind = self.recording.axis.kind
         for one in lacking:
             if one.parameters and one.run and kind == "rotary":  # the bundled recipes are for a rotary axis
-                following = Following(document_of_command(one.run, kind), (), f"{one.why}: {one.remedy}.")
-                return following.to_document()
+                run = NextExperiment(document_of_command(one.run, kind), (), f"{one.why}: {one.remedy}.")
+                return run.to_document()
         return None
 
 

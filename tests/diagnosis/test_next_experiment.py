@@ -43,12 +43,12 @@ def test_ambiguous_then_run_then_decided(
             go(name)
         undecided = identify(logs, without=without).diagnosis
         assert undecided["verdict"] == "ambiguous"
-        following = undecided["next_experiment"]
-        assert set(following["separates"]) == {"torque_offset", "tilt_misalignment"}
-        assert "standard errors" in following["why"]
+        proposed = undecided["next_experiment"]
+        assert set(proposed["separates"]) == {"torque_offset", "tilt_misalignment"}
+        assert "standard errors" in proposed["why"]
 
         recipe = tmp_path / "next.toml"
-        recipe.write_text(tomli_w.dumps(following["recipe"]))
+        recipe.write_text(tomli_w.dumps(proposed["recipe"]))
         shown = np.concatenate([log.frame["velocity_rad_s"] for log in logs])
         go(str(recipe))
         decided = identify(logs, without=without).diagnosis
@@ -75,11 +75,11 @@ def test_a_run_for_a_parameter_that_is_not_determined(tmp_path: Path) -> None:
         run(read_recipe(str(upright)), rig, tmp_path / "gravity.csv")
         logs.append(Log.read(tmp_path / "gravity.csv"))
         before = identify(logs)
-        following = before.diagnosis["next_experiment"]
+        proposed = before.diagnosis["next_experiment"]
         assert not before.parameters.gravity["per_payload"].identified
-        assert "gravity per payload is not determined" in following["why"]
+        assert "gravity per payload is not determined" in proposed["why"]
         recipe = tmp_path / "next.toml"
-        recipe.write_text(tomli_w.dumps(following["recipe"]))
+        recipe.write_text(tomli_w.dumps(proposed["recipe"]))
         run(read_recipe(str(recipe)), rig, tmp_path / "next.csv")
         logs.append(Log.read(tmp_path / "next.csv"))
     after = identify(logs)

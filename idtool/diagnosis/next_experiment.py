@@ -9,36 +9,28 @@ it the smallest standard error (c-optimality). Both are computed from the fits l
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import tomli_w
 
-from idtool.errors import InputError
-from idtool.experiment.recipe import SCHEMA, SINE_SHARE, Recipe, parse_recipe
+from idtool.diagnosis.possible_runs import STEP_S, possible_runs
+from idtool.experiment.recipe import Recipe
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array, Motion
 from idtool.model.torque import linearise
-from idtool.model.units import file_key
 from idtool.signals import Recording
 
-#: Rows of a candidate run are computed this far apart, s; it is thinned no further.
-_STEP_S = 0.01
-#: A run longer than this is not proposed, s.
-_LONGEST_S = 300.0
 #: Two models are told apart by this many standard errors; less is not worth a run.
 _WORTH = 4.0
 #: A run must leave a parameter at most this share of its standard error.
 _BETTER = 0.5
-_UPRIGHT, _SIDE = 0.0, 0.5 * math.pi
 
 
 @dataclass(frozen=True)
-class Following:
+class NextExperiment:
     """A run to make next.
 
     Attributes:
@@ -56,41 +48,11 @@ class Following:
         return {"recipe": self.recipe, "separates": list(self.separates), "why": self.why}
 
 
-@dataclass(frozen=True)
-class _Reach:
-    """What the logs have shown that the axis can do."""
-
-    stroke: float
-    speed: float
-    slowest: float
-    acceleration: float
-    payloads: tuple[float, ...]
-    tilts: tuple[float, ...]
-
-    @classmethod
-    def of(cls, recording: Recording) -> _Reach:
-        motion = recording.motion
-        speed = float(np.quantile(np.abs(motion.velocity), 0.995))
-        payload = motion.payload
-        # an axis that was never laid on its side may not be able to: only tilts that were logged are used
-        tilts = () if motion.tilt_alpha is None else np.unique(np.round(motion.tilt_alpha, 3))
-        most = 0.0 if payload is None else float(np.max(payload))
-        return cls(
-            # a trial starts where the axis stands, so only half the stroke is sure to be free
-            stroke=0.5 * float(np.ptp(motion.position)),
-            speed=speed,
-            slowest=max(0.05 * speed, 4.0 * recording.position_resolution),
-            acceleration=float(np.quantile(np.abs(motion.acceleration), 0.99)),
-            payloads=(0.0, round(0.5 * most, 3), round(most, 3)) if most > 0 else (0.0,),
-            tilts=tuple(float(tilt) for tilt in tilts) or (_UPRIGHT,),
-        )
-
-
-def between_models(one: JointFit, other: JointFit, names: tuple[str, ...]) -> Following | None:
+def between_models(one: JointFit, other: JointFit, names: tuple[str, ...]) -> NextExperiment | None:
     """The run that best tells two fitted models apart, as `names` of their effects; None if no run of the
     family does."""
     best: tuple[float, dict[str, Any], Recipe] | None = None
-    for document, recipe in _candidates(one):
+    for document, recipe in possible_runs(one.model.recording):
         told = _difference(one, other, recipe)
         if best is None or told > best[0]:
             best = told, document, recipe
@@ -101,10 +63,10 @@ def between_models(one: JointFit, other: JointFit, names: tuple[str, ...]) -> Fo
         f"{' and '.join(names)} explain these logs equally well; on this run of {recipe.duration_s:.0f} s "
         f"they differ by {told:.0f} standard errors."
     )
-    return Following(document, names, why)
+    return NextExperiment(document, names, why)
 
 
-def for_parameter(fit: JointFit, coordinate: str) -> Following | None:
+def for_parameter(fit: JointFit, coordinate: str) -> NextExperiment | None:
     """The run that best determines one coordinate of a fit, or None if no run of the family does."""
     if coordinate not in fit.model.names:
         return None
@@ -112,7 +74,7 @@ def for_parameter(fit: JointFit, coordinate: str) -> Following | None:
     known = _information(fit)
     now = _spread(known, at)
     best: tuple[float, dict[str, Any], Recipe] | None = None
-    for document, recipe in _candidates(fit):
+    for document, recipe in possible_runs(fit.model.recording):
         _, jacobian, weight = _model_on(fit, recipe)
         share = _spread(known + weight * jacobian.T @ jacobian, at) / now
         if best is None or share < best[0]:
@@ -125,7 +87,7 @@ def for_parameter(fit: JointFit, coordinate: str) -> Following | None:
         f"{name} is not determined by these logs; this run of {recipe.duration_s:.0f} s "
         f"would make its standard error {_times(share)} smaller."
     )
-    return Following(document, (), why)
+    return NextExperiment(document, (), why)
 
 
 def _times(share: float) -> str:
@@ -198,16 +160,16 @@ def _recording_of(recipe: Recipe, known: Recording) -> Recording:
     clock = float(known.motion.time.max()) + 10.0
     time, label, position, velocity, payload, tilt = [], [], [], [], [], []
     for number, trial in enumerate(recipe.trials):
-        command = trial.motion.command(_STEP_S)
-        travel = _STEP_S * np.cumsum(command)
+        command = trial.motion.command(STEP_S)
+        travel = STEP_S * np.cumsum(command)
         n = len(command)
-        time.append(clock + _STEP_S * np.arange(n))
+        time.append(clock + STEP_S * np.arange(n))
         label.append(np.full(n, number, dtype=np.intp))
         position.append(middle + travel - 0.5 * (travel.max() + travel.min()))
         velocity.append(command)
         payload.append(np.full(n, trial.setup.payload_kg))
         tilt.append(np.full(n, trial.setup.tilt_alpha_rad))
-        clock += n * _STEP_S + 2.0
+        clock += n * STEP_S + 2.0
     seen, rows = known.motion, sum(map(len, time))
     alpha, speed = np.concatenate(tilt), np.concatenate(velocity)
     beta = 0.0 if seen.tilt_beta is None else float(np.median(seen.tilt_beta))
@@ -216,7 +178,7 @@ def _recording_of(recipe: Recipe, known: Recording) -> Recording:
         trial=np.concatenate(label),
         position=np.concatenate(position),
         velocity=speed,
-        acceleration=np.asarray(np.gradient(speed, _STEP_S)),
+        acceleration=np.asarray(np.gradient(speed, STEP_S)),
         payload=None if seen.payload is None else np.concatenate(payload),
         gravity_factor=None if seen.gravity_factor is None else np.cos(alpha) * math.cos(beta),
         tilt_alpha=None if seen.tilt_alpha is None else alpha,
@@ -232,85 +194,3 @@ def _recording_of(recipe: Recipe, known: Recording) -> Recording:
         experiment=("next",) * len(recipe.trials),
         source=(0,) * len(recipe.trials),
     )
-
-
-def _candidates(fit: JointFit) -> Iterator[tuple[dict[str, Any], Recipe]]:
-    """Runs within what the axis has been seen to do, as documents and parsed."""
-    recording = fit.model.recording
-    reach = _Reach.of(recording)
-    kind = recording.axis.kind
-
-    def key(name: str, dimension: str) -> str:
-        return file_key(name, dimension, kind)
-
-    def ways(speeds: list[float], travel: float, **more: Any) -> dict[str, Any]:
-        quick = max(reach.acceleration, 2.0 * max(speeds) ** 2 / travel)
-        return {
-            "kind": "back_and_forth",
-            key("speed", "velocity"): [round(v, 4) for v in speeds]
-            if len(speeds) > 1
-            else round(speeds[0], 4),
-            key("travel", "position"): round(travel, 4),
-            key("acceleration", "acceleration"): round(quick, 4),
-            **more,
-        }
-
-    def sines(frequencies: list[float], **more: Any) -> dict[str, Any]:
-        kept = [f for f in frequencies if f * _STEP_S <= SINE_SHARE]
-        amplitude = [
-            min(reach.speed, reach.stroke * math.pi * f, 3.0 * reach.acceleration / (2.0 * math.pi * f))
-            for f in kept
-        ]
-        return {
-            "kind": "sine",
-            "frequency_hz": [round(f, 4) for f in kept],
-            key("amplitude", "velocity"): [round(a, 4) for a in amplitude],
-            "duration_s": [round(max(4.0, 4.0 / f), 2) for f in kept],
-            **more,
-        }
-
-    spread = [float(v) for v in np.geomspace(reach.slowest, reach.speed, 7)]
-    low = [float(v) for v in np.geomspace(reach.slowest, 0.3 * reach.speed, 6)]
-    middle = [0.3 * reach.speed]
-    travel = reach.stroke
-    runs: dict[str, list[dict[str, Any]]] = {}
-    for tilt in reach.tilts:
-        where: Mapping[str, Any] = {"tilt_alpha_rad": tilt}
-        label = f"at tilt {tilt:g}" if len(reach.tilts) > 1 else ""
-        runs[f"speeds from low to high {label}"] = [ways(spread, travel, **where)]
-        runs[f"low speeds {label}"] = [ways(low, min(travel, 30.0 * max(low)), **where)]
-        runs[f"sines of rising frequency {label}"] = [sines([0.1, 0.3, 0.8, 2.0, 4.0, 7.0], **where)]
-        runs[f"small strokes inside large ones {label}"] = [
-            sines([0.15] * 2, **where),
-            *[ways(middle, share * travel, repeats=3, **where) for share in (0.02, 0.06, 0.2, 0.6)],
-        ]
-        runs[f"the whole stroke, slowly {label}"] = [ways([0.1 * reach.speed], travel, **where)]
-        runs[f"starts after pauses {label}"] = [
-            ways([middle[0]], 0.3 * travel, dwell_s=pause, repeats=2, **where)
-            for pause in (0.3, 1.0, 3.0, 8.0)
-        ]
-        if len(reach.payloads) > 1:
-            loads = [
-                ways([0.15 * reach.speed, 0.6 * reach.speed], 0.6 * travel, payload_kg=mass, **where)
-                for mass in reach.payloads
-            ]
-            runs[f"payloads both ways {label}"] = loads
-            runs[f"sines under payload {label}"] = [
-                sines([0.3, 1.0, 3.0], payload_kg=mass, **where) for mass in reach.payloads[1:]
-            ]
-    for name, trials in runs.items():
-        document = {
-            "schema": SCHEMA,
-            "name": "next",
-            "experiment": "next",
-            "description": name.strip(),
-            "axis": kind,
-            "period_s": 0.005,
-            "trials": trials,
-        }
-        try:
-            recipe = parse_recipe(tomli_w.dumps(document), "next experiment")
-        except InputError:  # logs in odd units ask for runs that no recipe may hold
-            continue
-        if recipe.duration_s <= _LONGEST_S:
-            yield document, recipe

@@ -1,11 +1,11 @@
-"""A rhythm of the motion itself is told from one that has no regard for it."""
+"""A frequency at which the motion itself repeats is told from one that has no regard for it."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from idtool.diagnosis.rhythm import beats_with_motion
+from idtool.diagnosis.repetition import beats_with_motion
 from idtool.model.motion import Motion
 
 PERIOD_S = 6.5
@@ -27,7 +27,7 @@ def motion(trials: int = 1, *, repeats: bool = True) -> Motion:
 
 
 @pytest.mark.parametrize("multiple", [1, 4, 13, 40])
-def test_a_multiple_of_the_motions_rhythm(multiple: int) -> None:
+def test_a_multiple_of_the_frequency_of_the_motion(multiple: int) -> None:
     assert beats_with_motion(motion(), multiple / PERIOD_S)
 
 
@@ -36,7 +36,7 @@ def test_what_lies_between_them(beats: float) -> None:
     assert not beats_with_motion(motion(), beats / PERIOD_S)
 
 
-def test_a_motion_that_does_not_repeat_has_no_rhythm() -> None:
+def test_a_motion_that_does_not_repeat_has_no_frequency() -> None:
     assert not any(beats_with_motion(motion(repeats=False), k / PERIOD_S) for k in (1, 4, 13))
 
 

@@ -1,4 +1,4 @@
-"""Whether a rhythm in time is one that the motion has itself."""
+"""Whether a frequency is one at which the motion itself repeats."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from idtool.model.motion import Array, Motion
 _ALIKE, _PERIODS = 0.95, 3.0
 #: ... and it is another one in between. Tops so much apart are equally high.
 _UNLIKE, _AS_HIGH = 0.5, 0.01
-#: A rhythm is a multiple of the motion's to within this share of a wave in the trial, as its line is found.
+#: A frequency is a multiple of the motion's to within this share of a wave in the trial, as a line is found.
 _RESOLVED = 0.2
 
 
 def beats_with_motion(motion: Motion, frequency: float) -> bool:
-    """Whether most rows are of a motion that repeats so that `frequency`, Hz, is a multiple of its rhythm.
+    """Whether most rows are of a motion that repeats so that `frequency`, Hz, is a multiple of its own.
 
-    Whatever depends on a motion that repeats has the motion's rhythm and its multiples: what beats there
+    Whatever depends on a motion that repeats has the motion's frequency and its multiples: what beats there
     cannot be told from a function of the motion that the model lacks.
     """
     ends = np.append(motion.starts[1:], len(motion))
