@@ -1,4 +1,4 @@
-"""A fault of the program itself: one sentence for the user, a file with the details for who mends it."""
+"""A fault of the program itself: one sentence for the user, a file with the details for who repairs it."""
 
 from __future__ import annotations
 

@@ -187,7 +187,7 @@ def _run(name: str, options: RunOptions, experiment: str | None, **changes: Any)
 
     output, log = options.output, options.log
     if options.resume and options.force:
-        raise UsageError("--resume goes on with the log and --force begins it anew; pass one of them.")
+        raise UsageError("--resume continues the log and --force overwrites it; pass one of them.")
     recipe = read_recipe(name, Changes(tilt=radians(options.tilt_deg, None), **changes))
     if experiment is not None and recipe.experiment != experiment:
         output.warn(

@@ -59,7 +59,7 @@ _SET_BY_DATA = {"reference_degc", "half_stroke_rad"}
 #: A parameter that is off by less than this share is as good as right.
 _RIGHT = 0.03
 #: The controller leaves it out, see `ForceFreeController`.
-NOT_GUIDED = {"external_periodic": "left out: the phase is not known once the clock starts anew"}
+NOT_GUIDED = {"external_periodic": "left out: the phase is not known once the clock restarts"}
 MUJOCO = {
     "inertia": "`armature` (on a slide the body's mass)",
     "nonlinear_viscous": "`damping`",

@@ -69,7 +69,7 @@ def table(*, light: bool) -> list[str]:
         "cycles, worst",
         "ms, mean",
         "ms, worst",
-        "ms, worst, tilted anew at every step",
+        "ms, worst, tilt changes at every step",
     ]
     if light:
         heads = [

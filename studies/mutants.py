@@ -58,7 +58,7 @@ MODULES = (
     Module("paper", "the published law", f"{_CONTROL}/test_sensing.py"),
     Module(
         "admittance/kernel",
-        "the light law and its tare",
+        "the admittance law and its tare",
         f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py",
     ),
     Module(

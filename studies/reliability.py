@@ -33,7 +33,7 @@ from testbench.kill import RECIPE, Killed, killed
 
 #: Faults that end a run; the seconds are drawn for every repeat, within the motion.
 ENDING = {
-    "silent@{0}": "the servo does not answer any more",
+    "silent@{0}": "the servo no longer answers",
     "burst@{0}=0.6": "nothing arrives for 0.6 s",
     "unplugged@{0}": "the adapter is unplugged",
     "power@{0}": "the servo loses its power for a moment",
@@ -235,7 +235,7 @@ def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
     return [
         *lines,
         "",
-        "Where nobody can reach the servo any more its settings stay, and its own watchdog has stopped it.",
+        "Where the servo can no longer be reached, its settings stay, and its own watchdog has stopped it.",
         "Where the torque goes off the bent bristles spring back by some milliradians, which counts as",
         "motion:",
         "after a silence of 0.6 s that happens when the servo is reached again and let go.",

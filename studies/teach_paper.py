@@ -78,7 +78,7 @@ def section(images: Path) -> list[str]:
         "Above as the paper's Figure 10a and 11a: what the motor does, what the model takes off, and what is",
         "left, the hand. Below as 10b and 11b: stroke and force; after each release the slide stands.",
         "",
-        "How the gains are read. K_c (1.68 rad/s per N m) is the axis' yielding: with a stiff position loop",
+        "How the gains are read. K_c (1.68 rad/s per N m) is the admittance gain: with a stiff position loop",
         "Eq. 11 is w = K_c tau_ext, and 5.56 N at the slide then give 19.20 mm/s for a pulley of 26.5 mm.",
         "K_r (2.05 s) turns a missing speed into a lead of the position command. On a servo whose position",
         "loop has the time constant T the equation settles at w = K_c tau_ext K_r / (K_r + T), 2.4 % below",

@@ -5,7 +5,7 @@
 The bracket (...) is the hand's torque: a motor that holds gravity and friction needs less current by
 what the hand carries, so it is positive for a hand that pushes +q.
 
-How the gains are read. K_c (rad/s per N m) is the axis' yielding: with a stiff position loop Eq. 11
+How the gains are read. K_c (rad/s per N m) is the admittance gain: with a stiff position loop Eq. 11
 says w = K_c tau_ext. K_r (s) turns a missing speed into a lead of the command over the position. A
 servo whose position loop has the time constant T (lead = T w) settles where
 
@@ -121,7 +121,7 @@ class ForceFreeController:
             InputError: the file lacks the torque constant, gravity or static friction; an unknown mode.
         """
         self.model = OnlineModel(parameters, correction)
-        self.model.drop("external_periodic", "its phase is not known once the clock starts anew")
+        self.model.drop("external_periodic", "its phase is not known once the clock restarts")
         kind = parameters.axis.kind
         chosen = gains(parameters, period_s or DEFAULT_PERIOD_S)
         self.command_gain = chosen.command_gain

@@ -97,9 +97,7 @@ def _with_bristle(
         anew = simple.refitted(replace(whole, effects=fewer), logs)
         dropped += [registry.get(name).title.lower() for name in sorted(refused)]
     if simple.total(simple.errors(anew, logs)) < simple.total(simple.errors(whole, logs)):
-        notes.append(
-            "all but gravity was fitted anew to the logs named below, since effects are missing here"
-        )
+        notes.append("all but gravity was refitted to the logs named below, since effects are missing here")
         return Plan(anew, (*dropped, *sentences), tuple(notes), whole)
     notes.append("the values stand as in the parameter file; no fit without the missing effects was better")
     return Plan(whole, sentences, tuple(notes))

@@ -20,6 +20,8 @@ from idtool.signals import Recording, record
 
 #: Delays between which to look, s, and how fine the first look is.
 _SHORTEST, _LONGEST, _STEP = 0.0, 0.06, 0.004
+#: How near the end of that range a delay is at its bound, s.
+_FINE = 1e-3
 #: A gain of speed that takes less of the residual than this is none.
 _WORTH = 0.02
 #: A law that leaves more than this share of the command's variance is not the loop's.
@@ -69,7 +71,7 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
     best = float(tried[int(np.argmin(costs))])
     bounds = (max(best - _STEP, _SHORTEST), best + _STEP)
     fine = optimize.minimize_scalar(
-        lambda d: at(d)[0], bounds=bounds, method="bounded", options={"xatol": 1e-4}
+        lambda d: at(d)[0], bounds=bounds, method="bounded", options={"xatol": 0.1 * _FINE}
     )
     delay = float(fine.x)
     cost, found, left, columns = at(delay)
@@ -94,7 +96,7 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
         _parameter(float(found[0]), errors[0]),
         _parameter(float(found[1]), errors[1] if with_speed else None),
         Parameter(full),
-        _parameter(delay, spread),
+        _parameter(delay, spread, at_bound=delay > _LONGEST - _FINE),
         reference,
     )
 
@@ -153,7 +155,7 @@ def _standard_errors(columns: Array, left: Array, sizes: Sequence[int]) -> list[
     return [math.sqrt(max(v, 0.0)) for v in np.diag(bread @ meat @ bread)]
 
 
-def _parameter(value: float, stderr: float | None) -> Parameter:
+def _parameter(value: float, stderr: float | None, *, at_bound: bool = False) -> Parameter:
     if stderr is None or not math.isfinite(stderr):
-        return Parameter(value)
-    return Parameter(value, stderr, (value - 1.96 * stderr, value + 1.96 * stderr))
+        return Parameter(value, at_bound=at_bound)
+    return Parameter(value, stderr, (value - 1.96 * stderr, value + 1.96 * stderr), at_bound)

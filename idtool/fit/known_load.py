@@ -158,7 +158,7 @@ def calibrate(logs: Sequence[Log], *, lever: float, mass: float | None = None) -
         pull * heaviest,
         size * heaviest,
         fit,
-        tuple(notes),
+        (*fit.outcome.notes, *notes),
     )
 
 

@@ -32,6 +32,11 @@ class Outcome(Enum):
         """What to do about it, without a full stop; empty where there is nothing to do."""
         return _ADVICE[self]
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence where the search did not converge; none where it did."""
+        return () if self.converged else (f"{self.value}: {self.meaning}; {self.advice}.",)
+
     def at(self, *, bound: bool) -> Outcome:
         """The same, where something did or did not end at a bound."""
         return Outcome.AT_BOUND if bound and self is Outcome.CONVERGED else self

@@ -61,7 +61,7 @@ class ContactSense:
 
     def __init__(self, parameters: Parameters, period: float, setup: TrialSetup) -> None:
         model = OnlineModel(parameters)
-        model.drop("external_periodic", "its phase is not known once the clock starts anew")
+        model.drop("external_periodic", "its phase is not known once the clock restarts")
         self._sense = HandSense(model, period, _FILTER_S, _RESOLUTION[parameters.axis.kind])
         self._setup = setup
         self._back_emf = model.back_emf

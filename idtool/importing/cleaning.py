@@ -1,4 +1,4 @@
-"""What is safe to mend in a recording; everything that is mended is counted."""
+"""What is safe to repair in a recording; every repair is counted."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Imported:
         log: the log, checked, not written.
         taken: which column was taken for what.
         kept: other columns, kept as they are.
-        notes: what was mended or presumed, one sentence each.
+        notes: what was repaired or presumed, one sentence each.
         rows_read: rows of the recording (after `where`).
     """
 

@@ -96,7 +96,7 @@ def _guarded(messages: Callable[[Path], Iterator[_Message]], path: Path) -> Iter
         raise InputError(
             "is a damaged or unfinished recording",
             file=path,
-            remedy="mend it with rosbag reindex, ros2 bag reindex or mcap recover, or record it again",
+            remedy="repair it with rosbag reindex, ros2 bag reindex or mcap recover, or record it again",
         ) from error
 
 

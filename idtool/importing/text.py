@@ -24,7 +24,7 @@ def read_csv(
         raw: the unpacked bytes.
         file: for messages.
         cut: the file was cut short; its last line is not whole.
-        notes: what was mended is added here.
+        notes: what was repaired is added here.
 
     Raises:
         InputError: no text, no header row, no data, or no table.

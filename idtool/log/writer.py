@@ -106,7 +106,7 @@ class LogWriter:
             raise InputError(
                 "was made by another recipe, rig or version",
                 file=self.path,
-                remedy="name another file, or pass --force to begin anew",
+                remedy="name another file, or pass --force to overwrite it",
             )
         self._stream.truncate(end)
         self._stream.seek(end)
@@ -228,7 +228,7 @@ class LogWriter:
             if not self._rows:
                 raise cannot_write(self.path, error) from error
             raise InputError(
-                f"cannot be written any more ({error.strerror or error})",
+                f"can no longer be written ({error.strerror or error})",
                 file=self.path,
                 remedy=f"its {self._rows} rows up to there are kept; free space or pick another place",
             ) from error

@@ -42,7 +42,7 @@ def read_guiding(folder: Path) -> list[GuidingRow]:
         return [_row(str(name), figures) for name, figures in document.items()]
     except (ValueError, OSError, AttributeError, TypeError, KeyError) as error:
         raise InputError(
-            "is no record of hand guiding", file=path, remedy="remove it, or make it anew"
+            "is no record of hand guiding", file=path, remedy="remove it, or make it again"
         ) from error
 
 

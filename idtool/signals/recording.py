@@ -154,7 +154,7 @@ class Recording:
         return np.asarray(self.operator @ values)
 
     def told_of_rows(self) -> list[str]:
-        """Sentences on rows that were in the logs and are not compared, and on what was mended."""
+        """Sentences on rows that were in the logs and are not compared, and on what was repaired."""
         lost = sum(self.lost.values())
         if not lost:
             return list(self.remarks)

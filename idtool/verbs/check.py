@@ -77,7 +77,7 @@ class Check:
         logs: each log by itself.
         can, cannot: what the session determines, and what not.
         findings: what the session lacks, as a fit of it will say.
-        notes: rows that will not be compared, and what was mended.
+        notes: rows that will not be compared, and what was repaired.
     """
 
     logs: list[LogCheck]

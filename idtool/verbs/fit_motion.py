@@ -95,7 +95,6 @@ def fit_motion(
         best = search.without_sides(best, scales)
     after = search.rms(best.parameters)
     ended = best.outcome
-    failed = () if ended.converged else (f"{ended.value}: {ended.meaning}; {ended.advice}.",)
     fitted = search.with_intervals(best)
     return MotionFit(
         replace(fitted, provenance={**fitted.provenance, "fit_motion": ended.value}),
@@ -103,7 +102,7 @@ def fit_motion(
         after,
         search.evaluations,
         ended,
-        (*notes, *failed, *PlantFile.of(best.parameters, recording.motion.torque_constant).notes),
+        (*notes, *ended.notes, *PlantFile.of(best.parameters, recording.motion.torque_constant).notes),
     )
 
 

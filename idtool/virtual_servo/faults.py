@@ -5,7 +5,7 @@ A fault is written as a word (the command line's `--fault`, and the tests'):
     lost=0.02               this share of packets does not arrive, either way; so do late= (60 ms),
                             corrupt= (a bit flips) and twice= (an answer comes again)
     burst@2=0.5             from 2 s on, nothing arrives for 0.5 s
-    silent@2                from 2 s on the servo does not answer any more
+    silent@2                from 2 s on the servo no longer answers
     unplugged@2             the device disappears
     power@2                 the servo loses its power for a moment
     overload@2              the servo shuts its motor off

@@ -40,7 +40,7 @@ def test_a_full_disk_stops_the_axis_and_keeps_whole_rows(tmp_path: Path) -> None
     assert not kept.incomplete
     assert len(kept.frame) > 100
     assert log.stat().st_size <= 20_000
-    assert f"{log}: cannot be written any more (File too large); its {len(kept.frame)} rows" in str(
+    assert f"{log}: can no longer be written (File too large); its {len(kept.frame)} rows" in str(
         caught.value
     )
     assert rig.calls[-1] == "stop"

@@ -265,7 +265,7 @@ def test_what_a_missing_effect_took_up_goes_elsewhere() -> None:
     errors = {model: value["sweep"]["rmse"] for model, value in exported.errors.items()}
     assert errors["full"] == pytest.approx(0.002, rel=0.1)
     assert errors["full"] < errors["exported"] < 0.9 * errors["copied"]
-    assert any("fitted anew" in note for note in exported.plan.notes)
+    assert any("was refitted" in note for note in exported.plan.notes)
     assert exported.plan.model.gravity == parameters.gravity
     kept = exported.plan.model.effect("position_ripple")
     assert kept

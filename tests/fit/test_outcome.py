@@ -47,6 +47,7 @@ def test_a_fit_that_converged_says_so_in_the_file_only() -> None:
 def test_what_did_not_converge_has_advice(outcome: Outcome) -> None:
     assert outcome.meaning
     assert outcome.converged or outcome.advice
+    assert len(outcome.notes) == (not outcome.converged)
 
 
 @pytest.mark.parametrize(
