@@ -30,6 +30,9 @@ from idtool.rig.faults import LimitExceeded, NotFollowing
 _PERIODS = (0.005, 0.01, 0.02, 0.05, 0.1)
 #: Time that computer and adapter take per period besides wire and latency timer, s.
 _OVERHEAD_S = 1e-3
+#: A servo may take so long to answer while the rig is opened, s: nothing moves yet, and a computer that is
+#: busy or an adapter that has just been plugged in is no fault of it.
+_OPENING_S = 1.0
 #: A block is yielded this often, s: what leaves its limits is seen no later.
 _BLOCK_S = 0.05
 #: Speed and gain with which the axis is brought to the start of a trial, rad/s and 1/s.
@@ -87,6 +90,7 @@ class ServoRig(Rig):
         self._prepared = False
         baud = settings.baud or kind.baud
         self._bus: Bus = kind.open_bus(device, settings.id, baud, self._clock)
+        self._bus.patience_s = _OPENING_S
         try:
             self._servo = kind.servo(self._bus, settings.zero)
             try:
@@ -98,6 +102,7 @@ class ServoRig(Rig):
         except BaseException:
             self._bus.close()
             raise
+        self._bus.patience_s = 0.0
         self._origin = self._clock.now()
         self._due = 0.0
 

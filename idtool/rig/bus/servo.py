@@ -77,6 +77,7 @@ class Bus(Protocol):
 
     clock: Clock
     retries: int
+    patience_s: float
 
     def close(self) -> None:
         """Let go of the port; safe to call twice."""

@@ -34,6 +34,8 @@ class Transactions(ABC):
     Attributes:
         clock: that one.
         retries: packets that were lost or damaged and asked for again.
+        patience_s: how long a servo that stands without torque may take to answer at all, s; where it moves,
+            no longer than `TRIES`.
     """
 
     def __init__(
@@ -43,6 +45,7 @@ class Transactions(ABC):
         self.device, self.id, self.baud = device, id, baud
         self.clock = clock or HostClock()
         self.retries = 0
+        self.patience_s = 0.0
 
     @abstractmethod
     def _receive(self) -> tuple[int, int, bytes] | None:
@@ -74,7 +77,9 @@ class Transactions(ABC):
         Returns:
             The data.
         """
-        for _ in range(TRIES):
+        begun, tries = self.clock.now(), 0
+        while tries < TRIES or self.clock.now() - begun < self.patience_s * self.clock.scale:
+            tries += 1
             # set by the SDK during a transaction, and left set where Ctrl-C ended one
             self._port.is_using = False
             try:

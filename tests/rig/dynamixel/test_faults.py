@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -168,3 +169,11 @@ def test_a_servo_in_error_is_refused_before_it_moves(tmp_path: Path) -> None:
 def test_faults_are_read_strictly(word: str, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         parse_fault(word)
+
+
+def test_a_bus_that_loses_much_is_waited_for_while_nothing_moves() -> None:
+    with bench("lost=0.3", seed=1) as on:
+        rig = on.rig()  # some 30 transactions, of which 7 in 100 fail four times
+        assert rig.retries > 10
+        with suppress(RigFault):
+            rig.close()
