@@ -334,7 +334,8 @@ class _Reader:
                     f"the ramps up to {ways.speed:g} and down again take {ways.ramp_travel:.3g}, "
                     f"more than the travel of {ways.travel:g}",
                     f"{place}.{keys['travel']}",
-                    f"lower {keys['speed']} or raise {keys['acceleration']}",
+                    f"make it {1.2 * ways.ramp_travel:.2g} or more, lower {keys['speed']} "
+                    f"or raise {keys['acceleration']}",
                 )
             return RecipeTrial(setup, ways, place, (keys["speed"], keys["travel"]))
         duration = number("duration", high=_MAX_SECONDS)
