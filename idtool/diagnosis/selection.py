@@ -51,9 +51,6 @@ _REFITTED = 4
 #: are refitted when that is in.
 _BEHIND = 1.3
 _MOST_ROUNDS = 24
-#: What a lag between torque and motion can be: their columns are nearly the same, and only refitted models
-#: tell which it is. One among the best brings the others.
-_LAGS = ("backlash", "hysteresis", "transport_delay", "compliance")
 #: A bristle that bends over more than this share of the stroke can hide an effect from its score.
 _BENT = 0.03
 
@@ -208,27 +205,26 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         if not candidate.accepted:
             candidate.gain, candidate.p_value = item.start.gain, item.start.p_value
     promising = _promising(selection, scored)
-    lag = any(item.effect.name in _LAGS for item in promising[:_REFITTED])
+    # one lag among the best brings the others
+    lag = any(item.effect.is_lag for item in promising[:_REFITTED])
     lag |= not promising and worth_a_restart(fit)
     passed: list[Trial] = []
     promised = np.inf  # what the best score of one that passed leaves
     for place, item in enumerate(promising):
-        apart = lag and item.effect.name in _LAGS
+        apart = lag and item.effect.is_lag
         behind = item.left() > _BEHIND * promised
         if not apart and (place >= _REFITTED or behind):
             _tell_why(selection, item.effect, "its score was behind that of the effects that were refitted")
             continue
         tell(f"trying {item.effect.title.lower()}")
-        trial = try_effect(
-            item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.name in _LAGS
-        )
+        trial = try_effect(item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.is_lag)
         if item.fit is not fit and trial.fit.sse > fit.sse:  # the bristle did not find back
             trial = replace(try_effect(fit, item.effect, item.plain, far=True), p_value=item.start.p_value)
         if _passes(selection, trial):
             passed.append(trial)
             promised = min(promised, item.left())
     for item in scored if lag else ():
-        if item.effect.name in _LAGS and item not in promising:
+        if item.effect.is_lag and item not in promising:
             # what damping and inertia do in its place bends a fit so far that no score from there tells
             tell(f"trying {item.effect.title.lower()}")
             passed += _in_full(
@@ -369,7 +365,7 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
     if old**2 - new**2 < _LEAST_OF_EXCESS * (old**2 - selection.fit.model.filtered_noise**2):
         return f"left-out error {new:.4g} against {old:.4g}: a small part of what is too much"
     evidence = gain_in_evidence(selection.fit, trial.fit)
-    if trial.effect.name in _LAGS and evidence < _LEAST_EVIDENCE:
+    if trial.effect.is_lag and evidence < _LEAST_EVIDENCE:
         return f"the penalised likelihood gains {evidence:.1f} only"
     return None
 

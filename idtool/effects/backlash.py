@@ -66,6 +66,8 @@ class Backlash(Effect):
     follows = ("position",)
     formula = "g(w) times 1 - share while the motor crosses the gap after a reversal; play operator"
     reveals = "reversals near zero load"
+    is_lag = True
+    after_reversal = True
     look_alikes = ("hysteresis", "transport_delay")
     citation = "Nordin & Gutman 2002; play operator: Krasnosel'skii & Pokrovskii 1989"
     parameters = (

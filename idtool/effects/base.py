@@ -155,6 +155,9 @@ class Effect(ABC):
         memory: how many numbers it must remember from row to row; 0 for a function of the row alone.
         free_start: whether nothing tells what it remembers when a trial starts, so that a fit must find
             that for every trial (`Past.start`).
+        is_lag: whether it can stand for a lag between torque and motion. The columns of lags are nearly the
+            same, so only refitted models tell which one it is.
+        after_reversal: whether it shows after each reversal, whichever way the axis then goes.
     """
 
     name: ClassVar[str]
@@ -171,6 +174,8 @@ class Effect(ABC):
     coordinates: ClassVar[tuple[Coordinate, ...]]
     memory: ClassVar[int] = 0
     free_start: ClassVar[bool] = False
+    is_lag: ClassVar[bool] = False
+    after_reversal: ClassVar[bool] = False
 
     @abstractmethod
     def contribute(self, motion: Motion, values: Values) -> Contribution:

@@ -78,6 +78,7 @@ class Compliance(Effect):
     follows = ("acceleration",)
     formula = "J_load (a_load - a), J_load a_load = k (q - q_load) + c (w - w_load)"
     reveals = "sines of rising frequency, beyond the resonance; the same with another payload"
+    is_lag = True
     look_alikes = ("inertia", "transport_delay")
     citation = "Spong 1987"
     parameters = (

@@ -51,6 +51,8 @@ class Hysteresis(Effect):
     follows = ("position",)
     formula = "k (q - xi), where xi follows so that the torque never exceeds the yield torque"
     reveals = "nested reversals: small strokes inside large ones"
+    is_lag = True
+    after_reversal = True
     look_alikes = ("position_stiffness", "backlash")
     citation = "Al-Bender et al. 2005 (Maxwell slip); Iwan 1966"
     parameters = (

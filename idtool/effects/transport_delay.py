@@ -24,6 +24,7 @@ class TransportDelay(Effect):
     follows = ("acceleration",)
     formula = "torque of time t computed from the position and velocity reported at t + d"
     reveals = "sines of rising frequency"
+    is_lag = True
     look_alikes = ("inertia", "compliance")
     citation = "Ljung 1999, chapter 4"
     parameters = (

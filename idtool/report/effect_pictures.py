@@ -32,8 +32,6 @@ _OVER = {
     "temperature": ("temperature", "temperature"),
     "time": ("time", "time"),
 }
-#: Effects that show after each reversal, whichever way the axis then goes.
-_AFTER_REVERSAL = ("backlash", "hysteresis")
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ def found_picture(evidence: Evidence, effect: Effect) -> Beside | None:
     """The residual before and after over what the effect follows; None where that was not logged."""
     rows = evidence.rows
     sign: Array | float = 1.0
-    if effect.name in _AFTER_REVERSAL and rows.position is not None:
+    if effect.after_reversal and rows.position is not None:
         x = since_reversal(rows.position, rows.velocity, rows.trial)
         sign = np.sign(rows.velocity)
         what, dimension = "travel since the last reversal", "position"
@@ -74,7 +72,7 @@ def found_picture(evidence: Evidence, effect: Effect) -> Beside | None:
     stream = io.BytesIO()
     with look():
         figure.savefig(stream, format="png", dpi=_DPI, metadata={"Software": None})
-    turned = ", turned so that what brakes points one way" if effect.name in _AFTER_REVERSAL else ""
+    turned = ", turned so that what brakes points one way" if effect.after_reversal else ""
     return _beside(
         few_colours(stream.getvalue(), _COLOURS),
         f"In these data: what the base model and the extended model leave over the {what}{turned}.",

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
+from testbench.effect_numbers import NUMBERS
 
 
 def _pick(**values: float) -> dict[str, Parameter]:
@@ -23,38 +24,8 @@ BASE = Parameters(
 #: As `ffc-id tune` writes it.
 LIGHT = Controller(command_gain=2.05, loop_gain=8.0, period=0.01, mode="light")
 
-EFFECTS: dict[str, dict[str, float]] = {
-    "inertia": {"inertia": 0.02},
-    "torque_offset": {"offset": 0.03},
-    "direction_asymmetry": {"asymmetry": 0.02},
-    "nonlinear_viscous": {"quadratic": 0.1},
-    "transport_delay": {"delay": 0.012},
-    "torque_constant_saturation": {"kappa": 0.03},
-    "stribeck_shape": {"exponent": 1.2},
-    "load_dependent_friction": {"mu": 0.1},
-    "drive_backdrive": {"mu_drive": 0.1, "mu_backdrive": 0.03},
-    "tilt_misalignment": {"alpha": 0.05, "beta": -0.03},
-    "position_stiffness": {"stiffness": 0.05, "neutral": 0.4},
-    "position_dependent_friction": {"slope_1": 0.3, "slope_2": 0.1, "center": 0.2, "half_stroke": 1.5},
-    "backlash": {
-        "gap": 0.05,
-        "share_behind_gap": 0.5,
-        "share_under_load": 0.2,
-        "share_at_once": 0.3,
-        "load_scale": 0.3,
-    },
-    "hysteresis": {"stiffness": 0.5, "yield": 0.02},
-    "breakaway_dwell": {"gain": 0.5, "time_constant": 0.5, "rest_speed": 0.02, "wear": 0.05},
-    "compliance": {"stiffness": 4.0, "damping": 0.02, "load_inertia": 0.01},
-    "thermal_drift": {"rate": 0.02, "reference": 25.0},
-    "position_ripple": {
-        "cycles": 7.0,
-        "amplitude_1": 0.03,
-        "phase_1": 0.4,
-        "amplitude_2": 0.01,
-        "phase_2": 1.0,
-    },
-}
+#: In its simpler form friction under load is what most files hold.
+EFFECTS = NUMBERS | {"load_dependent_friction": {"mu": 0.1}}
 
 
 def with_effects(*names: str, light: bool = False) -> Parameters:

@@ -63,8 +63,8 @@ _DRAWS = {
 }
 #: key of the plant file -> name in the parameter file, where they are not the same but for the unit
 _NAMES = {"cycles_per_turn": "cycles", "kappa_per_a": "kappa", "rate_per_k": "rate"}
-#: What a file of the library cannot hold.
-UNKNOWN_TO_THE_LIBRARY = ("hysteresis", "breakaway_dwell")
+#: What no file is told of, so that the law has to live with it.
+UNTOLD = ("hysteresis", "breakaway_dwell")
 EFFECTS = tuple(_DRAWS)
 _UNITS = (
     "_nm_s2_per_rad2",
@@ -134,7 +134,7 @@ def file_of(plant: PlantFile, controller: Controller | None = None, *, effects: 
         entries += [
             EffectEntry(name, _file_numbers(name, numbers))
             for name, numbers in plant.effects.items()
-            if name not in UNKNOWN_TO_THE_LIBRARY
+            if name not in UNTOLD
         ]
     return Parameters(
         axis=plant.axis,
@@ -183,7 +183,7 @@ def random_case(rng: np.random.Generator, controller: Controller, *, effects: st
     plant = plant_of(name)
     names: tuple[str, ...] = ()
     if effects != "none":
-        pool = [e for e in EFFECTS if effects == "unknown" or e not in UNKNOWN_TO_THE_LIBRARY]
+        pool = [e for e in EFFECTS if effects == "unknown" or e not in UNTOLD]
         names = tuple(str(e) for e in rng.choice(pool, size=int(rng.integers(1, 4)), replace=False))
         if {"load_dependent_friction", "drive_backdrive"} <= set(names):
             names = tuple(e for e in names if e != "load_dependent_friction")

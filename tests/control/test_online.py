@@ -16,48 +16,17 @@ from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
 from idtool.parameters import Parameter, Parameters
 from idtool.parameters.correction import Correction
+from testbench.effect_numbers import NUMBERS
 
 from .double import BENCH, PAPER, parameters
 
-EFFECTS: dict[str, dict[str, float]] = {
-    "inertia": {"inertia": 0.02},
-    "torque_offset": {"offset": 0.03},
-    "direction_asymmetry": {"asymmetry": 0.02},
-    "nonlinear_viscous": {"quadratic": 0.1},
-    "stribeck_shape": {"exponent": 1.2},
-    "load_dependent_friction": {"mu": 0.1, "doubling_load": 0.4},
-    "drive_backdrive": {"mu_drive": 0.1, "mu_backdrive": 0.03},
-    "tilt_misalignment": {"alpha": 0.05, "beta": -0.03},
-    "position_stiffness": {"stiffness": 0.05, "neutral": 0.4},
-    "position_dependent_friction": {"slope_1": 0.3, "slope_2": 0.1, "center": 0.2, "half_stroke": 1.5},
-    "thermal_drift": {"rate": 0.02, "reference": 25.0},
-    "backlash": {
-        "gap": 0.05,
-        "share_behind_gap": 0.5,
-        "share_under_load": 0.2,
-        "share_at_once": 0.3,
-        "load_scale": 0.3,
-    },
-    "hysteresis": {"stiffness": 0.5, "yield": 0.02},
-    "breakaway_dwell": {"gain": 0.5, "time_constant": 0.5, "rest_speed": 0.02, "wear": 0.05},
-    "compliance": {"stiffness": 4.0, "damping": 0.02, "load_inertia": 0.01},
-    "position_ripple": {
-        "cycles": 7.0,
-        "amplitude_1": 0.03,
-        "phase_1": 0.4,
-        "amplitude_2": 0.01,
-        "phase_2": 1.0,
-    },
-}
+#: What acts on the finished torque is in the tests of the sensing.
+ON_THE_TORQUE = ("transport_delay", "torque_constant_saturation")
+EFFECTS = {name: numbers for name, numbers in NUMBERS.items() if name not in ON_THE_TORQUE}
 
 
-def test_every_effect_is_in_the_table_or_has_a_reason() -> None:
-    elsewhere = {
-        "transport_delay",  # acts on the finished torque: tests of the sensing
-        "torque_constant_saturation",  # likewise
-        "external_periodic",  # not compensated
-    }
-    assert set(EFFECTS) | elsewhere >= set(registry.names())
+def test_every_effect_has_numbers_unless_it_is_not_compensated() -> None:
+    assert set(NUMBERS) >= set(registry.names()) - {"external_periodic"}
 
 
 def _motion(rows: int = 400) -> Motion:
