@@ -140,7 +140,10 @@ def main(
 
     axes = AXES if kind == "both" else (kind,)
     todo = cases(axes, null, single, several, unknown, real)
-    write(outcomes(todo, one_session, notes, jobs), out)
+    numbers = (
+        f"--kind {kind} --null {null} --single {single} --several {several} --unknown {unknown} --real {real}"
+    )
+    write(outcomes(todo, one_session, notes, jobs), out, f"python -m studies.diagnosis {numbers}")
     click.echo(f"written: {out}")
 
 

@@ -17,7 +17,7 @@ _HEAD = """# What the diagnosis finds, and what it finds that is not there
 
 You get: how often each effect is named when it is there, and how often one is named that is not.
 
-Made by `make study-diagnosis`. Axes are of two kinds. Ours: random axes of the simulated rig
+Made by `{command}`. Axes are of two kinds. Ours: random axes of the simulated rig
 (`testbench/plants.py`), the packaged gravity, sweep and sine runs (in some the run with pauses too, in some
 ramps ten times as steep), laboratory or DYNAMIXEL sensors, with and without a temperature column; bristles
 as soft as the paper's are as frequent as stiff ones. Other: `testbench/other_plants`, which shares no code
@@ -39,9 +39,9 @@ Coulomb level should be named.
 _TITLES = {"ours": "Our axes", "other": "Other axes"}
 
 
-def page(results: Sequence[Result]) -> str:
-    """The whole page."""
-    lines = [_HEAD]
+def page(results: Sequence[Result], command: str) -> str:
+    """The whole page, and what made it."""
+    lines = [_HEAD.replace("{command}", command)]
     for axis in AXES:
         some = [r for r in results if r.case.axis == axis]
         if some:
@@ -209,6 +209,6 @@ def _wrong(results: Sequence[Result], right: Callable[[Result], bool] | None = N
     ]
 
 
-def write(results: Sequence[Result], path: Path) -> None:
-    """Write the page."""
-    path.write_text(page(results))
+def write(results: Sequence[Result], path: Path, command: str) -> None:
+    """Write the page, which names the command that made it."""
+    path.write_text(page(results, command))
