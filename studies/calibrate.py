@@ -19,6 +19,7 @@ from idtool import Axis, Log
 from idtool.errors import FfcIdError
 from idtool.fit.known_load import Calibration, calibrate
 from idtool.io.atomic import atomic_write
+from idtool.model.units import STANDARD_GRAVITY
 from testbench.pendulums import Pendulum
 
 PAGE = Path("docs/calibration.md")
@@ -34,7 +35,7 @@ def drawn(seed: int) -> Pendulum:
     """An axis: friction from a twentieth to a third of the load, its own weight up to a third of it."""
     random = np.random.default_rng(seed)
     mass, lever = random.uniform(0.2, 1.5), random.uniform(0.05, 0.25)
-    load = 9.80665 * mass * lever
+    load = STANDARD_GRAVITY * mass * lever
     return Pendulum(
         inertia=mass * lever**2 * random.uniform(1.2, 3.0),
         mass=mass,
@@ -72,7 +73,7 @@ VARIANTS: dict[str, Callable[[Pendulum, int], Calibration]] = {
 
 
 def _declared(axis: Pendulum, seed: int, payload: float | None = None) -> Log:
-    current = 9.80665 * axis.mass * axis.lever / axis.torque_constant
+    current = STANDARD_GRAVITY * axis.mass * axis.lever / axis.torque_constant
     return axis.log(
         seed=seed,
         seconds=SECONDS,

@@ -15,6 +15,7 @@ from idtool.guiding import ConstantForceHand, teach
 from idtool.guiding.path import TaughtPath, limited, read_path
 from idtool.guiding.playback import Played, play
 from idtool.guiding.session import limits_of
+from idtool.model.units import STANDARD_GRAVITY
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
 from studies.teach_paper import FORCE_N, PRINTED_GAINS
@@ -29,7 +30,7 @@ SETUP = TrialSetup(PAYLOAD_KG, start_position=0.0)
 def taught(folder: Path) -> TaughtPath:
     """What the simulated hand taught."""
     file = file_of(plant_of("paper"), PRINTED_GAINS, effects=False)
-    hand = ConstantForceHand(FORCE_N * file.gravity["per_payload"].value / 9.80665)
+    hand = ConstantForceHand(FORCE_N * file.gravity["per_payload"].value / STANDARD_GRAVITY)
     with open_rig(RIG, seed=0) as rig:
         law = ForceFreeController(file, limits=limits_of(rig))
         teach(file, law, rig, SETUP, hand=hand, log=folder / "taught.csv")
@@ -53,7 +54,7 @@ def main(out: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    mm = 1e3 * plant_of("paper").gravity["per_payload_nm_per_kg"] / 9.80665
+    mm = 1e3 * plant_of("paper").gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY
     with tempfile.TemporaryDirectory() as folder:
         path = taught(Path(folder))
     figure = Figure(figsize=(8.0, 5.2), layout="constrained")

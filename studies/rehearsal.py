@@ -29,6 +29,7 @@ from idtool.guiding.playback import play
 from idtool.guiding.session import limits_of, teach
 from idtool.io.atomic import atomic_write
 from idtool.log import Log
+from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import Parameters
 from idtool.parameters.scaling import in_torque
 from idtool.rig.base import TrialSetup
@@ -37,7 +38,6 @@ from idtool.verbs.simulate import simulate
 from testbench.bench import SHORT_SESSION, Bench
 
 PAGE = Path("docs/rehearsal.md")
-GRAVITY = 9.80665
 FLAT = TrialSetup(tilt_alpha_rad=math.pi / 2)
 #: The SDKs give an answer up after some 40 ms of this computer, which may be busy elsewhere; here after so
 #: much more.
@@ -105,7 +105,7 @@ def rehearse(session: Session, folder: Path) -> dict[str, str]:
             logs.append(Log.read(path))
         said = {"recipes": f"{seconds:.0f} s of motion"}
         file = read_plant(session.plant)
-        found = calibrate(logs[:1], lever=file.gravity["per_payload_nm_per_kg"] / GRAVITY)
+        found = calibrate(logs[:1], lever=file.gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY)
         truth = file.axis.torque_constant
         assert truth is not None
         by_current = found.unit == "current"

@@ -10,6 +10,7 @@ from idtool.control import ForceFreeController, State
 from idtool.guiding import ConstantForceHand, teach
 from idtool.guiding.figure import draw
 from idtool.guiding.session import TeachResult, limits_of
+from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import Controller
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
@@ -24,7 +25,7 @@ _COUNT = 2.0 * np.pi / 4096
 def run(sensors: str, seed: int, *, hand: bool, seconds: float | None = None) -> TeachResult:
     """One run of the printed law."""
     file = file_of(plant_of("paper"), PRINTED_GAINS, effects=False)
-    ratio = file.gravity["per_payload"].value / 9.80665
+    ratio = file.gravity["per_payload"].value / STANDARD_GRAVITY
     with open_rig(f"sim:paper,sensors={sensors}", seed=seed) as rig:
         law = ForceFreeController(file, limits=limits_of(rig))
         push = ConstantForceHand(FORCE_N * ratio) if hand else None
@@ -66,7 +67,7 @@ def section(images: Path) -> list[str]:
     lines.append(f"| moved in 5 s without a hand, counts, worst | still | {moved[0]:.1f} | {moved[1]:.1f} |")
     assert not guided
     first = run("dynamixel", 0, hand=True).record
-    ratio = plant_of("paper").gravity["per_payload_nm_per_kg"] / 9.80665
+    ratio = plant_of("paper").gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY
     draw(first, travel_ratio=ratio).savefig(images / "teach_paper.png", dpi=130)
     return [
         *lines,

@@ -8,9 +8,8 @@ import numpy as np
 import pandas as pd
 
 from idtool import Axis, Log, Parameters
+from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import EffectEntry, Parameter
-
-GRAVITY = 9.80665
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class Pendulum:
 
     def parameters(self) -> Parameters:
         """The file that describes it."""
-        pull = self.mass * GRAVITY * self.lever + self.own
+        pull = self.mass * STANDARD_GRAVITY * self.lever + self.own
         return Parameters(
             axis=Axis("rotary", self.torque_constant),
             gravity_model="arm",
@@ -63,7 +62,7 @@ class Pendulum:
         velocity, acceleration = np.gradient(position, time), np.gradient(np.gradient(position, time), time)
         mass = self.mass if payload is None else payload
         torque = self.inertia * acceleration + self.coulomb * np.sign(velocity) + self.viscous * velocity
-        torque += (mass * GRAVITY * self.lever + self.own) * np.sin(position)
+        torque += (mass * STANDARD_GRAVITY * self.lever + self.own) * np.sin(position)
         count = 2 * np.pi / 65536
         frame = pd.DataFrame(
             {

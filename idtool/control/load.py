@@ -169,7 +169,7 @@ def _level(n: Array, velocity: float, change: float, torque: float, static: floa
 
 
 @numba.njit(cache=True)
-def carry(
+def _effects(
     n: Array,
     m: Array,
     time: float,
@@ -177,34 +177,16 @@ def carry(
     position: float,
     velocity: float,
     acceleration: float,
-    payload: float,
+    upright: float,
     tilt_alpha: float,
     tilt_beta: float,
     temperature: float,
-    travel: float,
-) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """Advance the bristle over the step that ends now and return what the motor carries.
-
-    Args:
-        n, m: `numbers` and `memory`; `memory` is changed.
-        time: s; effects that follow the clock read it.
-        step: time since the sample before, s.
-        position, velocity, acceleration: rad, rad/s, rad/s^2 (m ...).
-        payload: kg.
-        tilt_alpha, tilt_beta: rad.
-        temperature: degrees Celsius, NaN if unknown.
-        travel: change of position over the step, NaN if the mean velocity is to drive the bristle.
-
-    Returns:
-        Gravity, elastic and damping share of the friction, additive effects, friction level (N m or N);
-        saturation (per N m), delay (s), deflection z (rad or m), and the share of it before that the step's
-        travel kept.
-    """
-    upright = gravity_of(n, position, payload)
+) -> tuple[float, float, float, float, float, float, float]:
+    """What the effects add: torque, change and torque of the friction level, change of the stiction, of the
+    viscous friction, of the bristle, and of the Stribeck exponent; their memory in `m` is moved on."""
+    w = abs(velocity)
     factor = math.cos(tilt_alpha) * math.cos(tilt_beta)
     load = upright if n[ARM] != 0.0 else upright * factor
-    w = abs(velocity)
-
     torque = m[OUTSIDE] + n[INERTIA] * acceleration + n[OFFSET] + n[ASYMMETRY] * w
     torque += n[QUADRATIC] * w * velocity + n[SPRING] * position + n[PULL]
     level_change, level_torque = m[OUTSIDE + 1], m[OUTSIDE + 2]
@@ -258,33 +240,93 @@ def carry(
     if n[GAIN] != 0.0:
         m[AGE] = 0.5 if m[BEGUN] == 0.0 else aged(m[AGE], w, step, n[REST_SPEED], n[WEAR], n[DWELL_TIME])
         static_change += n[GAIN] * m[AGE]
+    return torque, level_change, level_torque, static_change, viscous_change, bristle_change, exponent_change
 
-    decay = 1.0
-    level = _level(n, velocity, level_change, level_torque, static_change, exponent_change)
-    if m[BEGUN] != 0.0:
-        # the bristle sees the mean of the step's two ends, as in the batch model
-        middle = 0.5 * (velocity + m[LAST_VELOCITY]) if math.isnan(travel) else travel / max(step, 1e-9)
-        mean_level = _level(
-            n,
-            middle,
-            0.5 * (level_change + m[LAST_CHANGES]),
-            0.5 * (level_torque + m[LAST_CHANGES + 1]),
-            0.5 * (static_change + m[LAST_CHANGES + 2]),
-            0.5 * (exponent_change + m[LAST_CHANGES + 3]),
+
+@numba.njit(cache=True)
+def _advance_bristle(
+    n: Array,
+    m: Array,
+    step: float,
+    velocity: float,
+    travel: float,
+    level_change: float,
+    level_torque: float,
+    static_change: float,
+    exponent_change: float,
+) -> float:
+    """Move the bristle over the step that ends now; returns the share of its deflection that is kept."""
+    # the bristle sees the mean of the step's two ends, as in the batch model
+    middle = 0.5 * (velocity + m[LAST_VELOCITY]) if math.isnan(travel) else travel / max(step, 1e-9)
+    mean_level = _level(
+        n,
+        middle,
+        0.5 * (level_change + m[LAST_CHANGES]),
+        0.5 * (level_torque + m[LAST_CHANGES + 1]),
+        0.5 * (static_change + m[LAST_CHANGES + 2]),
+        0.5 * (exponent_change + m[LAST_CHANGES + 3]),
+    )
+    # exact step for a velocity held over the step (see `idtool.model.lugre`)
+    rho = n[SIGMA0] / mean_level
+    x = rho * abs(middle) * step
+    decay = math.exp(-min(x, 700.0))
+    forced = math.copysign((1.0 - decay) / rho, middle) if x > _SMALL else middle * step * (1.0 - 0.5 * x)
+    m[BRISTLE] = decay * m[BRISTLE] + forced
+    return decay
+
+
+@numba.njit(cache=True)
+def carry(
+    n: Array,
+    m: Array,
+    time: float,
+    step: float,
+    position: float,
+    velocity: float,
+    acceleration: float,
+    payload: float,
+    tilt_alpha: float,
+    tilt_beta: float,
+    temperature: float,
+    travel: float,
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """Advance the bristle over the step that ends now and return what the motor carries.
+
+    Args:
+        n, m: `numbers` and `memory`; `memory` is changed.
+        time: s; effects that follow the clock read it.
+        step: time since the sample before, s.
+        position, velocity, acceleration: rad, rad/s, rad/s^2 (m ...).
+        payload: kg.
+        tilt_alpha, tilt_beta: rad.
+        temperature: degrees Celsius, NaN if unknown.
+        travel: change of position over the step, NaN if the mean velocity is to drive the bristle.
+
+    Returns:
+        Gravity, elastic and damping share of the friction, additive effects, friction level (N m or N);
+        saturation (per N m), delay (s), deflection z (rad or m), and the share of it before that the step's
+        travel kept.
+    """
+    upright = gravity_of(n, position, payload)
+    load = upright if n[ARM] != 0.0 else upright * (math.cos(tilt_alpha) * math.cos(tilt_beta))
+    torque, level_change, level_torque, static_change, viscous_change, bristle_change, exponent_change = (
+        _effects(
+            n, m, time, step, position, velocity, acceleration, upright, tilt_alpha, tilt_beta, temperature
         )
-        # exact step for a velocity held over the step (see `idtool.model.lugre`)
-        rho = n[SIGMA0] / mean_level
-        x = rho * abs(middle) * step
-        decay = math.exp(-min(x, 700.0))
-        forced = math.copysign((1.0 - decay) / rho, middle) if x > _SMALL else middle * step * (1.0 - 0.5 * x)
-        m[BRISTLE] = decay * m[BRISTLE] + forced
+    )
+    level = _level(n, velocity, level_change, level_torque, static_change, exponent_change)
+    decay = 1.0
+    if m[BEGUN] != 0.0:
+        decay = _advance_bristle(
+            n, m, step, velocity, travel, level_change, level_torque, static_change, exponent_change
+        )
     m[BEGUN] = 1.0
     m[LAST_VELOCITY] = velocity
     m[LAST_CHANGES], m[LAST_CHANGES + 1] = level_change, level_torque
     m[LAST_CHANGES + 2], m[LAST_CHANGES + 3] = static_change, exponent_change
 
     z = m[BRISTLE]
-    rate = velocity - n[SIGMA0] / level * w * z
+    rate = velocity - n[SIGMA0] / level * abs(velocity) * z
     elastic = (1.0 + bristle_change) * n[SIGMA0] * z
     damping = (1.0 + bristle_change) * n[SIGMA1] * rate + n[VISCOUS] * (1.0 + viscous_change) * velocity
     saturation = n[SATURATION] + m[OUTSIDE + 8]

@@ -32,6 +32,7 @@ from idtool.model.units import Kind, file_key
 from idtool.rig.base import TrialSetup
 
 SCHEMA = "ffc-id/recipe/1"
+#: Beyond these a recipe is a slip of the pen, not an experiment.
 _MAX_BYTES = 1 << 20
 _MAX_TRIALS = 1000
 _MAX_SECONDS = 4 * 3600.0

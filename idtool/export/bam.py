@@ -18,6 +18,7 @@ from idtool.export.joint import inertia_of
 from idtool.log import Log
 from idtool.parameters import Parameters
 
+#: Friction levels that differ by less than this share of the Coulomb level are one.
 _ALIKE = 1e-6
 
 

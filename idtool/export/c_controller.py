@@ -8,7 +8,7 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
 
     guard.c      impossible, check, frozen        Guard._impossible, ._against_last, ._frozen
     load.c       friction_level, carry            load._level, load.carry
-                 advance_bristle                  the lines of `carry` that move the bristle
+                 advance_bristle                  load._advance_bristle
     sensing.c    delayed                          DelayLine.delayed
                  remainder_torque                 HandSense._remainder, AdmittanceLaw.raw_command
     paper.c      listen, settle, feel, rest_friction, rests                       HandSense

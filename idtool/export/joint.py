@@ -13,6 +13,7 @@ from idtool.log import Log
 from idtool.model.units import unit_text
 from idtool.parameters import EffectEntry, Parameters
 
+#: Friction levels that differ by less than this share are one.
 _LEVELS_ALIKE = 1e-6
 
 #: What of an effect a joint has (None: nothing), and a sentence on what is lost (None: nothing, or the usual

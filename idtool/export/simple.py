@@ -27,6 +27,7 @@ from idtool.model.torque import predict as predict_torque
 from idtool.parameters import GRAVITY_MODELS, EffectEntry, Parameter, Parameters
 from idtool.verbs.predict import explained, loaded, predict
 
+#: Keeps what is divided by from nothing, N m (N).
 _SMALLEST = 1e-9
 
 

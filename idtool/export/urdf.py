@@ -16,6 +16,7 @@ from idtool.export.xml_text import document
 from idtool.log import Log
 from idtool.parameters import EffectEntry, Parameters
 
+#: Mass, kg, and inertia, kg m^2, that a link must have where none is known: simulators refuse a link without.
 _PLACEHOLDER = 1e-3
 
 

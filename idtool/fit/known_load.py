@@ -30,13 +30,12 @@ from idtool.log import Log
 from idtool.log.effort import effort_of
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
-from idtool.model.units import EffortUnit, Kind
+from idtool.model.units import STANDARD_GRAVITY, EffortUnit, Kind
 from idtool.parameters import Parameter
 from idtool.parameters.axis import constant_key, voltage_key
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
 
-GRAVITY = 9.80665
 #: A pendulum that swings over less than this says little of its weight, rad.
 _LEAST_SWING = 0.2
 #: An amplitude that is less than so many standard errors is none.
@@ -140,7 +139,11 @@ def calibrate(logs: Sequence[Log], *, lever: float, mass: float | None = None) -
         )
     quantile = float(np.max(fit.quantile[index]))
     # per kilogram where the payload varies; the whole of the load else
-    pull = GRAVITY * (1.0 if recording.axis.kind == "linear" else lever) * (1.0 if varies else mass or 0.0)
+    pull = (
+        STANDARD_GRAVITY
+        * (1.0 if recording.axis.kind == "linear" else lever)
+        * (1.0 if varies else mass or 0.0)
+    )
     constant = pull / size
     interval = (pull / (size + quantile * spread), pull / max(size - quantile * spread, 1e-300))
     payload = recording.motion.payload

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from idtool.fit.outcome import Outcome
 from idtool.model.motion import Array
 
+#: Damping of the first step, relative to the diagonal (Marquardt 1963), and beyond which none is tried.
 _FIRST_DAMPING = 1e-3
 _MOST_DAMPING = 1e12
 #: Keeps what no row determines where it is.

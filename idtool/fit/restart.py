@@ -7,8 +7,13 @@ import math
 from idtool.fit.joint import JointFit, solve
 from idtool.model.stribeck import level
 
+#: Static over Coulomb level of the curves from which to start: a rising and a falling one.
 _RATIOS = (0.6, 1.5)
+#: Evaluations that screen a start.
 _SCREEN = 6
+#: A start that is not within this factor of the best sum of squares after them is not finished.
+_CLOSE = 1.3
+#: A minimum is a better one if its sum of squares is below this share of the best.
 _BETTER = 0.998
 #: Share of the sum of squares that does not decide whether a minimum is better.
 _NEAR = 1e-4
@@ -42,7 +47,7 @@ def restart(fit: JointFit) -> JointFit:
             moving = max(values["coulomb"], 0.3 * slow)
             values |= {"coulomb": moving, "static": ratio * moving, "stribeck_velocity": speed}
             found = solve(model, model.coordinates(values), bend=fit.bend, most=_SCREEN)
-            if found.sse < 1.3 * best.sse:
+            if found.sse < _CLOSE * best.sse:
                 found = solve(model, found.x, bend=fit.bend, tolerance=_NEAR)
             if found.sse < _BETTER * best.sse:
                 best = found

@@ -13,6 +13,7 @@ from idtool.fit.joint import JointFit
 from idtool.model.motion import Array, Motion
 from idtool.model.stribeck import EXPONENT, level
 
+#: The shortest window, in time and in rows.
 _LEAST_SECONDS = 0.4
 _LEAST_ROWS = 20
 #: Of a window's rows at least this share must be usable.

@@ -28,6 +28,7 @@ from idtool.io.defer_signals import deferred_signals
 from idtool.presentation.text import counted
 
 _START_TIMEOUT_S = 10
+#: How often an interrupt is looked for while sessions run, s.
 _POLL_S = 0.1
 #: After so many sessions a process is replaced.
 _SESSIONS = 200

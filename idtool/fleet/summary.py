@@ -16,6 +16,7 @@ from idtool.fleet import statistics
 from idtool.parameters import Parameter, Parameters
 
 SCHEMA = "ffc-id/fleet/1"
+#: Level of the tests.
 _FOUND = 0.05
 
 

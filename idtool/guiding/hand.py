@@ -19,9 +19,9 @@ from dataclasses import dataclass
 from typing import final
 
 from idtool.errors import InputError
+from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import Parameters
 
-STANDARD_GRAVITY = 9.80665
 #: How fast fingers close on or leave the grip, s.
 _GRIP_S = 0.05
 

@@ -7,10 +7,11 @@ import re
 from dataclasses import dataclass
 
 from idtool.errors import UsageError
-from idtool.model.units import Kind
+from idtool.model.units import STANDARD_GRAVITY, Kind
 
 _TURN = 2 * math.pi
-_KGF, _LBF, _INCH = 9.80665, 4.4482216152605, 0.0254
+#: N, N and m; by definition.
+_KGF, _LBF, _INCH = STANDARD_GRAVITY, 4.4482216152605, 0.0254
 
 #: dimension -> unit, as `canonical` spells it -> factor to SI
 _FACTORS: dict[str, dict[str, float]] = {

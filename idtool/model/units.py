@@ -13,6 +13,9 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+#: m/s^2 (CGPM 1901).
+STANDARD_GRAVITY = 9.80665
+
 Kind = Literal["rotary", "linear"]
 #: What the effort of an axis is counted in: N m (or N), A of the motor, or V at it.
 EffortUnit = Literal["torque", "current", "voltage"]

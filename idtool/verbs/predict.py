@@ -30,6 +30,7 @@ from idtool.parameters.correction import Correction
 from idtool.signals import Recording, record
 
 _LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
+#: What stands for nothing where a logarithm is taken, N m (N).
 _TINY = 1e-12
 
 

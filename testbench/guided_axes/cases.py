@@ -14,12 +14,12 @@ from importlib import resources
 import numpy as np
 
 import idtool.rig
+from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
 from idtool.rig.plant_file import PlantFile, read_plant_file
 
 AXES = ("paper", "bench")
 PAYLOAD_KG = 0.4
-_G = 9.80665
 
 #: effect -> its numbers in a plant file, drawn at random; about 0.02 N m each at hand-guiding speed, a
 #: quarter of the friction: what a diagnosis would be missed for
@@ -113,7 +113,7 @@ class Case:
     @property
     def ratio(self) -> float:
         """Travel of the slide, m per rad."""
-        return self.file.gravity["per_payload"].value / _G
+        return self.file.gravity["per_payload"].value / STANDARD_GRAVITY
 
 
 def plant_of(axis: str) -> PlantFile:

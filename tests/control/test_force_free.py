@@ -13,7 +13,8 @@ from idtool.control import ForceFreeController, State
 from idtool.control.force_free import COMMAND_GAIN, LOOP_GAIN, gains
 from idtool.errors import RigFault
 from idtool.guiding import ConstantForceHand, ImpedanceHand, Push, TeachResult, teach
-from idtool.guiding.hand import STANDARD_GRAVITY, travel_per_position
+from idtool.guiding.hand import travel_per_position
+from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import Controller, Parameters
 from idtool.rig.base import TrialSetup
 

@@ -10,9 +10,10 @@ import pandas as pd
 import pytest
 
 from idtool import Axis, InputError, Parameters
+from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import EffectEntry, Parameter
 from idtool.verbs.simulate import simulate
-from testbench.pendulums import GRAVITY, Pendulum
+from testbench.pendulums import Pendulum
 
 from .support import SINE, ffc_id
 from .support import record as made
@@ -75,7 +76,7 @@ def test_a_drive_that_is_off_lets_go() -> None:
     off = log.frame["time_s"].to_numpy() > 4.0
     frame = log.frame.assign(drive_on=np.where(off, 0.0, 1.0))
     found = simulate(replace(log, frame=frame), TRUTH).frame["position_simulated_rad"].to_numpy()
-    assert abs(found[-1]) < np.arcsin(SWING.coulomb / (SWING.mass * GRAVITY * SWING.lever)) + 0.01
+    assert abs(found[-1]) < np.arcsin(SWING.coulomb / (SWING.mass * STANDARD_GRAVITY * SWING.lever)) + 0.01
 
 
 def test_a_file_without_inertia_is_refused() -> None:
