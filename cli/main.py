@@ -126,6 +126,8 @@ def _usage_sentence(error: click.ClickException) -> str:
     """What is wrong with the words of a command, and where its options stand, as one sentence."""
     import re
 
+    import click
+
     message = re.sub(
         r"is not a valid (float|integer)(?: range)?",
         lambda found: {"float": "is no number", "integer": "is no whole number"}[found[1]],
@@ -134,6 +136,8 @@ def _usage_sentence(error: click.ClickException) -> str:
     context = getattr(error, "ctx", None)
     if context is None or message.endswith("?"):  # a guess is the remedy already
         return message
+    if isinstance(error, click.MissingParameter) and (told := getattr(error.param, "help", None)):
+        message = f"{message.removesuffix('.')} ({told.partition('. ')[0].removesuffix('.')})"
     return f"{message.removesuffix('.')}; {context.command_path} --help shows what it takes."
 
 

@@ -145,8 +145,11 @@ def read_evidence(folder: Path) -> Evidence:
         InputError: the folder or one of its four files is missing or broken, or they disagree.
     """
     if not folder.is_dir():
-        problem = "is a file where a folder should be" if folder.exists() else "no such folder"
-        raise InputError(problem, file=folder, remedy=f"run ffc-id identify LOG... -o {folder}")
+        if folder.exists():
+            problem, remedy = "is a file, no result folder", "name the folder that identify wrote"
+        else:
+            problem, remedy = "no such folder", f"run ffc-id identify LOG... -o {folder}"
+        raise InputError(problem, file=folder, remedy=remedy)
     file = folder / "params.toml"
     if not file.exists():
         raise InputError("no such file", file=file, remedy=f"{REMEDY} with -o {folder}")

@@ -137,7 +137,7 @@ def test_no_folder_and_a_file_in_its_place(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no such folder; run ffc-id identify LOG\.\.\. -o "):
         write_report(tmp_path / "nowhere")
     (tmp_path / "file").write_text("x")
-    with pytest.raises(InputError, match="is a file where a folder should be"):
+    with pytest.raises(InputError, match="is a file, no result folder; name the folder"):
         write_report(tmp_path / "file")
 
 
