@@ -41,7 +41,7 @@ from idtool.control.paper import PaperLaw, PaperSettings
 from idtool.control.rest_load import RestLoad, Uncertainty, gravity_error
 from idtool.control.session_limits import SessionLimits
 from idtool.errors import InputError, nearest
-from idtool.parameters import CONTROLLER_MODES, Controller, Parameters
+from idtool.parameters import CONTROLLER_MODES, Controller, Parameter, Parameters
 from idtool.parameters.correction import Correction
 
 #: The paper's gains (its Table 5): K_r in s, K_c in rad/s per N m. On a linear axis the yielding that
@@ -93,8 +93,8 @@ class ForceFreeController:
         settle_s: float = 0.2,
         start_torque: float | None = None,
         resolution: float | None = None,
-        friction_doubt: float = 0.22,
-        payload_doubt_kg: float = 0.04,
+        friction_uncertainty: float = 0.22,
+        payload_uncertainty_kg: float = 0.04,
         correction: Correction | None = None,
     ) -> None:
         """Read the file.
@@ -111,10 +111,10 @@ class ForceFreeController:
                 0.3 of the greater friction level ("paper"), 1.4 times the noise of the current beyond what a
                 rest may be wrong by ("light").
             resolution: smallest step of the position sensor, rad (m); None: 4096 a turn, or 10 um.
-            friction_doubt: mode "light": by how much friction may differ from the file, relatively, as a
-                standard deviation, on top of the file's own standard errors.
-            payload_doubt_kg: mode "light": by how much the payload may differ from what is told, kg; a tare
-                that finds more is not used.
+            friction_uncertainty: mode "light": by how much friction may differ from the file, relatively, as
+                a standard deviation, on top of the file's own standard errors.
+            payload_uncertainty_kg: mode "light": by how much the payload may differ from the one told, kg; a
+                tare that finds more is not used.
             correction: smooth correction to compensate as well; off unless given.
 
         Raises:
@@ -135,36 +135,26 @@ class ForceFreeController:
         noise = READING_NOISE[parameters.axis.reading] * self.model.torque_constant
         least = 0.3 * self.model.friction_bound if self.mode == "paper" else CONSTANTS["start"].value * noise
         self.start_torque = start_torque or chosen.start_torque or least
-        per_payload = parameters.gravity.get("per_payload")
-        uncertainty = Uncertainty(
-            gravity=gravity_error(parameters.gravity),
-            payload=payload_doubt_kg * abs(per_payload.value) if per_payload else 0.0,
-            per_payload=(per_payload.stderr or 0.0) if per_payload else 0.0,
-            friction=_doubt(parameters, "coulomb", friction_doubt) * self.model.friction_bound,
-            noise=noise,
+        uncertainty = _rest_uncertainty(
+            parameters, self.model, friction_uncertainty, payload_uncertainty_kg, noise
         )
         common = (self.model, self.limits, self.period, self.resolution)
+        self.law: Law
         if self.mode == "light":
-            self.law: Law = AdmittanceLaw(
-                *common,
-                AdmittanceSettings(
-                    gain=self.loop_gain,
-                    start_torque=self.start_torque,
-                    level=_doubt(parameters, "coulomb", friction_doubt),
-                    damping=_doubt(parameters, "viscous", friction_doubt),
-                    stribeck=math.hypot(
-                        *(_fit_error(parameters, name, friction_doubt) for name in ("coulomb", "static"))
-                    ),
-                    load=PAYLOAD_SIGMA * uncertainty.payload,
-                    refuse=uncertainty.payload or math.inf,
-                    noise=noise,
-                    servo_time=servo_time_s,
-                    settle=settle_s,
-                    tare_travel=TARE_TRAVEL[kind],
-                    tare_speed=TARE_SPEED[kind],
-                    per_kilogram=per_payload.value if per_payload else 0.0,
-                ),
+            settings = AdmittanceSettings(
+                gain=self.loop_gain,
+                start_torque=self.start_torque,
+                **_friction_uncertainties(parameters, friction_uncertainty),
+                load=PAYLOAD_SIGMA * uncertainty.payload,
+                refuse=uncertainty.payload or math.inf,
+                noise=noise,
+                servo_time=servo_time_s,
+                settle=settle_s,
+                tare_travel=TARE_TRAVEL[kind],
+                tare_speed=TARE_SPEED[kind],
+                per_kilogram=_per_kilogram(parameters).value,
             )
+            self.law = AdmittanceLaw(*common, settings)
         else:
             self.law = PaperLaw(
                 *common,
@@ -349,7 +339,36 @@ class ForceFreeController:
         return WORDS[self._around.state] + (f", cut by the limit of {', '.join(cut)}" if cut else "")
 
 
-def _doubt(parameters: Parameters, name: str, usual: float) -> float:
+def _per_kilogram(parameters: Parameters) -> Parameter:
+    """Gravity per kilogram of payload; 0 where the file has none."""
+    return parameters.gravity.get("per_payload", Parameter(0.0))
+
+
+def _rest_uncertainty(
+    parameters: Parameters, model: OnlineModel, friction: float, payload_kg: float, noise: float
+) -> Uncertainty:
+    """What the load and the friction at rest may be off by; `friction` is relative."""
+    per_payload = _per_kilogram(parameters)
+    return Uncertainty(
+        gravity=gravity_error(parameters.gravity),
+        payload=payload_kg * abs(per_payload.value),
+        per_payload=per_payload.stderr or 0.0,
+        friction=_uncertainty_of(parameters, "coulomb", friction) * model.friction_bound,
+        noise=noise,
+    )
+
+
+def _friction_uncertainties(parameters: Parameters, usual: float) -> dict[str, float]:
+    """Those of the admittance law's friction: level and damping relative, Stribeck part in N m (N)."""
+    levels = (_fit_error(parameters, name, usual) for name in ("coulomb", "static"))
+    return {
+        "level": _uncertainty_of(parameters, "coulomb", usual),
+        "damping": _uncertainty_of(parameters, "viscous", usual),
+        "stribeck": math.hypot(*levels),
+    }
+
+
+def _uncertainty_of(parameters: Parameters, name: str, usual: float) -> float:
     """Relative standard deviation of a friction parameter: what it changes by, and the fit's own."""
     parameter = parameters.static[name]
     fit = (parameter.stderr or 0.0) / parameter.value if parameter.value > 0.0 else 0.0
