@@ -127,7 +127,7 @@ def _pass(log: Log, stages: dict[str, int]) -> dict[str, float]:
     model = JointModel.build(recording, spec)
     timed("filter", lambda: (model.measured, recording.stretch_pointer))
     x = model.coordinates(_VALUES)
-    bend = model.bend(x)
+    bend = model.presliding_scale(x)
     evaluation = timed("evaluate", lambda: model.evaluate(x, bend))
     timed("differentiate", lambda: replace(model.differentiate(x, bend, evaluation.start), jacobian=None))
     return times

@@ -71,7 +71,7 @@ def test_a_bristle_taken_to_be_straight_is_held_there() -> None:
     spec = starts.spec_of(recording)
     free, held = (kind.build(recording, spec) for kind in (JointModel, starts.Unbent))
     x = free.coordinates({**dict.fromkeys(free.names, 0.0), **sessions.truth()})
-    bent, straight = (np.abs(model.evaluate(x, model.bend(x)).start) for model in (free, held))
+    bent, straight = (np.abs(model.evaluate(x, model.presliding_scale(x)).start) for model in (free, held))
     assert straight.max() < 1e-6 * bent.max()
 
 

@@ -139,7 +139,7 @@ def _beside_a_stiff_bristle(fit: JointFit) -> JointFit | None:
     spring and an offset among them, and hides them from the scores.
     """
     model = fit.model
-    if "bristle_stiffness" not in model.names or model.bend(fit.x) < _BENT * model.scales.travel:
+    if "bristle_stiffness" not in model.names or fit.presliding_scale < _BENT * model.scales.travel:
         return None
     held = frozenset({"bristle_stiffness", "bristle_damping"})
     bend = max(0.2 * _BENT * model.scales.travel, model.scales.shortest_bend)

@@ -113,7 +113,7 @@ def first_fits(
     )
     if not worth_a_restart(soft):
         return [soft]
-    earned = predicts_better(soft, stiff) and soft.model.bend(soft.x) > 0.9 * stiff.model.longest_bend
+    earned = predicts_better(soft, stiff) and soft.presliding_scale > 0.9 * stiff.model.longest_bend
     return [stiff, soft] if earned else [stiff]
 
 
@@ -123,15 +123,13 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
     reasons: list[Shortcoming] = []
     spec = fit.model.spec
     if spec.friction == "lugre":
-        friction = fit.model.friction(fit.x)
-        bend = max(friction.coulomb, friction.static) / friction.bristle_stiffness
         short = presliding(fit)
         still = no_reversal(fit)
         if still is not None:
             notes.append(f"{still.why}: the static curve is used instead of LuGre; {still.remedy}.")
             reasons.append(still)
             fit = _with_law(fit, "stribeck")
-        elif fit.at_bound["bristle_stiffness"] and bend > fit.model.scales.travel:
+        elif fit.at_bound["bristle_stiffness"] and fit.presliding_scale > fit.model.scales.travel:
             notes.append(
                 "the fit bends the bristle over more than the whole travel, which is no presliding: "
                 "the static curve is used instead of LuGre; sines with more reversals would show it."

@@ -14,7 +14,7 @@ import numpy as np
 
 from idtool.fit.joint import JointFit
 from idtool.fit.model import LOGARITHMIC
-from idtool.fit.next_sweep import long_sweep, presliding_scale, slow_sweep
+from idtool.fit.next_sweep import long_sweep, slow_sweep
 from idtool.fit.shortcoming import PARTS, Shortcoming
 from idtool.fit.windows import Window, steady_windows
 from idtool.log.repair import SATURATED
@@ -212,9 +212,9 @@ def presliding(fit: JointFit) -> Shortcoming | None:
     if fit.model.spec.friction != "lugre":
         return None
     resolution = fit.model.scales.resolution
-    counts = presliding_scale(fit) / resolution if resolution > 0 else math.inf
+    counts = fit.presliding_scale / resolution if resolution > 0 else math.inf
     if counts >= _COUNTS and not (
-        fit.at_bound["bristle_stiffness"] and presliding_scale(fit) < fit.model.scales.travel
+        fit.at_bound["bristle_stiffness"] and fit.presliding_scale < fit.model.scales.travel
     ):
         return None
     kind = fit.model.recording.axis.units

@@ -59,6 +59,11 @@ class JointFit:
     pull: Array | None = None
 
     @property
+    def presliding_scale(self) -> float:
+        """How far the bristle bends before it slides, rad (m)."""
+        return self.model.presliding_scale(self.x)
+
+    @property
     def outcome(self) -> Outcome:
         """How the fit ended, a coordinate that sits at a bound counted as such."""
         stuck = any(at and name not in self.held for name, at in self.at_bound.items())
@@ -172,7 +177,7 @@ def solve(
         )
     span = np.where(np.isfinite(high - low), high - low, 1.0)
     inside = np.clip(x, low + 2e-6 * span, high - 2e-6 * span)
-    scale = model.bend(inside) if bend is None else bend
+    scale = model.presliding_scale(inside) if bend is None else bend
     scale = min(scale, model.longest_bend)
     varied = np.array([name not in held for name in model.names])
     cache: dict[bytes, Array] = {}
@@ -201,7 +206,7 @@ def solve(
         found = minimise(residual, jacobian, part, low[varied], high[varied], most=most, tolerance=tolerance)
         part, evaluations = found.x, evaluations + found.evaluations
         best = whole(part)
-        now = min(model.bend(best), model.longest_bend)
+        now = min(model.presliding_scale(best), model.longest_bend)
         if bend is not None or abs(now - scale) < _SAME_SCALE * scale:
             break
         scale = now

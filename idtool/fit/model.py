@@ -350,8 +350,8 @@ class JointModel:
             known = self.recording.derivatives[name] = (shape, change)
         return Direction(effect=known[1], origin=(name, shape))
 
-    def bend(self, x: Array) -> float:
-        """How far the bristle can bend at coordinates `x`: the scale of its unknown start."""
+    def presliding_scale(self, x: Array) -> float:
+        """How far the bristle bends before it slides at coordinates `x`, rad (m): the scale of its start."""
         friction = self.friction(x)
         return max(friction.coulomb, friction.static) / friction.bristle_stiffness
 
@@ -367,7 +367,7 @@ class JointModel:
         weight = self.weight(bend)
         _, share = self.eliminate_columns(residual[:, None], column, weight)
         # rows that no start explains must not bend the bristle further than it can
-        most = _FURTHEST_START * self.bend(x)
+        most = _FURTHEST_START * self.presliding_scale(x)
         start = np.clip(expected + share[:, 0], -most, most)
         residual -= column * (start - expected)[recording.filtered_stretch]
         return Evaluation(residual, start, weight * (start - expected))

@@ -19,7 +19,7 @@ _LEAST_SPEEDS = 3
 def slow_sweep(fit: JointFit, slowest: float) -> str:
     """The sweep that would show low speeds: down to a twentieth of the slowest so far."""
     # the bristle must settle at each speed, and the slowest way must not take hours
-    travel = max(2.0 * _SETTLED_AFTER * presliding_scale(fit), 0.1 * fit.model.scales.travel)
+    travel = max(2.0 * _SETTLED_AFTER * fit.presliding_scale, 0.1 * fit.model.scales.travel)
     travel = min(travel, fit.model.scales.travel)
     speeds = [slowest * share for share in (0.05, 0.1, 0.2, 0.35, 0.5, 0.7)]
     # ramps as gentle as those of the bundled sweep must fit into the way
@@ -30,7 +30,7 @@ def slow_sweep(fit: JointFit, slowest: float) -> str:
 
 def long_sweep(fit: JointFit, windows: Sequence[Window]) -> tuple[float, str]:
     """The travel in which the bristle settles at three of the speeds at least, and that sweep."""
-    settling = _SETTLED_AFTER * presliding_scale(fit)
+    settling = _SETTLED_AFTER * fit.presliding_scale
     speeds = sorted({float(f"{abs(window.velocity):.1g}") for window in windows})
 
     def needed(speed: float) -> float:
@@ -46,9 +46,3 @@ def _sweep_command(fit: JointFit, options: str) -> str:
     # the bundled recipe is for a rotary axis
     recipe = "" if fit.model.recording.axis.kind == "rotary" else "--recipe YOURS.toml "
     return f"ffc-id run-sweep {recipe}{options}"
-
-
-def presliding_scale(fit: JointFit) -> float:
-    """How far the bristle bends before it slides, rad (m)."""
-    friction = fit.model.friction(fit.x)
-    return max(friction.coulomb, friction.static) / friction.bristle_stiffness

@@ -74,9 +74,9 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
         )
     recording = _loaded(record(logs, every_row=True), parameters)
     model, x = model_of(recording, parameters)
-    model = settled(model, x, model.bend(x))
+    model = settled(model, x, model.presliding_scale(x))
     friction, effect = model.friction(x), model.contribution(x)
-    start = model.evaluate(x, model.bend(x)).start
+    start = model.evaluate(x, model.presliding_scale(x)).start
     torque = predict_torque(recording.motion, friction, effect, start).torque
     if correction is not None:
         torque = torque + correction(recording.motion)

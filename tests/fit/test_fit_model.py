@@ -41,7 +41,7 @@ def test_columns_are_filtered_alike_alone_and_together() -> None:
 def test_jacobian_of_some_coordinates_is_that_part_of_the_whole() -> None:
     joint = model()
     x = joint.coordinates({**truth(), "inertia.inertia": truth()["inertia"]})
-    bend = joint.bend(x)
+    bend = joint.presliding_scale(x)
     start = joint.evaluate(x, bend).start
     whole = joint.differentiate(x, bend, start).jacobian
     varied = np.array([name in ("bristle_stiffness", "inertia.inertia") for name in joint.names])
@@ -79,7 +79,7 @@ def test_derivatives_beyond_a_rest() -> None:
     """What is fitted and its Jacobian are of one model, whatever the starts of the stretches are."""
     joint = rested()
     x = joint.coordinates({**truth(), "inertia.inertia": truth()["inertia"]})
-    bend = joint.bend(x)
+    bend = joint.presliding_scale(x)
     start = joint.evaluate(x, bend).start
     assert len(start) == joint.recording.trials + 2
     base = joint.project(x, bend, 0.3 * start, [])

@@ -62,9 +62,9 @@ def model(tmp_path: object, noise: float) -> tuple[JointModel, np.ndarray]:
 def test_finds_the_start_of_every_trial(tmp_path: object, noise: float) -> None:
     blank, x = model(tmp_path, noise)
     assert free_starts(blank) == len(TRUE)
-    found = settled(blank, x, blank.bend(x))
+    found = settled(blank, x, blank.presliding_scale(x))
     np.testing.assert_allclose(found.starts["backlash"], TRUE, atol=0.0626)  # the grid's fine step
-    bend = blank.bend(x)
+    bend = blank.presliding_scale(x)
     before, after = (np.sum(m.evaluate(x, bend).stacked ** 2) for m in (blank, found))
     assert after < 0.3 * before
 
@@ -73,4 +73,4 @@ def test_effects_without_a_free_start_are_left_alone(tmp_path: object) -> None:
     blank, x = model(tmp_path, 1e-4)
     plain = JointModel.build(blank.recording, Spec("lugre", None, ()))
     assert free_starts(plain) == 0
-    assert settled(plain, x[:6], plain.bend(x[:6])) is plain
+    assert settled(plain, x[:6], plain.presliding_scale(x[:6])) is plain
