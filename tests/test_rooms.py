@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import graphlib
 import tomllib
 from pathlib import Path
 
@@ -33,8 +34,31 @@ def test_no_room_imports_the_command_line() -> None:
         assert not any(name.startswith(("idtool.cli", "cli.", "click")) for name in imported(file)), file
 
 
-#: What tests of the admittance law still take from the study of it.
-_GUIDED = ("studies.guided_", "testbench.guided_axes.pushes", "studies.guiding")
+#: A method that shows its own object: what it draws or lists is told the object's type.
+SHOWS_ITSELF = (
+    ("idtool.log.log", "idtool.log.figure"),
+    ("idtool.parameters.parameters", "idtool.parameters.rows"),
+)
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    files = [
+        file
+        for folder in ("idtool", "cli", "studies", "testbench")
+        for file in (PROJECT / folder).rglob("*.py")
+    ]
+    parts = {file: file.relative_to(PROJECT).with_suffix("").parts for file in files}
+    names = {file: ".".join(part for part in parts[file] if part != "__init__") for file in files}
+    known = set(names.values())
+    graph = {name: (set(imported(file)) & known) - {name} for file, name in names.items()}
+    for package in {file.parent for file in files if file.name == "__init__.py"}:
+        name = ".".join(package.relative_to(PROJECT).parts)
+        inside = {other for other in known if other.startswith(f"{name}.")}
+        for other in inside:
+            graph[other].discard(name)  # `from package import module` names both
+    for one, other in SHOWS_ITSELF:
+        graph[one].remove(other)
+    graphlib.TopologicalSorter(graph).prepare()  # CycleError names the circle
 
 
 def test_tests_studies_and_benchmarks_share_the_testbench_and_no_study_is_imported() -> None:
