@@ -237,7 +237,7 @@ def test_a_recording_cut_short_is_one_sentence(tmp_path: Path, make: Callable[..
     path = make(tmp_path)
     data = next(path.glob("*.[md][cb]*")) if path.is_dir() else path
     data.write_bytes(data.read_bytes()[:600])
-    with pytest.raises(InputError, match="is a damaged or unfinished recording; mend it with"):
+    with pytest.raises(InputError, match="is a damaged or unfinished recording; repair it with"):
         import_recording(path, where={"joint": ["elbow"]})
 
 
