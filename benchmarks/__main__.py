@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks import commands, control, dynamic, files, kernel, machine, scaling, session, startup
+from benchmarks import commands, control, dynamic, files, hard, kernel, machine, scaling, session, startup
 from benchmarks.table import Section, goals_table
 
 PARTS: dict[str, Callable[[], Section]] = {
@@ -17,6 +17,7 @@ PARTS: dict[str, Callable[[], Section]] = {
     "commands": commands.measure,
     "control": control.measure,
     "session": session.measure,
+    "hard": hard.measure,
     "files": files.measure,
 }
 _REPORT = Path(__file__).resolve().parent.parent / "docs" / "benchmarks.md"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import commands, dynamic, files, kernel, scaling, session, sessions, starts, startup
+from benchmarks import commands, dynamic, files, hard, kernel, scaling, session, sessions, starts, startup
 from benchmarks.compiled import FAST, PLAIN, Library, compiler
 from benchmarks.table import Section, goals_table
 from idtool.fit.model import JointModel
@@ -26,6 +26,7 @@ PARTS: dict[str, Callable[[], Section]] = {
     "commands": lambda: commands.measure(1, ("ffc-id --help", "ffc-id fit-gravity")),
     "files": lambda: files.measure(rounds=1),
     "session": lambda: session.measure((0, 15), _SWEEP[:1], _SINE[:1], rounds=1),
+    "hard": lambda: hard.measure((3_000,)),
 }
 
 
