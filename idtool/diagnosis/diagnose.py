@@ -270,7 +270,6 @@ def diagnose(
             wanted = absorbed(veto(selection, lambda fit: held_out_error(fit, parts), tell), library)
             if not wanted:
                 break
-        _no_worse_than(base, selection, parts)
         if best is None or predicts_better(selection.fit, best[1].fit):
             best = base, selection, unnamed, place
         if not unnamed and not any(test.depends for test in test_residual(selection.fit)):
@@ -327,19 +326,6 @@ def _without_unnamed(selection: Selection) -> tuple[str, ...]:
             spec = spec.without(shape.name)
         selection.fit = refit(selection.fit, JointModel.build(model.recording, spec, model.constants))
     return tuple(dict.fromkeys(variable for shape in shapes for variable in shape.follows))
-
-
-def _no_worse_than(base: JointFit, selection: Selection, parts: Split) -> None:
-    """Take back all effects where the base model predicts the held-out rows better than all of them do: each
-    can seem needed beside the others, and a fit without one of them may not find down to the base model."""
-    found = [effect for effect in selection.fit.model.spec.effects if effect not in base.model.spec.effects]
-    if not found:
-        return
-    before, now = held_out_error(base, parts), held_out_error(selection.fit, parts)
-    if now > before:
-        for effect in found:
-            why = f"held-out trials are predicted better by the base model: {now:.4g} against {before:.4g}"
-            drop(selection, effect, base, why)
 
 
 def held_out_error(fit: JointFit, parts: Split) -> float:
