@@ -214,8 +214,10 @@ class Diagnosis:
         by_experiment = {}
         for name in dict.fromkeys(recording.experiment):
             trials = [t for t, e in enumerate(recording.experiment) if e == name]
-            rows = np.isin(recording.motion.trial, trials)
-            unseen = bool(np.any(rows & held & recording.usable))
+            rows = np.isin(recording.motion.trial, trials) & recording.usable
+            if not rows.any():  # the notes say so
+                continue
+            unseen = bool(np.any(rows & held))
             by_experiment[name] = {
                 **_pair(before, after, rows & held if unseen else rows),
                 "held_out": unseen,
@@ -293,6 +295,7 @@ def diagnose(
             "the error on them tells of other times of the same run, not of another run."
         )
     notes += filter(None, (_of_the_readings(final, effect) for effect in final.model.spec.effects))
+    notes += _not_compared(parts.recording)
     next_experiment = _next_experiment(selection, final, tell)
     tests = test_residual(base), test_residual(final)
     left = None if good_enough(final, tolerance) else remainder(final, tests[1], unnamed)
@@ -306,6 +309,13 @@ def _finished(selection: Selection, recording: Recording) -> JointFit:
     chosen = selection.fit
     loaded = with_load(recording, chosen)
     return refit(chosen, JointModel.build(loaded, chosen.model.spec, chosen.model.constants))
+
+
+def _not_compared(recording: Recording) -> list[str]:
+    """A sentence for each experiment of which no row is compared."""
+    compared = {recording.experiment[trial] for trial in np.unique(recording.motion.trial[recording.usable])}
+    missing = [name for name in dict.fromkeys(recording.experiment) if name not in compared]
+    return [f"no row of the experiment {name!r} could be compared with the model." for name in missing]
 
 
 def _too_large(fit: JointFit, effect: Effect) -> bool:

@@ -67,10 +67,11 @@ def split(recording: Recording) -> Split:
 def _interior(recording: Recording) -> tuple[int, ...]:
     names = np.array(recording.experiment)
     logs = np.array(recording.source)
+    compared = np.isin(np.arange(recording.trials), recording.motion.trial[recording.usable])
     held_out: list[int] = []
     for log in np.unique(logs):
         for name in np.unique(names[logs == log]):
-            trials = np.flatnonzero((names == name) & (logs == log))
+            trials = np.flatnonzero((names == name) & (logs == log) & compared)
             held_out += [int(t) for k, t in enumerate(trials[:-1]) if k % _EVERY == 2]
     return tuple(sorted(held_out))
 
