@@ -15,7 +15,7 @@ from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect, derivative
 from idtool.fit import noise
 from idtool.fit.basis import orthonormal
-from idtool.fit.joint import JointFit, refit
+from idtool.fit.joint import JointFit, refit, torque_of
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
@@ -235,7 +235,7 @@ def chance_of(fit: JointFit, effect: Effect) -> float:
     """P-value of an effect that is in a model: of no relation to what the rest of the model leaves."""
     own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
     n = len(fit.residual)
-    rest = fit.jacobian[:n, fit.free & ~own]
+    rest = fit.jacobian[:n, ~own]  # what sits at a bound for the effect's sake could stand for it
     basis = orthonormal(rest)
     columns = fit.jacobian[:n, own]  # of minus the residual
     without = fit.residual + columns @ fit.x[own]
@@ -251,9 +251,17 @@ def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
     return try_effect(without, other, best_start(Background.of(without), other))
 
 
-def implausible(fit: JointFit, effect: Effect) -> str | None:
+def impossible(fit: JointFit, effect: Effect) -> str | None:
     """Why the fitted values cannot be that effect, as a sentence; None if they can."""
-    return effect.implausible(fit.model.effect_values(fit.x, effect), fit.values)
+    own = (name for name in fit.model.names if name.startswith(f"{effect.name}."))
+    if not isinstance(effect, Unnamed) and any(fit.at_bound[name] for name in own):
+        return "its parameter ran to a bound"
+    if reason := effect.implausible(fit.model.effect_values(fit.x, effect), fit.values):
+        return reason
+    # what accelerates a drive that friction hardly brakes may be any multiple of what is left for it
+    if effect.name != "inertia" and torque_of(fit, effect) > fit.model.recording.torque_size:
+        return "it would be larger than the torque that was measured, and something else would cancel it"
+    return None
 
 
 def ties(one: Array, other: Array) -> bool:

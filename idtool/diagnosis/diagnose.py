@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from idtool.diagnosis.candidates import LEAST_GAIN, Selection
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
-from idtool.diagnosis.pruning import drop, veto, without
+from idtool.diagnosis.pruning import drop_impossible, veto
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
@@ -280,13 +280,7 @@ def diagnose(
     base, selection, unnamed, place = best
     tell("fitting the final model on all trials")
     final = _finished(selection, parts.recording)
-    while too_large := [effect for effect in final.model.spec.effects if _too_large(final, effect)]:
-        drop(
-            selection,
-            too_large[0],
-            without(selection.fit, too_large[0]),
-            "larger than the torque on all trials",
-        )
+    while drop_impossible(selection, final):
         final = _finished(selection, parts.recording)
     notes = []
     if parts.blocks:
@@ -316,11 +310,6 @@ def _not_compared(recording: Recording) -> list[str]:
     compared = {recording.experiment[trial] for trial in np.unique(recording.motion.trial[recording.usable])}
     missing = [name for name in dict.fromkeys(recording.experiment) if name not in compared]
     return [f"no row of the experiment {name!r} could be compared with the model." for name in missing]
-
-
-def _too_large(fit: JointFit, effect: Effect) -> bool:
-    # what accelerates a drive that friction hardly brakes may be any multiple of what is left for it
-    return effect.name != "inertia" and torque_of(fit, effect) > fit.model.recording.torque_size
 
 
 def _of_the_readings(fit: JointFit, effect: Effect) -> str | None:

@@ -11,7 +11,7 @@ from idtool.diagnosis.candidates import (
     LEAST_GAIN,
     NEAR,
     Selection,
-    implausible,
+    impossible,
     swap,
     ties,
 )
@@ -34,30 +34,40 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> list[Eff
     dropped: list[Effect] = []
     while True:
         fit = selection.fit
-        (least,) = left_out_error(fit)
+        least = left_out_error(fit)
         unneeded: list[tuple[float, Effect, JointFit, str | None]] = []
         for effect in fit.model.spec.effects:
             if effect.name == "inertia":
                 continue
             tell(f"trying without {effect.title.lower()}")
-            impossible = implausible(fit, effect)
-            if not impossible and least_without(fit, effect) > _SURELY * least:
+            cannot_be = impossible(fit, effect)
+            if not cannot_be and least_without(fit, effect) > _SURELY * least:
                 continue
             smaller = without(fit, effect)
-            old, new = left_out_error(fit, smaller)
-            if impossible or new <= (1.0 + LEAST_GAIN) * old:
-                unneeded.append((new, effect, smaller, impossible))
+            new = left_out_error(smaller)
+            if cannot_be or new <= (1.0 + LEAST_GAIN) * least:
+                unneeded.append((new, effect, smaller, cannot_be))
         if not unneeded:
             return dropped
-        _, effect, smaller, impossible = min(unneeded, key=lambda item: item[0])
+        _, effect, smaller, cannot_be = min(unneeded, key=lambda item: item[0])
         dropped.append(effect)
-        drop(selection, effect, smaller, impossible or "became unneeded when other effects were in")
+        drop(selection, effect, smaller, cannot_be or "became unneeded when other effects were in")
+
+
+def drop_impossible(selection: Selection, fit: JointFit) -> list[Effect]:
+    """Drop the first effect that the values of a fit cannot be; what was dropped."""
+    for effect in fit.model.spec.effects:
+        if effect.name != "inertia" and (why := impossible(fit, effect)):
+            drop(selection, effect, without(selection.fit, effect), why)
+            return [effect]
+    return []
 
 
 def veto(
     selection: Selection, held_out: Callable[[JointFit], float], tell: Callable[[str], None]
 ) -> list[Effect]:
-    """Take out the effects that make the prediction of the held-out rows worse, the worst first.
+    """Take out the effects that cannot be, and those that make the prediction of the held-out rows worse, the
+    worst first.
 
     Args:
         selection: on the training rows.
@@ -69,6 +79,9 @@ def veto(
     """
     vetoed: list[Effect] = []
     while True:
+        if gone := drop_impossible(selection, selection.fit):
+            vetoed += gone
+            continue
         now = held_out(selection.fit)
         found = []
         for effect in selection.fit.model.spec.effects:
@@ -132,7 +145,7 @@ def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[st
             tell(f"trying {name} in place of {effect.name}")
             fit = selection.fit
             swapped = swap(fit, effect, by_name[name])
-            before, after = left_out_error(fit, swapped.fit)
+            before, after = left_out_error(fit), left_out_error(swapped.fit)
             if after > (1.0 + LEAST_GAIN) * before:
                 continue
             selection.fit = swapped.fit
@@ -168,7 +181,9 @@ def find_alternatives(selection: Selection, library: Sequence[Effect], tell: Cal
                 continue
             tell(f"trying {name} in place of {effect.name}")
             swapped = swap(fit, effect, other)
-            if len(swapped.fit.x) == len(fit.x) and ties(*prediction_errors(swapped.fit, fit)):
+            if len(swapped.fit.x) == len(fit.x) and ties(
+                prediction_errors(swapped.fit), prediction_errors(fit)
+            ):
                 found.setdefault(effect.name, []).append(name)
                 selection.rivals.setdefault(effect.name, swapped.fit)
                 selection.candidates[name].why = f"explains the data as well as {effect.name}, which is taken"

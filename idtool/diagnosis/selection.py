@@ -23,7 +23,7 @@ from idtool.diagnosis.candidates import (
     Trial,
     best_start,
     chance_of,
-    implausible,
+    impossible,
     ties,
     try_effect,
 )
@@ -34,7 +34,7 @@ from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve, torque_of
-from idtool.fit.left_out import left_out_error, prediction_errors
+from idtool.fit.left_out import left_out_error, prediction_errors, predicts_better
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
 from idtool.model.motion import Motion
@@ -159,8 +159,7 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
         return False
     tell("looking for a better friction curve")
     before, found = selection.fit, restart(selection.fit)
-    of_found, of_before = prediction_errors(found, before)
-    better = found is not before and of_found.sum() < of_before.sum()
+    better = found is not before and left_out_error(found) < left_out_error(before)
     selection.fit = selection.searched = found if better else before
     return better
 
@@ -305,7 +304,7 @@ def _accept(selection: Selection, winner: Trial) -> None:
     if not candidate.accepted:
         candidate.p_value, selection.p_values[winner.effect.name] = winner.p_value, winner.p_value
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
-    (candidate.held_out,) = left_out_error(winner.fit)
+    candidate.held_out = left_out_error(winner.fit)
 
 
 def _with_its_own_load(fit: JointFit) -> JointFit:
@@ -339,7 +338,7 @@ def _promising(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
 
 
 def _passes(selection: Selection, trial: Trial) -> bool:
-    old, new = left_out_error(selection.fit, trial.fit)
+    old, new = left_out_error(selection.fit), left_out_error(trial.fit)
     candidate = _candidate(selection, trial.effect)
     if not candidate.accepted:
         candidate.held_out = new
@@ -349,19 +348,14 @@ def _passes(selection: Selection, trial: Trial) -> bool:
 
 
 def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str | None:
-    fresh = [name for name in trial.fit.model.names if name not in selection.fit.model.names]
-    own = [name for name in fresh if name.startswith(f"{trial.effect.name}.")]
-    if not isinstance(trial.effect, Unnamed) and any(trial.fit.at_bound[name] for name in own):
-        return "its parameter ran to a bound"
-    if reason := implausible(trial.fit, trial.effect):
+    if reason := impossible(trial.fit, trial.effect):
         return reason
-    size = torque_of(trial.fit, trial.effect)
-    if size > trial.fit.model.recording.torque_size:
-        return "it would be larger than the torque that was measured, and something else would cancel it"
-    if size < WORTH * trial.fit.model.friction_sizes[0]:
+    if torque_of(trial.fit, trial.effect) < WORTH * trial.fit.model.friction_sizes[0]:
         return f"it would be less than {100 * WORTH:.0f} % of the friction"
     if new > (1.0 - LEAST_GAIN) * old:
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
+    if not predicts_better(trial.fit, selection.fit):
+        return f"left-out error {new:.4g} against {old:.4g} without it: no more than chance between trials"
     if old**2 - new**2 < _LEAST_OF_EXCESS * (old**2 - selection.fit.model.filtered_noise**2):
         return f"left-out error {new:.4g} against {old:.4g}: a small part of what is too much"
     evidence = gain_in_evidence(selection.fit, trial.fit)
@@ -371,7 +365,7 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
 
 
 def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
-    errors = prediction_errors(*(trial.fit for trial in passed))
+    errors = [prediction_errors(trial.fit) for trial in passed]
     best = min(errors, key=np.sum)
     tied = [trial for trial, own in zip(passed, errors, strict=True) if own is best or ties(own, best)]
     order = list(selection.candidates)  # the library's order: simplest first; what has no name comes last
