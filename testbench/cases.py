@@ -250,7 +250,8 @@ DISTURBANCES = {
     "random walk": Disturbance(("time", "order"), _random_walk),
     "sudden wear": Disturbance(("time", "order", "velocity", "direction"), _sudden_wear),
     "grip under high payload": Disturbance(("load",), _overload),
-    "cable at one end": Disturbance(("position",), _end_stop),
+    # smooth along the stroke, as the library's spring is
+    "cable at one end": Disturbance(("position",), _end_stop, ("position_stiffness",)),
     "second resonance": Disturbance(
         ("time", "order", "acceleration", "velocity"), _second_resonance, ("compliance",)
     ),

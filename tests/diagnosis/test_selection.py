@@ -69,7 +69,7 @@ def test_what_a_vetoed_effect_kept_out_is_looked_for_again(
     for k in range(6):
         w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
         q = 0.01 * np.cumsum(w)
-        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + 0.03 * q + 0.001 * rng.normal(size=len(t))
+        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + 0.01 * q + 0.001 * rng.normal(size=len(t))
         trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
     pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
     recording = record([Log.read(tmp_path / "log.csv")])
