@@ -39,14 +39,12 @@ _FRICTION_COORDINATES: dict[FrictionKind, tuple[str, ...]] = {
 #: The bristle may bend over this share of the stroke, or over so many strokes where it is `soft`.
 _STIFF_BEND = 0.25
 _SOFT_BEND = 20.0
-#: A friction level is at most so many times the largest torque that was measured; the filter takes off peaks.
-_MOST_FRICTION = 2.0
 #: No bristle bends further than to its level, which an effect may raise by so much.
 _FURTHEST_START = 1.5
 #: The least that is unknown of a start, as a share of the bend's variance: no start is known exactly.
 _NO_BEND = 1e-6
 #: The bristle is damped in turns only, where the axis is slow: at top speed it may be so many times this.
-_MOST_DAMPING = 10.0
+_MOST_DAMPING = 20.0
 #: Coordinates that are logarithms.
 LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
 
@@ -230,12 +228,13 @@ class JointModel:
 
     @cached_property
     def friction_sizes(self) -> tuple[float, float]:
-        """The typical and the largest torque that can have been friction: what was measured, gravity out."""
+        """The typical and the largest torque that can have been friction: what was measured, gravity out. No
+        friction level lies beyond."""
         target, columns = self.measured, self.recording.filtered(self.gravity_columns)
         if columns.shape[1]:
             target = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]
         size = np.abs(target)
-        return float(np.median(size)) + 1e-12, _MOST_FRICTION * float(np.max(size)) + 1e-12
+        return float(np.median(size)) + 1e-12, float(np.max(size)) + 1e-12
 
     @cached_property
     def stiff(self) -> float:

@@ -101,7 +101,7 @@ class Projection:
             [self.model.measured[looked_at], self._operator @ np.column_stack(columns)]
         )
         self._products = self._fixed.T @ self._fixed
-        self._typical = 0.5 * self.model.friction_sizes[1] if self.coulomb is None else self.coulomb
+        self._typical = self.model.friction_sizes[1] if self.coulomb is None else self.coulomb
 
     def solve(self, shape: Mapping[str, float]) -> tuple[float, dict[str, float]]:
         """Sum of squares, and all friction and linear parameters, at a shape.
