@@ -78,10 +78,8 @@ def print_parameters(console: Console, parameters: Parameters, parts: tuple[str,
     rows = []
     for row in rows_of(parameters, parts):
         one = row.parameter
-        # an error beside "not determined" would be believed; what bound there is, the notes say
-        open_ = not (one.identified or one.at_bound)
-        interval = f"{one.ci95[0]:.5g} to {one.ci95[1]:.5g}" if one.ci95 and not open_ else ""
-        error = f"{one.stderr:.2g}" if one.stderr is not None and not open_ else ""
+        interval = f"{one.ci95[0]:.5g} to {one.ci95[1]:.5g}" if one.ci95 else one.limits("{:.2g}".format)
+        error = f"{one.stderr:.2g}" if one.stderr is not None else ""
         name = row.name.replace("_", " ")
         name = name if row.part in ("gravity", "static", "dynamic") else f"{row.part}: {name}"
         rows.append((name, f"{one.value:.5g}", error, interval, row.unit, row.remark))

@@ -294,7 +294,11 @@ def _moved_constant(
     left: Mapping[str, Parameter], right: Mapping[str, Parameter], dimensions: Mapping[str, str]
 ) -> str | None:
     """A constant of an effect (not estimated in either file) that is not the same in both."""
-    constants = [name for name in left if name in right and left[name].stderr is right[name].stderr is None]
+    constants = [
+        name
+        for name in left
+        if name in right and all(one.stderr is None and one.known for one in (left[name], right[name]))
+    ]
     for name in constants:
         alike = [
             max(abs(left[other].value), abs(right[other].value))

@@ -371,14 +371,19 @@ def _friction_uncertainties(parameters: Parameters, usual: float) -> dict[str, f
 def _uncertainty_of(parameters: Parameters, name: str, usual: float) -> float:
     """Relative standard deviation of a friction parameter: what it changes by, and the fit's own."""
     parameter = parameters.static[name]
-    fit = (parameter.stderr or 0.0) / parameter.value if parameter.value > 0.0 else 0.0
+    fit = _of_fit(parameter) / parameter.value if parameter.value > 0.0 else 0.0
     return math.hypot(usual, min(fit, 1.0))
+
+
+def _of_fit(parameter: Parameter) -> float:
+    """Standard error of a parameter of friction; all of one that the data do not determine."""
+    return (parameter.stderr or 0.0) if parameter.known else abs(parameter.value)
 
 
 def _fit_error(parameters: Parameters, name: str, usual: float) -> float:
     """Standard deviation of a friction level's fit, N m (N); no more than the level's usual change."""
     most = usual * parameters.static["coulomb"].value
-    fit = parameters.static[name].stderr or 0.0
+    fit = _of_fit(parameters.static[name])
     return fit * most / math.hypot(fit, most) if fit > 0.0 else 0.0
 
 

@@ -71,7 +71,7 @@ def _doubts(model: Parameters) -> list[str]:
         f"{entry.name} {name}": one for entry in model.effects for name, one in entry.parameters.items()
     }
     values = model.gravity | model.static | model.dynamic | entries
-    doubted = [name.replace("_", " ") for name, one in values.items() if one.at_bound or not one.identified]
+    doubted = [name.replace("_", " ") for name, one in values.items() if not one.known]
     return [f"the data did not determine: {', '.join(doubted)}"] if doubted else []
 
 

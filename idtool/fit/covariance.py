@@ -42,6 +42,11 @@ class Uncertainty:
         """Half width of a 95 % interval in standard errors (Student), shape (n,)."""
         return np.asarray(special.stdtrit(self.degrees, 0.975))
 
+    @property
+    def one_sided(self) -> Array:
+        """The same of a 95 % limit on one side, shape (n,)."""
+        return np.asarray(special.stdtrit(self.degrees, 0.95))
+
 
 def uncertainty(jacobian: Array, residual: Array, trial: NDArray[np.intp]) -> Uncertainty:
     """Covariance of least-squares estimates.

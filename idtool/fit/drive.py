@@ -158,4 +158,6 @@ def _standard_errors(columns: Array, left: Array, sizes: Sequence[int]) -> list[
 def _parameter(value: float, stderr: float | None, *, at_bound: bool = False) -> Parameter:
     if stderr is None or not math.isfinite(stderr):
         return Parameter(value, at_bound=at_bound)
-    return Parameter(value, stderr, (value - 1.96 * stderr, value + 1.96 * stderr), at_bound)
+    if at_bound:  # only the longest delay looked for is one
+        return Parameter(value, at_bound=True).undetermined(at_least=value - 1.96 * stderr)
+    return Parameter(value, stderr, (value - 1.96 * stderr, value + 1.96 * stderr))

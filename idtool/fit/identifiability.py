@@ -15,7 +15,7 @@ import numpy as np
 from idtool.fit.joint import JointFit
 from idtool.fit.model import LOGARITHMIC
 from idtool.fit.next_sweep import long_sweep, slow_sweep
-from idtool.fit.shortcoming import PARTS, Shortcoming
+from idtool.fit.shortcoming import PARTS, Limits, Shortcoming
 from idtool.fit.windows import Window, steady_windows
 from idtool.log.repair import SATURATED
 from idtool.model.units import unit_text
@@ -67,9 +67,15 @@ def shortcomings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[Shortcomin
     return [one for one in found if one is not None and set(one.parts) & set(parts)]
 
 
-def undetermined(fit: JointFit) -> frozenset[str]:
-    """ "part.name" of every parameter that the data do not determine, beyond what its error says."""
-    return frozenset(name for one in _about_parameters(fit) for name in one.parameters)
+def undetermined(fit: JointFit) -> dict[str, Limits]:
+    """ "part.name" of every parameter that the data do not determine, and what bounds they give."""
+    found: dict[str, Limits] = {}
+    for one in _about_parameters(fit):
+        for name in one.parameters:
+            limits = one.limits.get(name, (None, None))
+            known = found.get(name, (None, None))
+            found[name] = (known[0] or limits[0], known[1] or limits[1])
+    return found
 
 
 def not_converged(fit: JointFit) -> Shortcoming | None:
@@ -228,6 +234,7 @@ def presliding(fit: JointFit) -> Shortcoming | None:
         f"the presliding travel is {max(counts, 0.1):.1g} steps of the position reading, so the data give "
         f"sigma0 a lower bound only{bound}",
         "a finer encoder, or one on the motor side, would show more",
+        limits={"dynamic.bristle_stiffness": (least, None)} if resolution > 0 else {},
     )
 
 
@@ -302,7 +309,23 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
         named,
         f"{words} {verb} not found",
         "do not use the number (an effect that the model lacks can do this: `ffc-id identify` looks for one)",
+        limits={_in_file(name, fit): _from_bound(fit, name) for name in stuck},
     )
+
+
+def _from_bound(fit: JointFit, name: str) -> Limits:
+    """The most of a parameter at the lower end of its range, or the least of one at the upper end."""
+    i = fit.model.names.index(name)
+    low, high = (float(bound[i]) for bound in fit.model.bounds)
+    x, value = float(fit.x[i]), fit.values[name]
+    reach = fit.reach_from_bound(name)
+    if not reach < high - low:
+        return None, None
+    if name in LOGARITHMIC:  # near an end a level goes as itself, and a stiffness as its compliance
+        ends = value / (1.0 + reach), value * (1.0 + reach)
+    else:
+        ends = value - reach, value + reach
+    return (None, ends[1]) if x - low < high - x else (ends[0], None)
 
 
 def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
@@ -335,9 +358,21 @@ def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
                     f"{words}: the error is about as large as the value",
                     f"give a longer {experiment} too (`ffc-id {command} -o {experiment}.csv`)",
                     f"ffc-id {command}",
+                    {_in_file(name, fit): (None, _highest(fit, name)) for name in lacking},
                 )
             )
     return found
+
+
+def _highest(fit: JointFit, name: str) -> float | None:
+    """The upper end of a parameter's 95 % interval."""
+    i = fit.model.names.index(name)
+    end = fit.x[i] + fit.quantile[i] * _error(fit, name)
+    return (
+        None
+        if end > fit.model.bounds[1][i]
+        else fit.model.values(np.where(np.arange(len(fit.x)) == i, end, fit.x))[name]
+    )
 
 
 def is_vague(fit: JointFit, name: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -105,10 +106,24 @@ class JointFit:
     def at_bound(self) -> dict[str, bool]:
         """Whether each coordinate sits at a bound."""
         low, high = self.model.bounds
-        span = np.where(np.isfinite(high - low), high - low, 1.0)
-        margin = _AT_BOUND * span
-        at = (self.x - low < margin) | (high - self.x < margin)
+        # an open range is as long as what would make all of the measured torque
+        slope = np.linalg.norm(self.jacobian, axis=0)
+        alone = np.linalg.norm(self.model.measured) / np.where(slope > 0.0, slope, np.inf)
+        margin = _AT_BOUND * np.where(np.isfinite(high - low), high - low, alone)
+        at = (self.x - low <= margin) | (high - self.x <= margin)
         return dict(zip(self.model.names, at.tolist(), strict=True))
+
+    def reach_from_bound(self, name: str) -> float:
+        """How far a coordinate may be from the bound that it sits at: 95 %, linearised, inf if unknown."""
+        i = self.model.names.index(name)
+        tried = self.free.copy()
+        tried[i] = True
+        place = int(np.count_nonzero(tried[:i]))
+        trial = self.model.recording.filtered_trial
+        found = uncertainty(self.jacobian[:, tried], self.residual, trial)
+        pull = 0.0 if self.pull is None else float(self.pull[i])
+        reach = float(found.one_sided[place]) * math.hypot(math.sqrt(found.covariance[place, place]), pull)
+        return reach if reach > 0.0 else math.inf
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:
@@ -176,10 +191,10 @@ def solve(
             remedy="record for longer, or choose a simpler --friction",
         )
     span = np.where(np.isfinite(high - low), high - low, 1.0)
-    inside = np.clip(x, low + 2e-6 * span, high - 2e-6 * span)
+    varied = np.array([name not in held for name in model.names])
+    inside = np.where(varied, np.clip(x, low + 2e-6 * span, high - 2e-6 * span), x)
     scale = model.presliding_scale(inside) if bend is None else bend
     scale = min(scale, model.longest_bend)
-    varied = np.array([name not in held for name in model.names])
     cache: dict[bytes, Array] = {}
 
     def whole(part: Array) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -75,17 +74,24 @@ def effect_entry(fit: JointFit, effect: Effect) -> EffectEntry:
     covariance = fit.covariance[np.ix_(mine, mine)]
     at_bound = any(fit.at_bound[fit.model.names[i]] for i in mine)
     quantile = float(max((fit.quantile[i] for i in mine), default=0.0))
-    identified = not at_bound and f"effects.{effect.name}" not in undetermined(fit)
+    limits = undetermined(fit).get(f"effects.{effect.name}")
+    ends: list[dict[str, float]] = [{}, {}]
+    if limits is not None and len(mine) == 1:  # of several, the limit of one is none of what they make
+        coordinate = fit.model.names[mine[0]].removeprefix(prefix)
+        ends = [
+            effect.to_file({**values, coordinate: end}, kind) if end is not None else {} for end in limits
+        ]
     entries: dict[str, Parameter] = {}
     for name, value in centre.items():
         sd = float(np.sqrt(max(float(gradient[name] @ covariance @ gradient[name]), 0.0)))
-        constant = not gradient[name].any()
         half = quantile * sd
-        entries[name] = (
-            Parameter(value)
-            if constant and not at_bound
-            else Parameter(value, sd, (value - half, value + half), at_bound, identified)
-        )
+        if not gradient[name].any():
+            entries[name] = Parameter(value)
+        elif at_bound or limits is not None:
+            found = Parameter(value, at_bound=at_bound)
+            entries[name] = found.undetermined(*(end.get(name) for end in ends))
+        else:
+            entries[name] = Parameter(value, sd, (value - half, value + half))
     return EffectEntry(effect.name, entries)
 
 
@@ -93,26 +99,22 @@ def _one(fit: JointFit, name: str, logarithmic: bool) -> Parameter:
     i = fit.model.names.index(name)
     sd = math.sqrt(max(float(fit.covariance[i, i]), 0.0))
     value = fit.values[name]
-    at_bound = fit.at_bound[name]
-    if at_bound:
-        low, high = (float(bound[i]) for bound in fit.model.bounds)
-        ends = (math.exp(low), math.exp(high)) if logarithmic else (low, high)
-        interval = ends if all(map(math.isfinite, ends)) else None
-        return Parameter(value, None, interval, at_bound=True, identified=False)
+    if fit.at_bound[name]:
+        return Parameter(value, at_bound=True).undetermined()
     half = float(fit.quantile[i]) * sd
     if logarithmic:
         reach = math.exp(min(half, 50.0))
         stderr, interval = value * sd, (value / reach, value * reach)
     else:
         stderr, interval = sd, (value - half, value + half)
-    return Parameter(value, stderr, interval, at_bound=False)
+    return Parameter(value, stderr, interval)
 
 
 def _doubting(part: str, found: dict[str, Parameter], fit: JointFit) -> dict[str, Parameter]:
-    """The parameters of a part, those that the data do not determine marked so."""
+    """The parameters of a part, a bound in place of the interval of those that the data do not determine."""
     lacking = undetermined(fit)
     return {
-        name: replace(parameter, identified=False) if f"{part}.{name}" in lacking else parameter
+        name: parameter.undetermined(*lacking[f"{part}.{name}"]) if f"{part}.{name}" in lacking else parameter
         for name, parameter in found.items()
     }
 

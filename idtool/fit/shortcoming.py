@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
+#: What is known of a parameter that is not determined: the least and the most that it can be.
+Limits = tuple[float | None, float | None]
 PARTS = ("gravity", "static", "dynamic", "effects")
 
 
@@ -18,6 +21,7 @@ class Shortcoming:
         why: in words, without a full stop.
         remedy: what to do, without a full stop.
         run: the command that would show what is missing; "" where no single command does.
+        limits: what is known of some of `parameters` all the same.
     """
 
     code: str
@@ -26,6 +30,7 @@ class Shortcoming:
     why: str
     remedy: str
     run: str = ""
+    limits: Mapping[str, Limits] = field(default_factory=dict)
 
     @property
     def sentence(self) -> str:

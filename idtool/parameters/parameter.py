@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,8 @@ from idtool.model.units import Units, file_key
 
 #: No coefficient of a machine, in SI, comes near (the stiffness of a ball screw is 1e8 N/m).
 _MOST = 1e12
+#: Keys of what is known of a parameter that is not determined.
+_LIMITS = ("at_least", "at_most")
 #: What rounding may leave between a value and its bound.
 ROUNDING = 1e-6
 
@@ -24,10 +26,11 @@ class Parameter:
 
     Attributes:
         value: the estimate, SI.
-        stderr: its standard error; None where it was declared, not identified.
+        stderr: its standard error; None where it was declared, or is not determined.
         ci95: its 95 % interval; None likewise.
         at_bound: the estimate sits at a bound of its range and is not to be trusted.
         identified: whether the data determine it.
+        at_least, at_most: what the data say of one that they do not determine; None: nothing on that side.
     """
 
     value: float
@@ -35,6 +38,22 @@ class Parameter:
     ci95: tuple[float, float] | None = None
     at_bound: bool = False
     identified: bool = True
+    at_least: float | None = None
+    at_most: float | None = None
+
+    @property
+    def known(self) -> bool:
+        """Whether the number is one to use: determined, and not at a bound."""
+        return self.identified and not self.at_bound
+
+    def undetermined(self, at_least: float | None = None, at_most: float | None = None) -> Parameter:
+        """The same number as one that the data do not determine: a bound in place of error and interval."""
+        return Parameter(self.value, None, None, self.at_bound, False, at_least, at_most)
+
+    def limits(self, number: Callable[[float], str]) -> str:
+        """What bound there is of a number that is not determined, in words; empty if none."""
+        said = (("at least", self.at_least), ("at most", self.at_most))
+        return ", ".join(f"{side} {number(end)}" for side, end in said if end is not None)
 
     def to_table(self) -> dict[str, Any]:
         """The inline table of the file.
@@ -46,7 +65,11 @@ class Parameter:
             table["stderr"] = float(self.stderr)
         if self.ci95 is not None and all(map(math.isfinite, self.ci95)):
             table["ci95"] = [float(bound) for bound in self.ci95]
-        return table | {"at_bound": bool(self.at_bound), "identified": bool(self.identified)}
+        table |= {"at_bound": bool(self.at_bound), "identified": bool(self.identified)}
+        for key in _LIMITS:
+            if (limit := getattr(self, key)) is not None and math.isfinite(limit):
+                table[key] = float(limit)
+        return table
 
 
 def read_parameters(
@@ -78,7 +101,7 @@ def _parameter(value: Any, place: str, file: Path) -> Parameter:
             place=place,
             remedy="write {value = ..., stderr = ...}",
         )
-    no_strangers(value, ("value", "stderr", "ci95", "at_bound", "identified"), f"{place}.", file)
+    no_strangers(value, ("value", "stderr", "ci95", "at_bound", "identified", *_LIMITS), f"{place}.", file)
     if "value" not in value:
         raise InputError("is missing", file=file, place=f"{place}.value", remedy="expected a finite number")
     number = finite(value["value"], f"{place}.value", file)
@@ -95,7 +118,12 @@ def _parameter(value: Any, place: str, file: Path) -> Parameter:
     interval = _interval(value["ci95"], number, f"{place}.ci95", file) if "ci95" in value else None
     at_bound = _flag(value.get("at_bound", False), f"{place}.at_bound", file)
     identified = _flag(value.get("identified", True), f"{place}.identified", file)
-    return Parameter(number, stderr, interval, at_bound, identified)
+    found = Parameter(number, stderr, interval, at_bound, identified)
+    if found.known:
+        return found
+    # an error beside what is not determined would be believed; files of earlier versions hold some
+    limits = [finite(value[key], f"{place}.{key}", file) if key in value else None for key in _LIMITS]
+    return found.undetermined(*limits)
 
 
 def _interval(bounds: Any, number: float, place: str, file: Path) -> tuple[float, float]:

@@ -74,6 +74,8 @@ class Parameters:
     def to_frame(self) -> pd.DataFrame:
         """A table: one row a parameter, with value, stderr, low and high of the 95 % interval, unit, remark.
 
+        Of a parameter that is not determined, low or high is what bound there is.
+
         Its index is (part, name): part is "gravity", "static", "dynamic" or the name of an effect.
         """
         import pandas as pd
@@ -81,13 +83,14 @@ class Parameters:
         from idtool.parameters.rows import rows_of
 
         rows = rows_of(self)
-        interval = [row.parameter.ci95 or (math.nan, math.nan) for row in rows]
+        known = [(row.parameter.at_least, row.parameter.at_most) for row in rows]
+        interval = [row.parameter.ci95 or limits for row, limits in zip(rows, known, strict=True)]
         return pd.DataFrame(
             {
                 "value": [row.parameter.value for row in rows],
                 "stderr": [row.parameter.stderr for row in rows],
-                "low": [low for low, _ in interval],
-                "high": [high for _, high in interval],
+                "low": [math.nan if low is None else low for low, _ in interval],
+                "high": [math.nan if high is None else high for _, high in interval],
                 "unit": [row.unit for row in rows],
                 "remark": [row.remark for row in rows],
             },

@@ -84,7 +84,8 @@ def _scaled(one: Parameter, factor: float, relative: float) -> Parameter:
     value = one.value * factor
     more = abs(value) * relative
     if one.stderr is None:
-        return replace(one, value=value)
+        limits = (None if end is None else end * factor for end in (one.at_least, one.at_most))
+        return replace(one, value=value) if one.known else replace(one, value=value).undetermined(*limits)
     stderr = math.hypot(one.stderr * factor, more)
     if one.ci95 is None:
         return replace(one, value=value, stderr=stderr)

@@ -139,6 +139,7 @@ def _rows(
         dimension = dimensions.get(name, "number")
         symbol, meaning = meanings.get(name, ("", text.words(name)))
         value, stderr, interval = text.uncertain(parameter.value, parameter.stderr, parameter.ci95)
+        interval = parameter.limits(lambda end: text.number(end, 2)) or interval
         remark, grave = remark_on(parameter)
         yield ParameterRow(
             file_key(name, dimension, kind),
@@ -155,10 +156,8 @@ def _rows(
 
 def remark_on(parameter: Parameter) -> tuple[str, bool]:
     """What to think of a parameter, in words, and whether that is a warning."""
-    if parameter.at_bound and not parameter.identified:
-        return "at its bound, and the data do not determine it", True
     if parameter.at_bound:
-        return "at its bound: not to be trusted", True
+        return "at its bound, and the data do not determine it", True
     if not parameter.identified:
         return "the data do not determine it", True
     if parameter.stderr is None:

@@ -88,10 +88,13 @@ class Coordinate:
         at_bound = x - self.lower < _AT_BOUND or self.upper - x < _AT_BOUND
         slope = self.value(x) if self.logarithmic else self.scale
         wide = self.logarithmic and quantile * stderr > math.log(_DECADES)
+        found = Parameter(self.value(x), at_bound=at_bound)
         if at_bound or wide or not math.isfinite(stderr):
-            return Parameter(self.value(x), at_bound=at_bound, identified=False)
+            return found.undetermined()
         ends = (self.value(x - quantile * stderr), self.value(x + quantile * stderr))
-        return Parameter(self.value(x), slope * stderr, ends, identified=quantile * stderr < 1.0)
+        if quantile * stderr >= 1.0:
+            return found.undetermined(at_most=ends[1])
+        return Parameter(self.value(x), slope * stderr, ends)
 
 
 def coordinates_of(parameters: Parameters, scales: Scales) -> list[Coordinate]:

@@ -119,5 +119,5 @@ def _with_drive(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
 def _without_bristle(parameters: Parameters) -> Parameters:
     """Over a window of a second presliding shows in little but its damping; that is kept if it is sure."""
     known = parameters.dynamic
-    sure = known and all(one.identified and not one.at_bound for one in known.values())
+    sure = known and all(one.known for one in known.values())
     return parameters if sure else replace(parameters, dynamic={})

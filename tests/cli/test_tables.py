@@ -14,7 +14,7 @@ from idtool.parameters import Parameter
 def test_a_parameter_that_is_not_determined_has_no_interval() -> None:
     screen = Console(file=io.StringIO(), width=200)
     dynamic = {
-        "bristle_stiffness": Parameter(57.5, 0.68, (56.1, 59.0), identified=False),
+        "bristle_stiffness": Parameter(57.5, 0.68, (56.1, 59.0)).undetermined(at_least=40.0),
         "bristle_damping": Parameter(0.6, 0.01, (0.58, 0.62)),
     }
     static = {name: Parameter(0.1) for name in ("coulomb", "static", "stribeck_velocity", "viscous")}
@@ -24,4 +24,5 @@ def test_a_parameter_that_is_not_determined_has_no_interval() -> None:
     assert "57.5" in stiffness
     assert "not determined by these data" in stiffness
     assert not any(part in stiffness for part in ("0.68", "56.1", "59"))
+    assert "at least 40" in stiffness
     assert "0.58 to 0.62" in damping

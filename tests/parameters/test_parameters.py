@@ -273,16 +273,17 @@ def around(value: float) -> Any:
 
 def parameter(lower: float = 1e-6, upper: float = 1e6) -> Any:
     """Any that physics allows."""
-    return st.floats(max(lower, -1e6), min(upper, 1e6)).flatmap(
-        lambda value: st.builds(
-            Parameter,
-            st.just(value),
-            st.none() | POSITIVE,
-            st.none() | around(value),
-            st.booleans(),
-            st.booleans(),
+
+    def of(value: float) -> Any:
+        number = st.just(value)
+        known = st.builds(Parameter, number, st.none() | POSITIVE, st.none() | around(value))
+        limit = st.none() | FINITE
+        open_ = st.builds(
+            Parameter, number, st.none(), st.none(), st.booleans(), st.just(False), limit, limit
         )
-    )
+        return known | open_
+
+    return st.floats(max(lower, -1e6), min(upper, 1e6)).flatmap(of)
 
 
 SCALAR = st.text(max_size=6) | st.integers(-(2**60), 2**60) | FINITE | st.booleans()
@@ -315,6 +316,15 @@ def parameter_sets(draw: Any) -> Parameters:
         controller=draw(st.none() | st.builds(Controller, POSITIVE, POSITIVE, POSITIVE)),
         provenance=draw(st.dictionaries(st.text(max_size=6), TREE, max_size=3)),
     )
+
+
+def test_what_is_not_determined_has_no_interval(tmp_path: Path) -> None:
+    line = "stderr = 0.001, ci95 = [0.198, 0.202], at_bound = false, identified = true"
+    for flags in ("at_bound = false, identified = false", "at_bound = true, identified = true"):
+        old = GOOD.replace(line, f"{line.partition(', at_bound')[0]}, {flags}, at_most = 0.3")
+        base = Parameters.read(put(tmp_path, old)).gravity["base"]
+        assert base == Parameter(0.2, at_bound="true, i" in flags, identified=False, at_most=0.3)
+        assert base.limits(str) == "at most 0.3"
 
 
 @SLOW

@@ -45,7 +45,7 @@ def test_verdict_error_and_trust_come_first(drawn: Path, page: Page) -> None:
 
 def test_parameters_carry_unit_error_interval_and_flags_in_words(page: Page) -> None:
     assert "coulomb_nm 0.08055 N m 0.00081 0.07897 to 0.08213" in page.text
-    assert "at its bound: not to be trusted" in page.text
+    assert "at its bound, and the data do not determine it" in page.text
     assert "the data do not determine it" in page.text
     assert "cycles_per_turn 35.00 1/turn 0.35 34.31 to 35.69" in page.text
     assert "command_gain_s 2.05 s – – a setting, not identified" in page.text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import pandas as pd
 import pytest
 
 from idtool import identify
+from idtool.parameters import Parameter
 from idtool.verbs.identify import Identification
 
 from .support import GRAVITY, SINE, SWEEP, changed, record
@@ -57,15 +59,19 @@ CASES: dict[str, tuple[str, Callable[[pd.DataFrame], pd.Series[bool]], str]] = {
 }
 
 
-def told(result: Identification) -> dict[str, tuple[float, float]]:
-    """Value and standard error of everything that is told as found."""
+def parts_of(result: Identification) -> dict[str, Parameter]:
     parameters = result.parameters
     parts = {**parameters.gravity, **parameters.static, **parameters.dynamic}
     for entry in parameters.effects:
         parts |= entry.parameters
+    return parts
+
+
+def told(result: Identification) -> dict[str, tuple[float, float]]:
+    """Value and standard error of everything that is told as found."""
     return {
         name: (one.value, one.stderr)
-        for name, one in parts.items()
+        for name, one in parts_of(result).items()
         if name in TRUTH and one.identified and one.stderr is not None
     }
 
@@ -80,5 +86,12 @@ def test_nothing_is_found_that_the_log_cannot_tell(name: str, tmp_path: Path) ->
     wrong = {n: (v, e, TRUTH[n]) for n, (v, e) in found.items() if abs(v - TRUTH[n]) > 4.0 * e}
     assert not wrong
     assert all(stderr < 0.5 * abs(value) for value, stderr in found.values())
+    for n, one in parts_of(result).items():
+        if not one.identified:  # a bound, not an interval; and a bound that holds
+            assert one.stderr is None, n
+            assert one.ci95 is None, n
+            truth = TRUTH.get(n, math.nan)
+            assert not truth < (one.at_least or -math.inf), n
+            assert not truth > (one.at_most or math.inf), n
     if code:
         assert code in {one["code"] for one in result.diagnosis["findings"]}

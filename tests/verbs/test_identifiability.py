@@ -213,6 +213,7 @@ def test_identify_repeats_it_and_its_flags_agree(identified: dict[str, Identific
         for key, parameter in getattr(parameters, part).items()
     }
     assert {key for key, parameter in flags.items() if not parameter.identified} == row.lost
+    assert all(flags[key].stderr is flags[key].ci95 is None for key in row.lost if key in flags)
     for key, value in TRUTH.items():
         if key in flags and flags[key].identified:
             assert flags[key].stderr is not None
@@ -263,6 +264,27 @@ def test_the_advice_is_a_command_that_helps(
         assert found.code not in {one.code for one in after.findings}
 
 
+def test_an_axis_a_thousand_times_smaller_has_the_same_flags(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An inertia of 8e-6 kg m2 is none at its bound."""
+    found = []
+    for factor in (1.0, 1e-3):
+        sweep, sine, params = (tmp_path / f"{name}{factor}" for name in ("sweep.csv", "sine.csv", "p.toml"))
+        for recipe, file in ((SWEEP, sweep), (SINE, sine)):
+            log = record(recipe, tmp_path / "whole.csv")
+            replace(log, frame=log.frame.assign(current_a=log.frame["current_a"] * factor)).write(file)
+            (tmp_path / "whole.csv").unlink()
+        document(capsys, "fit-static", sweep, "-p", params)
+        document(capsys, "fit-dynamic", sine, "-p", params)
+        found.append(Parameters.read(params))
+    whole, small = (p.effects[0].parameters["inertia"] for p in found)
+    assert whole.known
+    assert small.known
+    assert small.value == pytest.approx(1e-3 * whole.value, rel=1e-3)
+    assert small.stderr == pytest.approx(1e-3 * (whole.stderr or 0.0), rel=1e-2)
+
+
 def test_a_parameter_at_its_bound_is_never_reported_as_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -276,6 +298,9 @@ def test_a_parameter_at_its_bound_is_never_reported_as_found(
     stiffness = Parameters.read(params).dynamic["bristle_stiffness"]
     assert stiffness.at_bound
     assert not stiffness.identified
+    assert stiffness.ci95 is None
+    assert stiffness.at_least is not None
+    assert 10.0 < stiffness.at_least < 1000.0
     assert "at_bound" in {one["code"] for one in told["findings"]}
     assert any(
         "bristle stiffness sits at the bound of its range and is not found" in n for n in told["notes"]
@@ -283,6 +308,7 @@ def test_a_parameter_at_its_bound_is_never_reported_as_found(
     monkeypatch.setenv("COLUMNS", "120")
     out = ffc_id(capsys, "fit-dynamic", sine, "-p", params)[1]
     row = next(line for line in out.splitlines() if line.startswith("bristle stiffness"))
+    assert f"at least {stiffness.at_least:.2g}" in row
     assert "at its bound: not found" in row
     result = identify([Log.read(sweep), Log.read(sine)])
     assert result.fit.model.spec.friction == "stribeck"

@@ -78,6 +78,9 @@ def test_recovers_the_parameters(sessions: Path, name: str) -> None:
         # few rows pass through the lowest speeds in these sessions, which alone show these two
         tolerance = 0.15 if key in ("static", "stribeck_velocity") else 0.05
         assert found[key].value == pytest.approx(truth[true_key], rel=tolerance), key
+        if not found[key].identified:
+            assert key in ("static", "stribeck_velocity")
+            continue
         assert found[key].stderr is not None
         assert abs(found[key].value - truth[true_key]) < 5 * found[key].stderr, key
 
