@@ -57,4 +57,4 @@ def check(logs: Sequence[Path], given: Given, output: Output) -> None:
             click.echo(f"  {lacking.sentence}")
 
     output.result(result.to_document(), show)
-    output.next("identify", *logs, "-o", "result")
+    output.next("identify", *logs, "-o", "result", odd=result.odd)

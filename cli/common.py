@@ -11,7 +11,7 @@ import math
 import os
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -44,14 +44,20 @@ class Output:
         if not self.quiet:
             click.echo(text, err=True)
 
-    def warn(self, text: str) -> None:
-        """A warning, on standard error, even when quiet."""
-        click.echo(f"note: {text}", err=True)
+    def warn(self, *sentences: str) -> None:
+        """Warnings, on standard error, even when quiet."""
+        for sentence in sentences:
+            click.echo(f"note: {sentence}", err=True)
 
-    def next(self, *words: str | os.PathLike[str]) -> None:
-        """The one command to go on with, `ffc-id` left away, on standard error; not where a program reads."""
+    def next(self, *words: str | os.PathLike[str], odd: Sequence[str] = ()) -> None:
+        """The one command to go on with, `ffc-id` left away, on standard error; not where a program reads.
+
+        Args:
+            words: the command.
+            odd: logs whose columns contradict each other, which no other run cures: one is to be looked at.
+        """
         if not self.json:
-            self.say(f"next: {shlex.join(['ffc-id', *map(str, words)])}")
+            self.say(f"next: {shlex.join(['ffc-id', *map(str, ('plot', odd[0]) if odd else words)])}")
 
     def result(self, document: Any, show: Callable[[Console], None]) -> None:
         """The result: `document` as JSON, or what `show` prints on a rich console."""

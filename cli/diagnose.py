@@ -172,8 +172,7 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
     from idtool.report.next_step import next_step_of
     from idtool.report.result_folder import write_results
 
-    for sentence in (one for log in result.recording.wiring for one in log):
-        output.warn(sentence)  # before any number
+    output.warn(*result.recording.contradictions)  # before any number
     write_results(result, folder, command=command_line(), seed=seed)
     with Progress(output, "drawing the report"):
         page = write_report(folder)

@@ -272,6 +272,7 @@ def _read(logs: Sequence[Path], params: Path, given: Given, output: Output) -> t
 
     read = given.read(logs, output)
     recording = record(read)
+    output.warn(*recording.contradictions)
     if not params.exists():
         return recording, Parameters(axis=recording.axis)
     known = Parameters.read(params)
@@ -330,12 +331,10 @@ def _finish(
         "parameters": document_of(parameters, part),
         "quality": quality,
         "fit": fit.outcome.value,
-        "notes": notes,
+        "notes": [*fit.model.recording.contradictions, *notes],
         "findings": [one.to_document() for one in shortcomings(fit, parts)],
     }
     output.result(document, show)
-    following = {"gravity": "fit-static", "static": "fit-dynamic"}.get(part)
-    if following:
-        output.next(following, "LOG", "-p", params)
-    else:
-        output.next("diagnose", "LOG...", "-p", params, "-o", "result")
+    following = {"gravity": ("fit-static", "LOG"), "static": ("fit-dynamic", "LOG")}
+    on = following.get(part, ("diagnose", "LOG...", "-o", "result"))
+    output.next(*on, "-p", params, odd=fit.model.recording.odd)

@@ -55,6 +55,7 @@ def predict(
     read = given.read(logs, output, parameters.axis)
     refuse_existing(out, force)
     result = run(read, parameters, None if correction is None else Correction.read(correction))
+    output.warn(*result.contradictions)
     with atomic_write(out) as stream:
         result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
     unit = unit_text("torque", parameters.axis.units)
@@ -69,5 +70,9 @@ def predict(
             click.echo(f"note: {note}")
         click.echo(f"written: {out}")
 
-    output.result({"file": str(out), "errors": result.errors, "unit": unit, "notes": result.notes}, show)
-    output.next("tune", "-p", params, "--hand-force", "2")
+    notes = [*result.contradictions, *result.notes]
+    output.result({"file": str(out), "errors": result.errors, "unit": unit, "notes": notes}, show)
+    if result.poor:
+        output.next("check", *logs, odd=result.odd)
+    else:
+        output.next("tune", "-p", params, "--hand-force", "2", odd=result.odd)

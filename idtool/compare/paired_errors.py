@@ -116,6 +116,7 @@ def paired_errors(
         for name, one in (("A", a), ("B", b))
         if (seen := _seen(one, logs))
     ]
+    notes += first.contradictions
     if any(line.blocks for line in lines):
         notes.append(f"below {LEAST_TRIALS} trials, blocks of time stand in for trials.")
     return lines, notes

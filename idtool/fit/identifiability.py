@@ -13,6 +13,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from idtool.fit.joint import JointFit
+from idtool.fit.lever import odd_lever
 from idtool.fit.model import LOGARITHMIC
 from idtool.fit.next_sweep import long_sweep, slow_sweep
 from idtool.fit.shortcoming import PARTS, Limits, Shortcoming
@@ -60,6 +61,7 @@ def shortcomings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[Shortcomin
     """
     found = [
         not_converged(fit),
+        odd_lever(fit),
         *_about_parameters(fit),
         unsteady(fit, steady_windows(fit)),
         saturated(fit.model.recording),

@@ -161,7 +161,7 @@ def calibrate(logs: Sequence[Log], *, lever: float, mass: float | None = None) -
         pull * heaviest,
         size * heaviest,
         fit,
-        (*fit.outcome.notes, *notes),
+        (*recording.contradictions, *fit.outcome.notes, *notes),
     )
 
 

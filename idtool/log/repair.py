@@ -32,6 +32,9 @@ _SLOWEST = 1.0
 #: Rows on either side of a gap that tell which way the axis went.
 _BESIDE = 5
 _FASTEST = 1e-6
+#: Of a clock with so many pauses that all other steps together are a smaller share of the time than this, no
+#: step is a time between measurements.
+_PAUSES, _PAUSES_ONLY = 20, 0.1
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,7 @@ def repair(
     contradictions = wiring.contradictions(
         time, first, position, velocity, effort, log.column("current"), told
     )
+    contradictions += _payload_in_motion(log, columns, time, first)
     faulty[SATURATED] = sensor_faults.clipped(effort)
     dropped: dict[str, int] = {}
     whole = np.zeros(len(time), dtype=bool)
@@ -154,9 +158,32 @@ def repair(
     return Repaired(columns, faulty, dropped, tuple(remarks), readings, said)
 
 
+def _payload_in_motion(
+    log: Log, columns: dict[str, Array | None], time: Array, first: NDArray[np.bool_]
+) -> list[str]:
+    payload, position = columns["payload"], columns["position"]
+    if payload is None or position is None:
+        return []
+    rows = wiring.changed_in_motion(payload, position, time, first)
+    if not len(rows):
+        return []
+    return [
+        f"another payload is told while the axis moves, first on {log.place(int(rows[0]))} ({len(rows)} "
+        "such): nobody hangs a weight on a moving axis"
+    ]
+
+
 def _refuse_odd_clock(log: Log, time: Array, first: NDArray[np.bool_]) -> None:
     steps = np.diff(time)[~first[1:]]
     usual = float(np.median(steps)) if len(steps) else _FASTEST
+    pauses = steps > GAP * usual
+    if np.count_nonzero(pauses) > _PAUSES and steps[~pauses].sum() < _PAUSES_ONLY * steps.sum():
+        raise InputError(
+            f'column "time_s" comes in bursts ({usual:.3g} s from row to row, and {np.sum(pauses)} pauses of '
+            f"{float(np.median(steps[pauses])):.3g} s), as packets arrive",
+            file=log.source,
+            remedy="record the time of each measurement, or give evenly spaced times if the rate was even",
+        )
     if _FASTEST <= usual < _SLOWEST:
         return
     guess = "milli-, micro- or nanoseconds" if usual >= _SLOWEST else "hours or days"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -278,11 +279,12 @@ def check_rows(frame: pd.DataFrame, axis: Axis, text: LogText | None, file: Path
     elif frame["trial"].isna().any():
         _numeric(frame["trial"].where(frame["trial"].isna(), 0), "trial", text, file)
     _check_order(frame, text, file)
-    _check_drive(frame, text, file)
+    _check_drive(frame, file)
+    _check_ranges(frame, text, file)
     return frame
 
 
-def _check_drive(frame: pd.DataFrame, text: LogText | None, file: Path) -> None:
+def _check_drive(frame: pd.DataFrame, file: Path) -> None:
     """The columns that tell of a drive whose motor current nobody measured."""
     columns = set(frame.columns)
     measured = columns & {"torque_nm", "force_n", "current_a"}
@@ -298,11 +300,15 @@ def _check_drive(frame: pd.DataFrame, text: LogText | None, file: Path) -> None:
             file=file,
             remedy='add column "supply_voltage_v"',
         )
-    for name, low, wanted, remedy in _RANGES:
-        if name not in columns:
+
+
+def _check_ranges(frame: pd.DataFrame, text: LogText | None, file: Path) -> None:
+    """Values that a column cannot hold in its unit."""
+    for name, low, high, wanted, remedy in _RANGES:
+        if name not in frame.columns:
             continue
         values = frame[name].to_numpy()
-        bad = np.flatnonzero((values < low) | (values > 1.0 + ROUNDING))
+        bad = np.flatnonzero((values < low) | (values > high))
         if name == "drive_on":
             bad = np.flatnonzero(~np.isin(values, (0.0, 1.0)))
         if len(bad):
@@ -317,15 +323,30 @@ def _check_drive(frame: pd.DataFrame, text: LogText | None, file: Path) -> None:
 
 #: What a share of 1 may be off by for its rounding.
 ROUNDING = 1e-3
-#: Column, the least that it may hold, what it should hold, and what to do.
+#: No tilt is beyond a turn, rad.
+_TURN = 2.0 * math.pi + ROUNDING
+#: Column, the least and the most that it may hold, what it should hold, and what to do.
 _RANGES = (
     (
         "duty",
         -1.0 - ROUNDING,
+        1.0 + ROUNDING,
         "a share from -1 to 1: it is in per cent or in counts",
         "divide it by its full scale (`ffc-id import --unit duty=percent`, or duty=count:885)",
     ),
-    ("drive_on", 0.0, "0 (off) or 1 (on)", "correct it"),
+    ("drive_on", 0.0, 1.0, "0 (off) or 1 (on)", "correct it"),
+    ("payload_kg", 0.0, math.inf, "a mass", "write what hangs on the axis, 0 where nothing does"),
+    ("temperature_degc", -273.15, math.inf, "a temperature", "correct it, or remove the column"),
+    *(
+        (
+            f"tilt_{which}_rad",
+            -_TURN,
+            _TURN,
+            "an angle within a turn: it is in degrees",
+            f"turn it into radians (`ffc-id import --unit tilt_{which}=deg`)",
+        )
+        for which in ("alpha", "beta")
+    ),
 )
 
 

@@ -39,6 +39,8 @@ _SHARE = 0.1
 #: friction takes more than this share of the power, unless the load is twenty times the friction.
 _ONE_SIGN = 0.995
 _NO_POWER = 0.05
+#: Less of its variance than this is chance in any torque that was measured.
+_FOLLOWS = 0.01
 #: A way made of less than this share of all the ways to and fro is a dither.
 _PURPOSE = 0.8
 #: The largest drive of an industrial robot's axis gives 64 A at its peak (KUKA KSD1-64, robots of 500 kg).
@@ -80,6 +82,23 @@ def contradictions(
     if position is not None:
         said += _power(steps, together, position, effort)
     return said + _computed(effort, told or {})
+
+
+def changed_in_motion(
+    payload: Array, position: Array, time: Array, first: NDArray[np.bool_]
+) -> NDArray[np.intp]:
+    """Rows at which another payload is told while the axis is on its way, shape (changes,).
+
+    Args:
+        payload: kg, shape (rows,).
+        position: rad (m), shape (rows,).
+        time: s.
+        first: True at the first row of each trial.
+    """
+    way = np.where(first[1:], 0.0, np.abs(np.diff(position)) / np.diff(time))
+    moving = way > _MOVING * float(np.quantile(way, 0.999))
+    around = moving & np.append(moving[1:], False) & np.insert(moving[:-1], 0, False)
+    return np.flatnonzero(~first[1:] & (np.diff(payload) != 0.0) & around) + 1
 
 
 def _computed(effort: Array, told: Mapping[str, Array]) -> list[str]:
@@ -152,6 +171,12 @@ def _power(steps: Array, together: NDArray[np.bool_], position: Array, effort: A
         for less, least in zip(squares, products, strict=True)
     ]
     powers = [float(work @ one[:2]) for one in found]
+    left = torque - columns @ (np.sum(found, axis=0) / _BLOCKS)
+    if np.var(left) > (1.0 - _FOLLOWS) * np.var(torque):
+        return [
+            "the torque has nothing to do with the motion: what was recorded is noise, or of another axis or "
+            "time"
+        ]
     mean = float(np.mean(powers))
     error = math.sqrt((_BLOCKS - 1) * float(np.mean((np.array(powers) - mean) ** 2)))
     if mean + _CERTAIN * error < 0 and -mean > _SHARE * float(np.mean(np.abs(torque * w))):

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from idtool.errors import InputError
 from idtool.model.motion import Array, Motion
 from idtool.signals.smoother import reading_variance
 
@@ -108,8 +107,7 @@ def design(bandwidth: float, rate: float) -> Filter:
 def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> sparse.csr_matrix:
     """Filter and decimation as one matrix, shape (filtered rows, rows); no row is blurred across stretches.
 
-    Raises:
-        InputError: no row has enough usable rows around it.
+    Rows that have too few usable rows around them are left out.
     """
     half = (chosen.taps + 1) // 2
     decimation = max(half // 2, 1)
@@ -127,8 +125,6 @@ def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> spars
     values = np.where(inside, weights[None, :], 0.0)
     total = values.sum(axis=1)
     keep = total >= _LEAST_WEIGHT * weights.sum()
-    if not keep.any():
-        raise InputError("no usable row is left after filtering", remedy="record for longer, or more slowly")
     values = values[keep] / total[keep, None]
     columns, present = columns[keep], inside[keep]
     counts = present.sum(axis=1)

@@ -25,11 +25,14 @@ from idtool.model.contribution import Contribution
 from idtool.model.motion import MOST_DELAY_S, Array, Motion
 from idtool.model.units import EffortUnit
 from idtool.parameters.axis import Axis, voltage_key
+from idtool.presentation.text import counted
 from idtool.signals import lowpass
 from idtool.signals.lowpass import Filter
 from idtool.signals.rest import standing
 from idtool.signals.smoother import TOO_FAST, Smoothed, reading_variance, smooth
 
+#: Fewer rows tell nothing of an axis.
+_FEWEST = 50
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
 _SPIKE = "outlier of the torque"
@@ -97,7 +100,15 @@ class Recording:
     @cached_property
     def operator(self) -> sparse.csr_matrix:
         """The filter and decimation as a matrix, shape (filtered rows, rows)."""
-        return lowpass.operator(self.motion, self.usable, self.filter)
+        matrix = lowpass.operator(self.motion, self.usable, self.filter)
+        if not matrix.shape[0]:
+            reasons = ", ".join(f"{reason}: {count}" for reason, count in self.lost.items())
+            raise InputError(
+                "no row is left to be compared" + (f" ({reasons})" if reasons else ""),
+                file=", ".join(self.sources),
+                remedy="record for longer, or move more slowly",
+            )
+        return matrix
 
     @cached_property
     def row(self) -> NDArray[np.intp]:
@@ -163,6 +174,16 @@ class Recording:
         return [*self.remarks, f"{lost} {rows} left out of the comparison ({reasons})."]
 
     @property
+    def contradictions(self) -> list[str]:
+        """Sentences on columns that contradict each other, to be read before any number."""
+        return [sentence for log in self.wiring for sentence in log]
+
+    @property
+    def odd(self) -> list[str]:
+        """The logs whose columns do."""
+        return [source for source, said in zip(self.sources, self.wiring, strict=True) if said]
+
+    @property
     def trials(self) -> int:
         """Number of trials."""
         return self.motion.trials
@@ -214,6 +235,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     if not logs:
         raise InputError("no log was given", remedy="name at least one log file")
     axis = _common_axis(logs)
+    _refuse_few(sum(len(log.frame) for log in logs), logs)
     efforts = [effort_of(log) for log in logs]
     axis = replace(axis, effort=_common_unit(logs, efforts))
     repaired = [
@@ -228,10 +250,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     assert time is not None
     first = np.ones(len(time), dtype=bool)
     first[1:] = trial[1:] != trial[:-1]
-    if len(time) < 50:
-        raise InputError(
-            f"only {len(time)} rows", file=logs[0].source, remedy="a fit needs 50 at least; record for longer"
-        )
+    _refuse_few(len(time), logs)
     torque = joined["effort"]
     assert torque is not None
     smoothed = smooth(time, joined["position"], joined["velocity"], first)
@@ -278,6 +297,15 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         unseen=unseen,
         by_voltage=any(effort.column == "duty" for effort in efforts),
     )
+
+
+def _refuse_few(rows: int, logs: Sequence[Log]) -> None:
+    if rows < _FEWEST:
+        raise InputError(
+            f"only {counted(rows, 'row')}",
+            file=", ".join(log.source for log in logs),
+            remedy=f"a fit needs {_FEWEST} at least; record for longer",
+        )
 
 
 def _contradicted(smoothed: Smoothed, axis: Axis) -> tuple[str, ...]:

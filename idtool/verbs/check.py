@@ -78,6 +78,7 @@ class Check:
         can, cannot: what the session determines, and what not.
         findings: what the session lacks, as a fit of it will say.
         notes: rows that will not be compared, and what was repaired.
+        odd: the logs whose columns contradict each other.
     """
 
     logs: list[LogCheck]
@@ -85,6 +86,7 @@ class Check:
     cannot: list[Verdict]
     findings: list[Shortcoming]
     notes: list[str]
+    odd: tuple[str, ...] = ()
 
     def to_document(self) -> dict[str, Any]:
         """A JSON document."""
@@ -114,7 +116,7 @@ def check(logs: Sequence[Log]) -> Check:
     fit = _trial_fit(recording)
     lacking = [] if fit is None else shortcomings(fit)
     can, cannot = _determine(_with_some_load(recording), lacking)
-    return Check(singles, can, cannot, lacking, recording.told_of_rows())
+    return Check(singles, can, cannot, lacking, recording.told_of_rows(), tuple(recording.odd))
 
 
 def _trial_fit(recording: Recording) -> JointFit | None:

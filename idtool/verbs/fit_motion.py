@@ -102,7 +102,12 @@ def fit_motion(
         after,
         search.evaluations,
         ended,
-        (*notes, *ended.notes, *PlantFile.of(best.parameters, recording.motion.torque_constant).notes),
+        (
+            *recording.contradictions,
+            *notes,
+            *ended.notes,
+            *PlantFile.of(best.parameters, recording.motion.torque_constant).notes,
+        ),
     )
 
 

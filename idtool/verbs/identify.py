@@ -197,7 +197,6 @@ def identify(
         logs, validate = (_with_constant(some, calibration) for some in (logs, validate))
     tell("reading the motion")
     recording = record(logs)
-    wrong = [sentence for log in recording.wiring for sentence in log]
     tell("searching the friction parameters")
     starts, notes, stepped = begin(
         thin(recording), law, gravity, optimizer=optimizer, seed=seed, without=without
@@ -214,7 +213,7 @@ def identify(
         recording, starts, library, tell, given=law == "coulomb", tolerance=0.01 * (tolerance or 0.0)
     )
     why, reasons = stepped[evidence.start]
-    notes = [*wrong, *notes, *why, *findings(evidence.final)]
+    notes = [*recording.contradictions, *notes, *why, *findings(evidence.final)]
     options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
     options |= {"without": list(without)} if without else {}
     options |= {} if tolerance is None else {"tolerance_percent": tolerance}

@@ -27,9 +27,12 @@ from idtool.model.torque import predict as predict_torque
 from idtool.model.units import torque_name, unit_suffix, unit_text
 from idtool.parameters import GRAVITY_MODELS, Parameters
 from idtool.parameters.correction import Correction
+from idtool.presentation.text import listed
 from idtool.signals import Recording, record
 
 _LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
+#: An error of more per cent of the torque leaves most of it.
+_POOR = 50.0
 #: What stands for nothing where a logarithm is taken, N m (N).
 _TINY = 1e-12
 
@@ -45,6 +48,8 @@ class Prediction:
         trial: index of every row's trial, running on over the logs, shape (rows,).
         experiment: name of the experiment of each trial.
         logs: the files.
+        contradictions: sentences on columns that contradict each other, to be read before any number.
+        odd: the logs whose columns do.
     """
 
     frame: pd.DataFrame
@@ -53,6 +58,13 @@ class Prediction:
     trial: NDArray[np.intp]
     experiment: tuple[str, ...]
     logs: tuple[str, ...] = ()
+    contradictions: tuple[str, ...] = ()
+    odd: tuple[str, ...] = ()
+
+    @property
+    def poor(self) -> list[str]:
+        """Experiments of which most of the torque is not predicted."""
+        return [name for name, error in self.errors.items() if error["relative_percent"] > _POOR]
 
 
 def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction | None = None) -> Prediction:
@@ -81,15 +93,22 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
     if correction is not None:
         torque = torque + correction(recording.motion)
     _refuse_no_number(torque, recording)
-    notes = [*_notes(parameters), *recording.remarks]
-    return Prediction(
+    found = Prediction(
         _frame(recording, logs, torque),
         _errors(recording, torque),
-        notes,
+        [*_notes(parameters), *recording.remarks],
         recording.motion.trial,
         recording.experiment,
         recording.sources,
+        tuple(recording.contradictions),
+        tuple(recording.odd),
     )
+    if found.poor:
+        found.notes.append(
+            f"most of the torque of {listed(found.poor)} is not predicted: the logs are of another "
+            "axis, mounting, payload or unit than what the file was fitted to, or of little but noise."
+        )
+    return found
 
 
 def _refuse_no_number(torque: Array, recording: Recording) -> None:

@@ -142,7 +142,7 @@ def simulate(log: Log | Sequence[Log], parameters: Parameters, source: Source = 
         _rms(off),
         _rms(off_again),
         float(motion.step.sum()),
-        (*notes, *file.notes, *recording.remarks),
+        (*recording.contradictions, *notes, *file.notes, *recording.remarks),
         is_linear(recording.axis.units),
     )
 

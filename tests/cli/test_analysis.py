@@ -113,19 +113,47 @@ def header_rows(lines: list[str]) -> int:
     return next(k for k, line in enumerate(lines) if not line.startswith("#")) + 1
 
 
-def constant_current(lines: list[str]) -> list[str]:
-    n = header_rows(lines)
-    return lines[:n] + [",".join([*(c := line.split(","))[:4], "0.1", *c[5:]]) for line in lines[n:]]
+def cells(name: str, value: Callable[[int], str]) -> Change:
+    """A column with other values, by the row."""
+
+    def change(lines: list[str]) -> list[str]:
+        n = header_rows(lines)
+        place = lines[n - 1].strip().split(",").index(name)
+        rows = [line.strip().split(",") for line in lines[n:]]
+        for k, row in enumerate(rows):
+            row[place] = value(k)
+        return lines[:n] + [",".join(row) + "\n" for row in rows]
+
+    return change
+
+
+def every(value: str) -> Callable[[int], str]:
+    return lambda _: value
+
+
+def arrival(row: int) -> str:
+    """Packets of 20 rows every 0.1 s."""
+    return f"{0.1 * (row // 20) + 1e-5 * (row % 20):.5f}"
 
 
 BAD: dict[str, tuple[Change, str]] = {
     "no unit": (replaced("current_a", "current"), 'column "current" has no unit'),
     "misspelt": (replaced("current_a", "curent_a"), 'needs a column "current_a"'),
     "zero constant": (replaced("2.67", "0"), "above zero"),
-    "constant current": (constant_current, "is the same on every row"),
+    "constant current": (cells("current_a", every("0.1")), "is the same on every row"),
     "empty": (lambda lines: [], "the file is empty"),
     "no rows": (lambda lines: lines[: header_rows(lines)], "has no data rows"),
     "few rows": (lambda lines: lines[: header_rows(lines) + 20], "only 20 rows"),
+    "one row": (lambda lines: lines[: header_rows(lines) + 1], "only 1 row;"),
+    "tilt in degrees": (
+        cells("tilt_alpha_rad", every("90")),
+        'column "tilt_alpha_rad" holds 90, not an angle within',
+    ),
+    "payload below nothing": (
+        cells("payload_kg", every("-0.1")),
+        'column "payload_kg" holds -0.1, not a mass',
+    ),
+    "times of arrival": (cells("time_s", arrival), 'column "time_s" comes in bursts'),
     "short": (lambda lines: lines[: header_rows(lines) + 300], "too few to hold any out"),
     "time goes back": (lambda lines: [*lines, lines[-50]], "time goes backwards"),
 }

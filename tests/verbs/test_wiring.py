@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,7 @@ from idtool.log import Log
 from idtool.signals import record
 from idtool.verbs.check import check
 
-from .support import GRAVITY, SINE, SWEEP, ffc_id
+from .support import GRAVITY, SINE, SWEEP, document, ffc_id
 from .support import record as run
 from .test_impossible import RECORDINGS
 
@@ -97,6 +98,73 @@ def test_what_is_wrong_is_said_first(session: list[Log], column: str, factor: fl
 def test_a_current_that_no_drive_gives(session: list[Log]) -> None:
     (said,) = record([spoilt(session[0], "current_a", 1000.0)]).wiring[0]
     assert "which no drive of an axis gives: it may be in mA" in said
+
+
+def test_noise_in_place_of_the_current(session: list[Log]) -> None:
+    for log in session[1:]:
+        noise = pd.Series(np.random.default_rng(0).normal(0.0, 0.1, len(log.frame)))
+        (said,) = record([spoilt_by(log, noise)]).wiring[0]
+        assert "the torque has nothing to do with the motion" in said
+
+
+def test_another_payload_while_the_axis_moves(session: list[Log]) -> None:
+    frame = session[0].frame
+    rows = np.flatnonzero(np.abs(frame["velocity_rad_s"]) > 0.1)
+    frame = frame.assign(payload_kg=np.where(frame.index >= rows[50], frame["payload_kg"] + 0.5, 0.0))
+    (said,) = record([replace(session[0], frame=frame)]).wiring[0]
+    place = session[0].place(int(rows[50]))
+    assert f"another payload is told while the axis moves, first on {place} (1 such)" in said
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "lever"), [("payload_kg", 1000.0, "4.3e-05 m"), ("current_a", 1000.0, "43 m")]
+)
+def test_a_lever_that_no_axis_has(session: list[Log], column: str, factor: float, lever: str) -> None:
+    assert "odd_lever" not in {one.code for one in check([session[0]]).findings}
+    (found,) = (
+        one for one in check([spoilt(session[0], column, factor)]).findings if one.code == "odd_lever"
+    )
+    assert f"means a lever of {lever}, which no axis has" in found.why
+
+
+def test_every_command_says_it_before_any_number_and_goes_on_with_a_look(
+    session: list[Log], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, params = tmp_path / "sweep.csv", tmp_path / "p.toml"
+    spoilt(session[1], "position_rad", 57.29578).write(log)
+    commands = (
+        ("check", log),
+        ("fit-static", log, "-p", params),
+        ("fit-dynamic", log, "-p", params),
+        ("predict", log, "-p", params, "-o", tmp_path / "o.csv"),
+    )
+    for words in commands:
+        code, out, err = ffc_id(capsys, *words)
+        assert code == 0, err
+        first = out.splitlines()[1] if words[0] == "check" else err.splitlines()[0]
+        assert "the position moves 57.3 times as far as the speed says" in first
+        assert err.splitlines()[-1] == f"next: ffc-id plot {log}"
+    notes = document(capsys, "compare", params, params, log)["notes"]
+    assert any("the position moves 57.3 times as far" in note for note in notes)
+
+
+def test_a_prediction_of_another_axis_is_said_to_be_none(
+    session: list[Log], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine, other, params = (tmp_path / name for name in ("sweep.csv", "other.csv", "p.toml"))
+    session[1].write(mine)
+    spoilt(session[1], "current_a", 20.0).write(other)
+    document(capsys, "fit-static", mine, "-p", params)
+    assert not any("is not predicted" in n for n in of(capsys, mine, params)["notes"])
+    assert any(
+        "most of the torque of sweep is not predicted" in n for n in of(capsys, other, params)["notes"]
+    )
+    _, _, err = ffc_id(capsys, "predict", other, "-p", params, "-o", tmp_path / "o.csv", "--force")
+    assert err.splitlines()[-1] == f"next: ffc-id check {other}"
+
+
+def of(capsys: pytest.CaptureFixture[str], log: Path, params: Path) -> dict[str, Any]:
+    return document(capsys, "predict", log, "-p", params, "-o", log.with_suffix(".out.csv"), "--force")
 
 
 def test_identify_says_it_before_any_number(
