@@ -50,6 +50,7 @@ class InputError(FfcIdError):
             return sentence(f"{where}: {problem}" if where else problem, remedy)
 
         super().__init__(told(argument))
+        self.problem, self.remedy = problem, remedy or ""
         self._with_option = told(argument and f"--{argument.replace('_', '-')}")
 
     @property

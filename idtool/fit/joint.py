@@ -188,6 +188,7 @@ def solve(
     if len(model.measured) < 2 * len(x):
         raise InputError(
             f"{len(model.measured)} filtered rows cannot determine {len(x)} parameters",
+            file=", ".join(model.recording.sources),
             remedy="record for longer, or choose a simpler --friction",
         )
     span = np.where(np.isfinite(high - low), high - low, 1.0)

@@ -27,6 +27,7 @@ from idtool.model import gravity as gravity_model
 from idtool.model.motion import Array
 from idtool.model.stribeck import steady
 from idtool.parameters import GRAVITY_MODELS, Parameters
+from idtool.presentation.text import counted
 from idtool.signals import Recording
 
 _LEAST_SPEEDS = 3
@@ -179,7 +180,7 @@ def fit_static(
     speeds = {round(window.velocity / (0.05 * fit.model.scales.speed)) for window in windows}
     if len(speeds) < _LEAST_SPEEDS:
         raise InputError(
-            f"{len(windows)} steady windows at {len(speeds)} speeds do not show a friction curve",
+            f"{counted(len(windows), 'steady window')} at {counted(len(speeds), 'speed')} show no curve",
             file=recording.sources[0],
             remedy="give a velocity sweep (ffc-id run-sweep)",
         )

@@ -94,7 +94,13 @@ def effort_of(log: Log) -> Effort:
         unfit[DRIVE_OFF] = _around(on == 0.0)
         values = np.where(on == 0.0, 0.0, values)
         back_emf = np.where(on == 0.0, 0.0, back_emf)
-    driven = values if on is None or not on.any() else values[on > 0.0]
+    if on is not None and not on.any():
+        raise InputError(
+            'column "drive_on" is 0 on every row: nothing drove the axis',
+            file=log.source,
+            remedy="switch the drive on and record again",
+        )
+    driven = values if on is None else values[on > 0.0]
     if driven.max() == driven.min():
         raise InputError(
             f'column "{column}" is the same on every row',

@@ -390,7 +390,8 @@ def _missing_rows(log: Log, time: Array, first: NDArray[np.bool_]) -> list[str]:
     if not missing:
         return []
     share = 100.0 * missing / (missing + len(time))
-    return [f"{log.source}: {missing} rows are missing (gaps in time, {share:.2g} % of the rows)."]
+    are = "row is" if missing == 1 else "rows are"
+    return [f"{log.source}: {missing} {are} missing (gaps in time, {share:.2g} % of the rows)."]
 
 
 def missing_rows(time: Array, first: NDArray[np.bool_]) -> int:

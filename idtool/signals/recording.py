@@ -102,11 +102,12 @@ class Recording:
         """The filter and decimation as a matrix, shape (filtered rows, rows)."""
         matrix = lowpass.operator(self.motion, self.usable, self.filter)
         if not matrix.shape[0]:
-            reasons = ", ".join(f"{reason}: {count}" for reason, count in self.lost.items())
+            reasons = "".join(f", {reason}: {count}" for reason, count in self.lost.items())
+            rate = 1.0 / float(np.median(self.motion.step[~self.motion.first]))
             raise InputError(
-                "no row is left to be compared" + (f" ({reasons})" if reasons else ""),
+                f"no row is left to be compared ({len(self.torque)} rows at {rate:.3g} Hz{reasons})",
                 file=", ".join(self.sources),
-                remedy="record for longer, or move more slowly",
+                remedy="record at a higher rate, for longer, or move more slowly",
             )
         return matrix
 

@@ -12,9 +12,8 @@ from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.identifiability import shortcomings
-from idtool.fit.joint import JointFit
 from idtool.fit.model import Spec
-from idtool.fit.shortcoming import Shortcoming
+from idtool.fit.shortcoming import PARTS, Shortcoming
 from idtool.log import Log, columns_of
 from idtool.log.impossible import GAP
 from idtool.log.repair import missing_rows
@@ -27,6 +26,8 @@ from idtool.signals.coverage import constant_speeds, moves_one_way
 SCHEMA = "ffc-id/check/1"
 #: Steps of time that scatter by more than this share jitter.
 _JITTER = 0.1
+#: Code of a session that no model can be fitted to.
+NO_FIT = "no_fit"
 #: A run of this many equal readings while the axis is told to move may be a stuck sensor.
 _STUCK_ROWS = 50
 #: So many impossible readings are listed for a person.
@@ -112,20 +113,20 @@ def check(logs: Sequence[Log]) -> Check:
         InputError: they cannot be used at all (see `signals.record`).
     """
     recording = record(logs)
+    _ = recording.operator  # refuses a session of which no row can be compared
     singles = [_check_log(log, recording, index) for index, log in enumerate(logs)]
-    fit = _trial_fit(recording)
-    lacking = [] if fit is None else shortcomings(fit)
+    lacking = _lacking(recording)
     can, cannot = _determine(_with_some_load(recording), lacking)
     return Check(singles, can, cannot, lacking, recording.told_of_rows(), tuple(recording.odd))
 
 
-def _trial_fit(recording: Recording) -> JointFit | None:
-    """The base model on all logs; None where there are too few rows for it."""
+def _lacking(recording: Recording) -> list[Shortcoming]:
+    """What a fit of the base model to all logs lacks."""
     model, columns = choose_gravity(recording)
     try:
-        return first_fits(recording, Spec("lugre", model, columns))[-1]
-    except InputError:
-        return None
+        return shortcomings(first_fits(recording, Spec("lugre", model, columns))[-1])
+    except InputError as error:  # too few rows for any of it
+        return [Shortcoming(NO_FIT, PARTS, (), error.problem, error.remedy)]
 
 
 def _with_some_load(recording: Recording) -> Recording:
@@ -231,10 +232,10 @@ def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[li
 
     def judge(what: str, names: Sequence[str], why: str, lack: str = "", run: str = "") -> None:
         """Not determined if `lack` says so, or if a shortcoming does of one of the named parameters."""
-        short = next((one for one in lacking if set(names) & set(one.parameters)), None)
+        short = next((one for one in lacking if one.code == NO_FIT or set(names) & set(one.parameters)), None)
         if lack:
             cannot.append(Verdict(what, lack, run))
-        elif short is not None and short.code == "at_bound":  # no run is known to correct that
+        elif short is not None and short.code in ("at_bound", NO_FIT):  # no run is known to correct that
             cannot.append(Verdict(what, f"{short.why}; {short.remedy}"))
         elif short is not None:
             cannot.append(Verdict(what, short.why, short.run or short.remedy))

@@ -127,6 +127,17 @@ def cells(name: str, value: Callable[[int], str]) -> Change:
     return change
 
 
+def appended(name: str, value: str) -> Change:
+    def change(lines: list[str]) -> list[str]:
+        n = header_rows(lines)
+        added = [*["" for _ in lines[: n - 1]], name, *[value for _ in lines[n:]]]
+        return [
+            f"{line.rstrip()},{cell}\n" if cell else line for line, cell in zip(lines, added, strict=True)
+        ]
+
+    return change
+
+
 def every(value: str) -> Callable[[int], str]:
     return lambda _: value
 
@@ -144,6 +155,7 @@ BAD: dict[str, tuple[Change, str]] = {
     "empty": (lambda lines: [], "the file is empty"),
     "no rows": (lambda lines: lines[: header_rows(lines)], "has no data rows"),
     "few rows": (lambda lines: lines[: header_rows(lines) + 20], "only 20 rows"),
+    "no drive": (appended("drive_on", "0"), "nothing drove the axis"),
     "one row": (lambda lines: lines[: header_rows(lines) + 1], "only 1 row;"),
     "tilt in degrees": (
         cells("tilt_alpha_rad", every("90")),
@@ -167,6 +179,20 @@ def test_bad_logs_are_one_sentence_and_leave_nothing(logs: Path, tmp_path: Path,
     done = ffc_id("identify", "bad.csv", "-o", "out", "-q", cwd=tmp_path)
     one_sentence(done, 3, part)
     assert not (tmp_path / "out").exists()
+
+
+def test_check_determines_nothing_where_nothing_can_be_fitted(logs: Path, tmp_path: Path) -> None:
+    lines = (logs / "sine.csv").read_text().splitlines(keepends=True)
+    n = header_rows(lines)
+    (tmp_path / "few.csv").write_text("".join(lines[: n + 50]))
+    done = ffc_id("check", "few.csv", "--json", cwd=tmp_path)
+    assert done.returncode == 0
+    session = json.loads(done.stdout)["session"]
+    assert "filtered rows cannot determine" in session["findings"][0]["why"]
+    assert session["can"] == []
+    (tmp_path / "slow.csv").write_text("".join([*lines[:n], *lines[n::100]]))
+    for words in (["check"], ["identify", "-o", "out"]):
+        one_sentence(ffc_id(*words, "slow.csv", "-q", cwd=tmp_path), 3, "no row is left to be compared")
 
 
 def test_half_a_last_row_is_used_up_to_the_last_whole_one(logs: Path, tmp_path: Path) -> None:
