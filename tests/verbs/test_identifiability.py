@@ -240,6 +240,14 @@ def test_the_single_fits_repeat_it(
         assert lost == {key for key in row.lost if key.startswith(part)} | bounded
 
 
+def test_check_determines_nothing_where_nothing_can_be_fitted(tmp_path: Path) -> None:
+    log = record(SINE, tmp_path / "sine.csv")
+    found = check([replace(log, frame=log.frame.iloc[:60])])
+    assert [one.code for one in found.findings] == ["no_fit"]
+    assert found.can == []
+    assert any(one.what == "effect: inertia" for one in found.cannot)
+
+
 def test_check_prints_it_for_a_person(folders: dict[str, Path], capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = ffc_id(capsys, "check", *logs_of(folders["no low speeds"]))
     assert code == 0
