@@ -51,6 +51,10 @@ def check(logs: Sequence[Path], given: Given, output: Output) -> None:
             click.echo("they cannot determine")
         for verdict in result.cannot:
             click.echo(f"  {verdict.what}: {verdict.why}" + (f"; try {verdict.run}" if verdict.run else ""))
+        if result.open:
+            click.echo("only ffc-id identify tells, which looks for effects")
+        for verdict in result.open:
+            click.echo(f"  {verdict.what}: {verdict.why}")
         if result.findings:
             click.echo("what they lack")
         for lacking in result.findings:

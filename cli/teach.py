@@ -178,6 +178,8 @@ def teach(
         if tare and controller.mode != "light":
             raise UsageError("only the light mode has a tare: write it into the file with `ffc-id tune`")
         simulated = axis.simulated
+        with open_button(spec):  # one that cannot be had is told before anything moves
+            pass
         start = inside(axis, output, move=move_inside)
         with open_button(spec) as button, live_page(live, axis, output) as watch:
             if button is not None:

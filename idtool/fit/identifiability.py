@@ -180,7 +180,9 @@ def low_speeds(fit: JointFit) -> Shortcoming | None:
         why = f"too few rows at low speeds: {fall}"
     run = slow_sweep(fit, slowest)
     lacking = ("static.static", "static.stribeck_velocity")
-    return Shortcoming("no_low_speeds", ("static",), lacking, why, f"run slower ones (`{run}`)", run)
+    return Shortcoming(
+        "no_low_speeds", ("static",), lacking, why, f"run slower ones (`{run}`)", run, by_error=passed
+    )
 
 
 def stribeck_seen(fit: JointFit) -> bool:
@@ -236,6 +238,7 @@ def presliding(fit: JointFit) -> Shortcoming | None:
         f"the presliding travel is {max(counts, 0.1):.1g} steps of the position reading, so the data give "
         f"sigma0 a lower bound only{bound}",
         "a finer encoder, or one on the motor side, would show more",
+        by_error=True,
         limits={"dynamic.bristle_stiffness": (least, None)} if resolution > 0 else {},
     )
 
@@ -311,6 +314,7 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
         named,
         f"{words} {verb} not found",
         "do not use the number (an effect that the model lacks can do this: `ffc-id identify` looks for one)",
+        by_error=True,
         limits={_in_file(name, fit): _from_bound(fit, name) for name in stuck},
     )
 
@@ -360,7 +364,8 @@ def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
                     f"{words}: the error is about as large as the value",
                     f"give a longer {experiment} too (`ffc-id {command} -o {experiment}.csv`)",
                     f"ffc-id {command}",
-                    {_in_file(name, fit): (None, _highest(fit, name)) for name in lacking},
+                    by_error=True,
+                    limits={_in_file(name, fit): (None, _highest(fit, name)) for name in lacking},
                 )
             )
     return found

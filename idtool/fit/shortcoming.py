@@ -21,6 +21,8 @@ class Shortcoming:
         why: in words, without a full stop.
         remedy: what to do, without a full stop.
         run: the command that would show what is missing; "" where no single command does.
+        by_error: rests on the errors of the fit (or on where it ended), which a model that lacks something
+            spoils; the data may show more.
         limits: what is known of some of `parameters` all the same.
     """
 
@@ -30,6 +32,7 @@ class Shortcoming:
     why: str
     remedy: str
     run: str = ""
+    by_error: bool = False
     limits: Mapping[str, Limits] = field(default_factory=dict)
 
     @property

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from idtool.diagnosis.remainder import remainder
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits
@@ -19,7 +20,7 @@ from idtool.log.impossible import GAP
 from idtool.log.repair import missing_rows
 from idtool.model import gravity
 from idtool.parameters import GRAVITY_MODELS
-from idtool.presentation.text import counted
+from idtool.presentation.text import counted, listed
 from idtool.signals import Recording, record
 from idtool.signals.coverage import constant_speeds, moves_one_way
 
@@ -77,6 +78,7 @@ class Check:
     Attributes:
         logs: each log by itself.
         can, cannot: what the session determines, and what not.
+        open: what only `identify` tells, because the bare model leaves more than noise of these logs.
         findings: what the session lacks, as a fit of it will say.
         notes: rows that will not be compared, and what was repaired.
         odd: the logs whose columns contradict each other.
@@ -85,6 +87,7 @@ class Check:
     logs: list[LogCheck]
     can: list[Verdict]
     cannot: list[Verdict]
+    open: list[Verdict]
     findings: list[Shortcoming]
     notes: list[str]
     odd: tuple[str, ...] = ()
@@ -97,6 +100,7 @@ class Check:
             "session": {
                 "can": [vars(v) for v in self.can],
                 "cannot": [vars(v) for v in self.cannot],
+                "open": [vars(v) for v in self.open],
                 "findings": [one.to_document() for one in self.findings],
                 "notes": self.notes,
             },
@@ -115,18 +119,28 @@ def check(logs: Sequence[Log]) -> Check:
     recording = record(logs)
     _ = recording.operator  # refuses a session of which no row can be compared
     singles = [_check_log(log, recording, index) for index, log in enumerate(logs)]
-    lacking = _lacking(recording)
-    can, cannot = _determine(_with_some_load(recording), lacking)
-    return Check(singles, can, cannot, lacking, recording.told_of_rows(), tuple(recording.odd))
+    lacking, left = _lacking(recording)
+    can, cannot, rest = _determine(_with_some_load(recording), lacking, left)
+    known = [one for one in lacking if not (left and one.by_error)]
+    return Check(singles, can, cannot, rest, known, recording.told_of_rows(), tuple(recording.odd))
 
 
-def _lacking(recording: Recording) -> list[Shortcoming]:
-    """What a fit of the base model to all logs lacks."""
+def _lacking(recording: Recording) -> tuple[list[Shortcoming], str]:
+    """What a fit of the base model to all logs lacks, and what follows what it leaves; "" if noise."""
     model, columns = choose_gravity(recording)
     try:
-        return shortcomings(first_fits(recording, Spec("lugre", model, columns))[-1])
+        fit = first_fits(recording, Spec("lugre", model, columns))[-1]
     except InputError as error:  # too few rows for any of it
-        return [Shortcoming(NO_FIT, PARTS, (), error.problem, error.remedy)]
+        return [Shortcoming(NO_FIT, PARTS, (), error.problem, error.remedy)], ""
+    left = remainder(fit)
+    what = (
+        ""
+        if left is None
+        else f"follows the {listed(list(left.depends_on))}"
+        if left.depends_on
+        else "is no noise"
+    )
+    return shortcomings(fit), what
 
 
 def _with_some_load(recording: Recording) -> Recording:
@@ -226,15 +240,21 @@ def _not_following(log: Log) -> list[str]:
     return findings
 
 
-def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[list[Verdict], list[Verdict]]:
+def _determine(
+    recording: Recording, lacking: Sequence[Shortcoming], left: str
+) -> tuple[list[Verdict], list[Verdict], list[Verdict]]:
+    """What the data can, cannot and may determine; the last where the bare model leaves what `left` says."""
     can: list[Verdict] = []
     cannot: list[Verdict] = []
+    rest: list[Verdict] = []
 
     def judge(what: str, names: Sequence[str], why: str, lack: str = "", run: str = "") -> None:
         """Not determined if `lack` says so, or if a shortcoming does of one of the named parameters."""
         short = next((one for one in lacking if one.code == NO_FIT or set(names) & set(one.parameters)), None)
         if lack:
             cannot.append(Verdict(what, lack, run))
+        elif short is not None and short.by_error and left:
+            rest.append(Verdict(what, f"what the bare model leaves {left}", "ffc-id identify"))
         elif short is not None and short.code in ("at_bound", NO_FIT):  # no run is known to correct that
             cannot.append(Verdict(what, f"{short.why}; {short.remedy}"))
         elif short is not None:
@@ -282,4 +302,4 @@ def _determine(recording: Recording, lacking: Sequence[Shortcoming]) -> tuple[li
     for effect in registry.library():
         reason = effect.missing(motion)
         judge(f"effect: {effect.name}", [f"effects.{effect.name}"], "testable", reason or "", effect.reveals)
-    return can, cannot
+    return can, cannot, rest

@@ -248,6 +248,24 @@ def test_check_determines_nothing_where_nothing_can_be_fitted(tmp_path: Path) ->
     assert any(one.what == "effect: inertia" for one in found.cannot)
 
 
+def test_check_leaves_to_identify_what_a_missing_effect_hides(tmp_path: Path) -> None:
+    ripple = 'name = "position_ripple"\ncycles_per_turn = 9.0\namplitude_1_nm = 0.1\nphase_1_rad = 0.3\n'
+    rig = plant(tmp_path)
+    file = Path(rig.removeprefix("sim:"))
+    file.write_text(f"{file.read_text()}\n[[effects]]\n{ripple}")
+    logs = [record(text, tmp_path / f"{k}.csv", rig, k) for k, text in enumerate((GRAVITY, SWEEP, SINE))]
+    found = check(logs)
+    parameters = identify(logs).parameters
+    known = {
+        "friction: Coulomb and viscous": [parameters.static[name] for name in ("coulomb", "viscous")],
+        "friction: sigma0 and sigma1": list(parameters.dynamic.values()),
+    }
+    assert {one.what for one in found.open} & set(known)
+    hopeless = {one.what for one in found.cannot}
+    for what, of_it in known.items():
+        assert what not in hopeless or not all(parameter.known for parameter in of_it)
+
+
 def test_check_prints_it_for_a_person(folders: dict[str, Path], capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = ffc_id(capsys, "check", *logs_of(folders["no low speeds"]))
     assert code == 0
