@@ -17,6 +17,7 @@ from idtool.fit import noise
 from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit, refit, torque_of
 from idtool.fit.model import JointModel
+from idtool.model.contribution import Contribution
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
 
@@ -31,6 +32,8 @@ _NYQUIST = 0.45
 _APART = 0.5
 #: A start without a linear strength is one of about the right size if its residual asks for so much of it.
 _OF_ITS_SIZE = (0.2, 5.0)
+#: How far around the best place and width of a local shape is looked next, as shares of its width.
+_CLOSER = (1.0, 0.5, 0.25, 0.12)
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
 _SPENT = 15
 _SPENT_FAR = 40
@@ -131,11 +134,12 @@ def best_start(background: Background, effect: Effect) -> Start:
         highest = wave.highest
         if "time" in effect.follows:  # above that a line of the filtered rows is the alias of another
             highest = min(highest, _NYQUIST * model.recording.filter.rate_hz)
-        frequency, tried = strongest_line(background, wave.of[model.recording.row], wave.lowest, highest)
+        size = _more_friction(fit) if wave.of_friction else 1.0
+        of = wave.of[model.recording.row]
+        frequency, tried = strongest_line(background, of, wave.lowest, highest, size)
         starts = [{wave.coordinate: frequency}]
         if "time" in effect.follows and (
-            _own_share(background, wave.of[model.recording.row], frequency) < _APART
-            or beats_with_motion(motion, frequency)
+            _own_share(background, of, frequency) < _APART or beats_with_motion(motion, frequency)
         ):
             return Start(0.0, 1.0, starts[0])
     best: tuple[Score, dict[str, float]] | None = None
@@ -195,27 +199,40 @@ def _named(effect: Effect, values: Mapping[str, float]) -> dict[str, float]:
 
 
 def _best_shape(background: Background, effect: Unnamed) -> Start:
-    """All places and widths of a local shape at once: rows are close enough to the filtered ones for that."""
+    """All places and widths of a local shape at once, then closer and closer around the best: rows are close
+    enough to the filtered ones for that."""
     recording = background.fit.model.recording
     motion, row = recording.motion, recording.row
-    n, starts = len(row), effect.starts(motion)
+    turned = _more_friction(background.fit) if effect.of_friction else np.ones(len(row))
     variable = effect.variable(motion)[row]
-    columns = np.column_stack([effect.shape(variable, s["place"], s["log_width"]) for s in starts])
-    if effect.with_motion:
-        columns *= np.sign(motion.velocity[row])[:, None]
-    residual, basis = background.residual[:n], background.basis[:n]
-    original = np.sum(columns**2, axis=0)
-    along = basis.T @ columns
-    norm = original - np.sum(along**2, axis=0)  # of what the basis leaves of each
-    # the residual is free of the basis
-    heights = np.where(norm > 1e-3 * original, columns.T @ residual / np.maximum(norm, 1e-300), 0.0)
-    best = int(np.argmax(heights**2 * norm))
+    residual, basis = background.residual[: len(row)], background.basis[: len(row)]
+    starts = effect.starts(motion)
+    tried = len(starts)
+    for share in (*_CLOSER, 0.0):
+        columns = np.column_stack([effect.shape(variable, s["place"], s["log_width"]) for s in starts])
+        columns *= turned[:, None]
+        original = np.sum(columns**2, axis=0)
+        along = basis.T @ columns
+        norm = original - np.sum(along**2, axis=0)  # of what the basis leaves of each
+        # the residual is free of the basis
+        heights = np.where(norm > 1e-3 * original, columns.T @ residual / np.maximum(norm, 1e-300), 0.0)
+        best = int(np.argmax(heights**2 * norm))
+        if share:
+            starts = effect.near(motion, starts[best], share)
     shape = columns[:, best] - basis @ along[:, best]
     left = residual - heights[best] * shape
     gain = 1.0 - float(left @ left) / float(residual @ residual)
     chance = background.chance(left, shape[:, None])
     found = {**starts[best], "height": float(heights[best])}
-    return Start(max(gain, 0.0), min(1.0, chance * len(starts)), found)
+    return Start(max(gain, 0.0), min(1.0, chance * tried), found)
+
+
+def _more_friction(fit: JointFit) -> Array:
+    """What a friction level that is higher by one adds to the torque, shape (filtered rows,)."""
+    higher = Direction(effect=Contribution(level_torque=1.0))
+    column = fit.model.project(fit.x, fit.bend, fit.start, [higher]).jacobian
+    assert column is not None
+    return np.asarray(column[: len(fit.residual), 0])
 
 
 def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False) -> Trial:

@@ -261,7 +261,7 @@ def diagnose(
         tolerance: error that is good enough, share of the torque (rms).
     """
     parts = split(with_load(recording, starts[0]))
-    best: tuple[JointFit, Selection, tuple[str, ...], int] | None = None
+    best: tuple[JointFit, Selection, dict[Unnamed, str], int] | None = None
     for place, start in enumerate(starts):
         tell("fitting the base model")
         base = refit(start, JointModel.build(thin(parts.training), start.model.spec))
@@ -292,7 +292,10 @@ def diagnose(
     notes += _not_compared(parts.recording)
     next_experiment = _next_experiment(selection, final, tell)
     tests = test_residual(base), test_residual(final)
-    left = None if good_enough(final, tolerance) else remainder(final, tests[1], unnamed)
+    followed = [variable for shape in unnamed for variable in shape.follows]
+    left = None if good_enough(final, tolerance) else remainder(final, tests[1], followed)
+    if left and unnamed:
+        notes.append(f"what is left looks like this: {'; '.join(unnamed.values())}.")
     # who chose the model has its numbers with its own errors
     stated = final if given else doubted(final, left)
     return Diagnosis(parts, base, selection, stated, *tests, next_experiment, left, place, notes)
@@ -316,15 +319,18 @@ def _of_the_readings(fit: JointFit, effect: Effect) -> str | None:
     return effect.of_the_readings(fit.model.effect_values(fit.x, effect), fit.model.recording.motion)
 
 
-def _without_unnamed(selection: Selection) -> tuple[str, ...]:
-    """Take the shapes without a name out of the model; what they followed."""
-    shapes = [effect for effect in selection.fit.model.spec.effects if isinstance(effect, Unnamed)]
+def _without_unnamed(selection: Selection) -> dict[Unnamed, str]:
+    """Take the shapes without a name out of the model; those, and each in words."""
+    fit = selection.fit
+    shapes = [effect for effect in fit.model.spec.effects if isinstance(effect, Unnamed)]
+    units = fit.model.recording.axis.units
+    told = {shape: shape.told(fit.model.effect_values(fit.x, shape), units) for shape in shapes}
     if shapes:
         model, spec = selection.fit.model, selection.fit.model.spec
         for shape in shapes:
             spec = spec.without(shape.name)
         selection.fit = refit(selection.fit, JointModel.build(model.recording, spec, model.constants))
-    return tuple(dict.fromkeys(variable for shape in shapes for variable in shape.follows))
+    return told
 
 
 def held_out_error(fit: JointFit, parts: Split) -> float:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from scipy import fft
+from scipy.optimize import minimize_scalar
 
 from idtool.diagnosis.evidence import Background
 from idtool.model.motion import Array
@@ -15,11 +16,15 @@ _BINS = 8
 #: The spectrum has this many points in each resolution cell, so that no line falls between two.
 _FINE = 3
 _MOST_BINS = 1 << 22
+#: ... and the strongest is then placed to this share of the distance between two.
+_CLOSE = 0.02
 #: Lines whose gain is computed exactly, with what the fit could do taken out.
 _CHECKED = 12
 
 
-def strongest_line(background: Background, of: Array, lowest: float, highest: float) -> tuple[float, int]:
+def strongest_line(
+    background: Background, of: Array, lowest: float, highest: float, size: Array | float = 1.0
+) -> tuple[float, int]:
     """Frequency of the sine that takes away most of a fit's residual, and how many were looked at.
 
     The residual is summed into bins of `of` and transformed at once. It is free of the fit's columns
@@ -29,9 +34,10 @@ def strongest_line(background: Background, of: Array, lowest: float, highest: fl
         background: the fit.
         of: what the sine is of (angle, time), rad per unit of frequency, shape (filtered rows,).
         lowest, highest: frequencies between which to look.
+        size: the sine is multiplied by, shape (filtered rows,).
     """
     n = len(of)
-    residual = background.residual[:n]
+    residual = size * background.residual[:n]
     from_zero = of - of.min()
     span = float(from_zero.max())
     width = 2.0 * math.pi / (_BINS * highest)
@@ -48,16 +54,25 @@ def strongest_line(background: Background, of: Array, lowest: float, highest: fl
     best = (0.0, lowest)
     for _ in range(_CHECKED):
         at = int(np.argmax(power))
-        best = max(best, (_gain(background, frequency[at] * of), float(frequency[at])))
+        best = max(best, (_gain(background, frequency[at] * of, size), float(frequency[at])))
         power[max(at - _FINE, 0) : at + _FINE + 1] = 0.0  # the line and its flanks
-    return best[1], max(int(len(power) / _FINE), 1)
+    # what a line that is a little off leaves beats, and looks like chance
+    apart = 2.0 * math.pi / (length * width)
+    around = (max(best[1] - apart, lowest), min(best[1] + apart, highest))
+    found = minimize_scalar(
+        lambda f: -_gain(background, f * of, size),
+        bounds=around,
+        method="bounded",
+        options={"xatol": _CLOSE * apart},
+    )
+    return float(found.x), max(int(len(power) / _FINE), 1)
 
 
-def _gain(background: Background, angle: Array) -> float:
+def _gain(background: Background, angle: Array, size: Array | float) -> float:
     """What sine and cosine take away of the residual's sum of squares."""
     n = len(angle)
     basis, residual = background.basis[:n], background.residual[:n]
-    waves = np.column_stack([np.sin(angle), np.cos(angle)])
+    waves = np.column_stack([size * np.sin(angle), size * np.cos(angle)])
     waves -= basis @ (basis.T @ waves)
     along = waves.T @ residual
     return float(along @ np.linalg.lstsq(waves.T @ waves, along, rcond=1e-9)[0])

@@ -11,10 +11,14 @@ from idtool.diagnosis.candidates import (
     LEAST_GAIN,
     NEAR,
     Selection,
+    best_start,
     impossible,
     swap,
     ties,
+    try_effect,
 )
+from idtool.diagnosis.evidence import Background
+from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit, refit
@@ -104,6 +108,28 @@ def veto(
         )
 
 
+def one_for_many(selection: Selection, tell: Callable[[str], None]) -> bool:
+    """Put one local shape in the place of effects of the same variable if it does as well with fewer numbers;
+    whether it did. Lines and bends enough follow any bump, one after another."""
+    motion = selection.fit.model.recording.motion
+    for shape in UNNAMED:
+        fit = selection.fit
+        inside = [e for e in fit.model.spec.effects if not e.is_lag and set(e.follows) & set(shape.follows)]
+        alike = [e for e in inside if not isinstance(e, Unnamed)]
+        numbers = sum(len(e.active(motion)) for e in alike)
+        if shape in inside or len(shape.coordinates) >= numbers or shape.missing(motion):
+            continue
+        tell(f"trying {shape.title.lower()} in place of {', '.join(e.title.lower() for e in alike)}")
+        lacking = refit(fit, _lacking(fit, *alike), most=_SPENT, tolerance=NEAR)
+        trial = try_effect(lacking, shape, best_start(Background.of(lacking), shape), far=True)
+        if left_out_error(trial.fit) > (1.0 + LEAST_GAIN) * left_out_error(fit):
+            continue
+        for effect in alike:
+            drop(selection, effect, trial.fit, f"{shape.title.lower()} does as well")
+        return True
+    return False
+
+
 def without(fit: JointFit, effect: Effect) -> JointFit:
     """The refit without an effect."""
     return refit(fit, _lacking(fit, effect), most=_SPENT, tolerance=NEAR)
@@ -120,8 +146,10 @@ def least_without(fit: JointFit, effect: Effect) -> float:
     return float(np.sqrt(np.mean((alone - basis @ (basis.T @ alone)) ** 2)))
 
 
-def _lacking(fit: JointFit, effect: Effect) -> JointModel:
-    spec = fit.model.spec.without(effect.name)
+def _lacking(fit: JointFit, *effects: Effect) -> JointModel:
+    spec = fit.model.spec
+    for effect in effects:
+        spec = spec.without(effect.name)
     return JointModel.build(fit.model.recording, spec, fit.model.constants)
 
 

@@ -29,7 +29,7 @@ from idtool.diagnosis.candidates import (
 )
 from idtool.diagnosis.evidence import Background
 from idtool.diagnosis.holm import holm
-from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, simplify
+from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
@@ -98,6 +98,8 @@ def extend(
     allowed = library
     while True:
         _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance)
+        if not given and one_for_many(selection, tell):
+            continue
         allowed = absorbed(drop_unneeded(selection, tell), library)
         if not allowed:
             break
@@ -268,9 +270,12 @@ def _to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
 
 def _forms(effect: Effect, motion: Motion) -> list[Effect]:
     """An effect, and where it is a smooth shape the same shape with more bends: what the plainest leaves may
-    look like chance where it is the rest of that shape. Of lines each is found by itself."""
-    forms = [effect]
-    while effect.wave(motion) is None and (more := forms[-1].larger(motion)):
+    look like chance where it is the rest of that shape. Of lines each is found by itself, in friction too."""
+    forms, line = [effect], effect.wave(motion)
+    if line is not None:
+        larger = ((more, more.wave(motion)) for more in effect.larger(motion))
+        return forms + [more for more, own in larger if own and own.coordinate == line.coordinate]
+    while more := forms[-1].larger(motion):
         forms.append(more[0])
     return forms
 

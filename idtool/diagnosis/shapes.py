@@ -9,7 +9,7 @@ end, and what it followed is called unexplained.
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from collections.abc import Callable
 from typing import ClassVar, final
 
 import numpy as np
@@ -17,31 +17,46 @@ import numpy as np
 from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
+from idtool.model.units import Units, unit_text
 
 #: Places, and widths as shares of the range, from which a search starts.
 _PLACES = 32
 _WIDTHS = (0.01, 0.025, 0.06)
+#: Dimension of each variable, and what a shape is a function of.
+_VARIABLES: dict[str, tuple[str, Callable[[Array], Array]]] = {
+    "position": ("position", np.asarray),
+    "velocity": ("velocity", np.abs),
+    "load": ("torque", np.abs),
+    "time": ("time", np.asarray),
+}
 #: A wider bump is a smooth shape, which the library has.
 _WIDEST = 0.1
 
 
 class Unnamed(Effect):
-    """A local shape over one variable: a torque, or one that turns with the motion as friction does.
+    """A local shape over one variable: a torque, or more friction.
 
     Attributes:
-        with_motion: whether it turns with the motion.
+        of_friction: whether it is added to the level of friction, which the bristle passes on.
+        at: the word before its place.
     """
 
-    with_motion: ClassVar[bool]
+    of_friction: ClassVar[bool]
+    at: ClassVar[str] = "at"
     formula = "one place of the variable, and nothing elsewhere"
     reveals = ""
     citation = "none: it has no name"
     parameters: ClassVar[tuple[EffectParameter, ...]] = ()
-    coordinates = (Coordinate("height"), Coordinate("place"), Coordinate("log_width", null=-3.0))
+    coordinates = (
+        Coordinate("height"),
+        Coordinate("place", increment=1e-4),
+        Coordinate("log_width", null=-3.0, increment=1e-4),
+    )
 
-    @abstractmethod
     def variable(self, motion: Motion) -> Array:
         """What it is a function of, shape (rows,)."""
+        values = getattr(motion, self.follows[0])
+        return np.zeros(len(motion)) if values is None else np.asarray(_VARIABLES[self.follows[0]][1](values))
 
     def shape(self, variable: Array, place: float, log_width: float) -> Array:
         """One at its place."""
@@ -49,7 +64,7 @@ class Unnamed(Effect):
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         torque = values["height"] * self.shape(self.variable(motion), values["place"], values["log_width"])
-        return Contribution(torque=torque * np.sign(motion.velocity) if self.with_motion else torque)
+        return Contribution(level_torque=torque) if self.of_friction else Contribution(torque=torque)
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         low, high = self.ends(motion)
@@ -77,63 +92,81 @@ class Unnamed(Effect):
             for place in range(_PLACES)
         ]
 
+    def told(self, values: Values, units: Units) -> str:
+        """What it looks like, in words."""
+        place = f"{values['place']:.3g} {unit_text(_VARIABLES[self.follows[0]][0], units)}"
+        return f"{self.title.lower()}: {values['height']:+.2g} {unit_text('torque', units)} {self.at} {place}"
+
+    def near(self, motion: Motion, start: Values, share: float) -> list[dict[str, float]]:
+        """A start and those around it, a share of its width apart."""
+        _, place, log_width = self.active(motion)
+        step = share * float(np.exp(start["log_width"]))
+        return [
+            {
+                "place": float(np.clip(start["place"] + aside * step, place.lower, place.upper)),
+                "log_width": float(
+                    np.clip(start["log_width"] + wider * share, log_width.lower, log_width.upper)
+                ),
+            }
+            for aside in (-1.0, 0.0, 1.0)
+            for wider in (-1.0, 0.0, 1.0)
+        ]
+
     def untestable(self, motion: Motion) -> str | None:
         low, high = self.ends(motion)
         return None if high > low else "it does not change"
 
 
-@final
-class BumpInPosition(Unnamed):
-    name, title, follows, with_motion = (
-        "unnamed_bump_in_position",
-        "Bump over the position",
-        ("position",),
-        False,
-    )
-
-    def variable(self, motion: Motion) -> Array:
-        return motion.position
-
-
-@final
-class GripInPosition(Unnamed):
-    name, title, follows, with_motion = "unnamed_grip_in_position", "Grip at one place", ("position",), True
-
-    def variable(self, motion: Motion) -> Array:
-        return motion.position
-
-
-@final
-class BumpInSpeed(Unnamed):
-    name, title, follows, with_motion = "unnamed_bump_in_speed", "Bump at one speed", ("velocity",), True
-
-    def variable(self, motion: Motion) -> Array:
-        return np.abs(motion.velocity)
-
-
 class _Step(Unnamed):
-    """From one instant on."""
+    """From one value of the variable on."""
 
-    def variable(self, motion: Motion) -> Array:
-        return motion.time
+    at = "from"
 
     def shape(self, variable: Array, place: float, log_width: float) -> Array:
         return np.asarray(0.5 + 0.5 * np.tanh((variable - place) / np.exp(log_width)))
 
 
 @final
+class BumpInPosition(Unnamed):
+    name, title = "unnamed_bump_in_position", "Bump over the position"
+    follows, of_friction = ("position",), False
+
+
+@final
+class GripInPosition(Unnamed):
+    name, title = "unnamed_grip_in_position", "Friction at one place"
+    follows, of_friction = ("position",), True
+
+
+@final
+class BumpInSpeed(Unnamed):
+    name, title = "unnamed_bump_in_speed", "Friction at one speed"
+    follows, of_friction = ("velocity",), True
+
+
+@final
+class GripUnderLoad(_Step):
+    name, title = "unnamed_grip_under_load", "Friction that sets in under load"
+    follows, of_friction = ("load",), True
+
+
+@final
 class StepInTime(_Step):
-    name, title, follows, with_motion = "unnamed_step_in_time", "Step in time", ("time",), False
+    name, title = "unnamed_step_in_time", "Step in time"
+    follows, of_friction = ("time",), False
 
 
 @final
 class WearInTime(_Step):
-    name, title, follows, with_motion = (
-        "unnamed_wear_in_time",
-        "Friction that changes at once",
-        ("time",),
-        True,
-    )
+    name, title = "unnamed_wear_in_time", "Friction that changes at once"
+    follows, of_friction = ("time",), True
 
 
-UNNAMED: tuple[Unnamed, ...] = (BumpInPosition(), GripInPosition(), BumpInSpeed(), StepInTime(), WearInTime())
+UNNAMED: tuple[Unnamed, ...] = (
+    BumpInPosition(),
+    GripInPosition(),
+    BumpInSpeed(),
+    GripUnderLoad(),
+    StepInTime(),
+    WearInTime(),
+)

@@ -103,12 +103,14 @@ class Wave:
         coordinate: the shape coordinate that holds the frequency.
         of: what the sine is of, rad per unit of that coordinate, shape (rows,).
         lowest, highest: frequencies between which to look.
+        of_friction: whether the level of friction has the sine too; it is looked for there then.
     """
 
     coordinate: str
     of: Array
     lowest: float
     highest: float
+    of_friction: bool = False
 
 
 @dataclass(frozen=True)

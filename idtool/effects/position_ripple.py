@@ -70,7 +70,7 @@ def _parameters(family: int) -> tuple[EffectParameter, ...]:
     for k, called in zip(_HARMONICS, ("fundamental", "second harmonic"), strict=True):
         found.append(one(f"amplitude_{k}", "torque", f"{which}amplitude of the {called}", 0.0))
         found.append(one(f"phase_{k}", "phase", f"{which}phase of the {called}", -math.pi, math.pi))
-    told = f"{which}what changes its sign with the direction, "
+    told = f"{which}of the friction, which turns with the motion, "
     found.append(one("turned_amplitude_1", "torque", f"{told}amplitude", 0.0, optional=True))
     found.append(one("turned_phase_1", "phase", f"{told}phase", -math.pi, math.pi, True))
     return tuple(found)
@@ -82,10 +82,10 @@ class PositionRipple(Effect):
     """One or several families of lines, each with a spatial frequency of its own and its second harmonic.
 
     A real gearbox has several at once: motor poles, gear mesh or wave generator, once per turn. Where the
-    data ask for it the fundamental has another phase in the other direction.
+    data ask for it the friction has the fundamental too: the line has another phase in the other direction.
 
     Attributes:
-        directed: for each family, whether its phase differs between the directions.
+        directed: for each family, whether the friction has it.
     """
 
     directed: tuple[bool, ...] = (False,)
@@ -101,15 +101,17 @@ class PositionRipple(Effect):
     coordinates = tuple(c for family in range(1, _MOST_FAMILIES + 1) for c in _coordinates(family, True))
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
-        torque = np.zeros(len(motion))
+        torque, friction = np.zeros(len(motion)), np.zeros(len(motion))
+        turned = False
         for prefix in _families(values):
             waves = _waves(motion, values[f"{prefix}cycles"])
             names = [f"{prefix}{part}_{k}" for k in _HARMONICS for part in ("sin", "cos")]
             torque += np.array([values[name] for name in names]) @ waves
             if f"{prefix}turned_sin_1" in values:
                 strength = np.array([values[f"{prefix}turned_sin_1"], values[f"{prefix}turned_cos_1"]])
-                torque += np.sign(motion.velocity) * (strength @ waves[:2])
-        return Contribution(torque=torque)
+                friction += strength @ waves[:2]
+                turned = True
+        return Contribution(torque=torque, level_torque=friction) if turned else Contribution(torque=torque)
 
     def in_c(self, values: Values) -> CForm:
         lines = ["float s, c;"]
@@ -124,11 +126,7 @@ class PositionRipple(Effect):
                 f"sum->torque += {cos_1} * c + {cos_2};",
             ]
             if f"{prefix}turned_sin_1" in values:
-                turned = f"{prefix}turned_sin_1 * s + {prefix}turned_cos_1 * c"
-                lines += [
-                    f"if (above(row->velocity, 0.0f)) sum->torque += {turned};",
-                    f"else if (is_negative(row->velocity)) sum->torque -= {turned};",
-                ]
+                lines.append(f"sum->level_torque += {prefix}turned_sin_1 * s + {prefix}turned_cos_1 * c;")
         return CForm("\n".join(lines), values)
 
     def around(self, values: Values, coordinate: str) -> Values:
@@ -140,9 +138,13 @@ class PositionRipple(Effect):
         return tuple(c for k, own in enumerate(self.directed, 1) for c in _coordinates(k, own))
 
     def larger(self, motion: Motion) -> tuple[Effect, ...]:
-        families = (*self.directed, False)
-        more: list[Effect] = [PositionRipple(families)] if len(families) <= _MOST_FAMILIES else []
-        if both_ways(motion):
+        both = both_ways(motion)
+        more: list[Effect] = []
+        if len(self.directed) < _MOST_FAMILIES:
+            more += [
+                PositionRipple((*self.directed, of_friction)) for of_friction in (False, True)[: 1 + both]
+            ]
+        if both:
             for k, own in enumerate(self.directed):
                 if not own:
                     more.append(PositionRipple((*self.directed[:k], True, *self.directed[k + 1 :])))
@@ -160,7 +162,7 @@ class PositionRipple(Effect):
         step = float(np.quantile(moving[moving > 0], 0.1)) if np.any(moving > 0) else stroke
         lowest = _LEAST_PERIODS * 2.0 * math.pi / stroke
         name = f"{_prefix(len(self.directed))}cycles"
-        return Wave(name, motion.position, lowest, 2.0 * math.pi / (6.0 * step))
+        return Wave(name, motion.position, lowest, 2.0 * math.pi / (6.0 * step), self.directed[-1])
 
     def untestable(self, motion: Motion) -> str | None:
         wave = self.wave(motion)

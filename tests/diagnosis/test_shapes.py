@@ -1,0 +1,125 @@
+"""Shapes without a name: found where they are, told in words, and never called by the name of an effect."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from idtool import Log, identify
+from idtool.diagnosis import selection
+from idtool.diagnosis.candidates import best_start, try_effect
+from idtool.diagnosis.diagnose import diagnose
+from idtool.diagnosis.evidence import Background
+from idtool.diagnosis.shapes import UNNAMED, Unnamed
+from idtool.effects import registry
+from idtool.effects.base import derivative
+from idtool.fit.joint import JointFit
+from idtool.model.contribution import FIELDS
+from idtool.model.motion import Array, Motion
+from idtool.signals import Recording, record
+from idtool.verbs.identify import begin
+
+#: Where and how large the bump of `bumpy` is, and how wide.
+AT, HEIGHT, WIDTH = 0.31, 0.03, 0.05
+#: Of the bristle, N m/rad.
+STIFFNESS = 6.0
+
+
+def session(folder: Path, extra: dict[str, float]) -> Recording:
+    """Six trials of sine and friction, with `bump` N m at AT and `wear` N m of friction from 20 s on."""
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(800)
+    trials = []
+    for k in range(6):
+        speed, omega = 0.5 + 0.2 * k, 2.0 * np.pi / 4.0
+        w, q = speed * np.sin(omega * t), -speed / omega * np.cos(omega * t)
+        now = t + 8.5 * k
+        level = 0.06 + extra.get("wear", 0.0) * (now > 20.0)
+        bump = extra.get("bump", 0.0) * np.exp(-0.5 * ((q - AT) / extra.get("width", WIDTH)) ** 2)
+        torque = friction(q, level) + 0.05 * w + bump + 0.001 * rng.normal(size=len(t))
+        trials.append(pd.DataFrame({"trial": k, "time_s": now, "position_rad": q, "torque_nm": torque}))
+    pd.concat(trials).to_csv(folder / "log.csv", index=False)
+    return record([Log.read(folder / "log.csv")])
+
+
+def friction(q: Array, level: Array) -> Array:
+    """Of a bristle (Dahl), exact over each step."""
+    torque = np.zeros(len(q))
+    for k in range(1, len(q)):
+        bound = np.sign(q[k] - q[k - 1]) * level[k]
+        torque[k] = bound + (torque[k - 1] - bound) * np.exp(-STIFFNESS * abs(q[k] - q[k - 1]) / level[k])
+    return torque
+
+
+@pytest.fixture(scope="module")
+def bumpy(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    return session(tmp_path_factory.mktemp("bump"), {"bump": HEIGHT})
+
+
+def base(recording: Recording) -> JointFit:
+    starts, *_ = begin(recording, "lugre", "auto")
+    return starts[0]
+
+
+@pytest.mark.parametrize("shape", UNNAMED, ids=lambda shape: shape.name)
+def test_derivative_is_that_of_contribute(shape: Unnamed) -> None:
+    t = np.linspace(0.0, 10.0, 400)
+    motion = Motion(t, np.zeros(400, dtype=int), np.sin(t), np.cos(t), -np.sin(t), load=np.sin(2.0 * t))
+    values = {"height": 0.2, "place": 0.4, "log_width": -1.0}
+
+    def torque(name: str, change: float) -> list[Array]:
+        contribution = shape.contribute(motion, {**values, name: values[name] + change})
+        return [np.asarray(getattr(contribution, field)) for field in FIELDS]
+
+    for coordinate in shape.active(motion):
+        change = derivative(shape, motion, values, coordinate)
+        above, below = torque(coordinate.name, 1e-5), torque(coordinate.name, -1e-5)
+        for field, high, low in zip(FIELDS, above, below, strict=True):
+            expected = (high - low) / 2e-5
+            assert getattr(change, field) == pytest.approx(expected, rel=2e-3, abs=1e-6), coordinate.name
+
+
+def test_a_width_between_those_that_are_tried(bumpy: Recording) -> None:
+    background = Background.of(base(bumpy))
+    (bump,) = (shape for shape in UNNAMED if shape.name == "unnamed_bump_in_position")
+    start = best_start(background, bump)
+    assert start.values["place"] == pytest.approx(AT, abs=0.1 * WIDTH)
+    assert np.exp(start.values["log_width"]) == pytest.approx(WIDTH, rel=0.15)
+    found = try_effect(background.fit, bump, start).fit.values
+    assert found["unnamed_bump_in_position.height"] == pytest.approx(HEIGHT, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("what", "words", "place"),
+    [
+        ({"bump": 0.02}, "bump over the position", AT),
+        ({"wear": 0.02}, "friction that changes at once", 20.0),
+    ],
+)
+def test_is_told_and_not_called_an_effect(
+    tmp_path: Path, what: dict[str, float], words: str, place: float
+) -> None:
+    session(tmp_path, what)
+    found = identify([Log.read(tmp_path / "log.csv")]).diagnosis
+    assert [effect["name"] for effect in found["effects"]] in ([], ["inertia"])
+    assert found["verdict"] == "unexplained"
+    told = re.search(f"looks like this: {words}: (.*) N m (?:at|from) (.*) (?:s|rad)", found["notes"][-1])
+    assert told is not None
+    assert [float(number) for number in told.groups()] == pytest.approx([0.02, place], rel=0.1)
+
+
+def test_one_bump_stands_for_many_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines and bends enough follow a bump; it does as well with three numbers."""
+    monkeypatch.setattr(selection, "UNNAMED", ())  # what hides it from its score
+    recording = session(tmp_path, {"bump": HEIGHT, "width": 0.12})
+    library = [registry.get(name) for name in ("position_stiffness", "position_ripple", "inertia")]
+    said: list[str] = []
+    found = diagnose(recording, [base(recording)], library, said.append)
+    assert any(line.startswith("accepted position") for line in said)
+    assert [effect.name for effect in found.effects] == ["inertia"]
+    assert found.verdict == "unexplained"
+    assert "bump over the position: +0.03" in found.notes[-1]
