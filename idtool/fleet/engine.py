@@ -100,10 +100,7 @@ class _Processes:
         """In the process of this thread, which works at nothing else: whatever kills it kills no other."""
         process: ProcessPoolExecutor | None = getattr(self._own, "process", None)
         if process is None:
-            # not forked: threads of this program may hold locks at any moment
-            context = multiprocessing.get_context("spawn")
-            process = ProcessPoolExecutor(1, mp_context=context, max_tasks_per_child=_SESSIONS)
-            self._own.process = process
+            process = self._own.process = new_process()
             self._all.append(process)
         try:
             return process.submit(identify_session, task).result()
@@ -117,6 +114,27 @@ class _Processes:
         """End the processes."""
         for process in self._all:
             process.shutdown()
+
+
+def new_process() -> ProcessPoolExecutor:
+    """A process to work in, which ends when this program does, however that ends."""
+    # not forked: threads of this program may hold locks at any moment
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(
+        1, mp_context=context, initializer=_end_with_parent, max_tasks_per_child=_SESSIONS
+    )
+
+
+def _end_with_parent() -> None:
+    """A worker of a program that was killed outright would wait for work without end."""
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _deaf() -> None:

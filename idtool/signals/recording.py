@@ -239,6 +239,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     _refuse_few(sum(len(log.frame) for log in logs), logs)
     efforts = [effort_of(log) for log in logs]
     axis = replace(axis, effort=_common_unit(logs, efforts))
+    _refuse_twice(logs, efforts)
     repaired = [
         repair(log, _read_columns(log, effort), effort, every_row=every_row)
         for log, effort in zip(logs, efforts, strict=True)
@@ -298,6 +299,17 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         unseen=unseen,
         by_voltage=any(effort.column == "duty" for effort in efforts),
     )
+
+
+def _refuse_twice(logs: Sequence[Log], efforts: Sequence[Effort]) -> None:
+    """Rows that count twice halve every variance, and are seen by the fit that they are held out of."""
+    seen: dict[int, str] = {}
+    for log, effort in zip(logs, efforts, strict=True):
+        time = log.frame["time_s"].to_numpy(dtype=float)
+        rows = hash((time.tobytes(), effort.values.tobytes()))
+        if rows in seen:
+            raise InputError(f"holds the rows of {seen[rows]}", file=log.source, remedy="give each log once")
+        seen[rows] = log.source
 
 
 def _refuse_few(rows: int, logs: Sequence[Log]) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -78,6 +80,33 @@ def test_while_results_are_written(tmp_path: Path, file: str) -> None:
     )
     assert told.strip() == "interrupted."
     assert not list(tmp_path.rglob("*.part"))
+
+
+def test_no_worker_outlives_a_program_that_is_killed_outright() -> None:
+    program = (
+        "import os, signal\n"
+        "if __name__ == '__main__':\n"
+        "    from idtool.fleet.engine import new_process\n"
+        "    print(new_process().submit(os.getpid).result(), flush=True)\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == -signal.SIGKILL
+    worker = int(done.stdout)
+    until = time.monotonic() + 20.0
+    while alive(worker) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not alive(worker)
+
+
+def alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def test_inside_an_optimiser_written_in_c(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from idtool.errors import InputError
 from idtool.importing import import_recording
 from idtool.log import Log
 from idtool.signals import record
@@ -146,6 +147,11 @@ def test_every_command_says_it_before_any_number_and_goes_on_with_a_look(
         assert err.splitlines()[-1] == f"next: ffc-id plot {log}"
     notes = document(capsys, "compare", params, params, log)["notes"]
     assert any("the position moves 57.3 times as far" in note for note in notes)
+
+
+def test_a_log_given_twice_is_refused(session: list[Log]) -> None:
+    with pytest.raises(InputError, match=r"holds the rows of .*sine\.csv; give each log once"):
+        record([*session, replace(session[2], source="copy.csv")])
 
 
 def test_a_prediction_of_another_axis_is_said_to_be_none(
