@@ -57,7 +57,7 @@ def calibrate(
     known = Parameters.read(params) if params is not None else None
     result = run(read, lever=1.0 if lever is None else lever, mass=mass)
     if known is not None and params is not None:
-        in_torque(known, result.constant, result.unit).write(params, force=True)
+        in_torque(known, result.constant, result.unit).write_over(params, known)
     low, high = result.constant.ci95 or (result.constant.value, result.constant.value)
     force = "N" if result.kind == "linear" else "N m"
     per = "A" if result.unit == "current" else "V"

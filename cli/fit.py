@@ -122,7 +122,7 @@ def fit_gravity(
         )
 
     quality = {"average_error_percent": result.average_error}
-    _finish(parameters, params, "gravity", quality, fitted, notes, draw, figure, output)
+    _finish(known, parameters, params, "gravity", quality, fitted, notes, draw, figure, output)
 
 
 @click.command("fit-static")
@@ -183,7 +183,7 @@ def fit_static(
         notes.append(
             f"the curve through the windows: {result.curve_outcome.value}; the joint fit's stands for it."
         )
-    _finish(parameters, params, "static", quality, fitted, notes, draw, figure, output)
+    _finish(known, parameters, params, "static", quality, fitted, notes, draw, figure, output)
 
 
 @click.command("fit-dynamic")
@@ -236,7 +236,7 @@ def fit_dynamic(
         "relative_percent": 100.0 * result.fit.relative,
         "model_evaluations": result.fit.evaluations,
     }
-    _finish(parameters, params, "dynamic", quality, fitted, notes, draw, figure, output)
+    _finish(known, parameters, params, "dynamic", quality, fitted, notes, draw, figure, output)
 
 
 def _doubted(fit: JointFit) -> tuple[JointFit, list[str]]:
@@ -289,6 +289,7 @@ def _read(logs: Sequence[Path], params: Path, given: Given, output: Output) -> t
 
 
 def _finish(
+    known: Parameters,
     parameters: Parameters,
     params: Path,
     part: str,
@@ -308,7 +309,7 @@ def _finish(
 
     ended = {f"fit_{part}": fit.outcome.value}
     parameters = replace(parameters, provenance={**parameters.provenance, **ended})
-    parameters.write(params, force=True)
+    parameters.write_over(params, known)
     if figure is not None:
         from idtool.report import save_figure
 

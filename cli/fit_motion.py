@@ -49,7 +49,7 @@ def fit_motion(logs: Sequence[Path], params: Path, given: Given, output: Output)
     read = given.read(logs, output, known.axis if known is not None else None)
     with Progress(output, "fitting the motion") as progress:
         result = run(read, known, tell=progress.say)
-    result.parameters.write(params, force=True)
+    result.parameters.write_over(params, known)
     unit = "mm" if is_linear(result.parameters.axis.units) else "mrad"
 
     def show(console: Console) -> None:

@@ -109,7 +109,7 @@ def tune(
             sys.stdin.isatty() and click.confirm(f"write them into {params}?", default=True, err=True)
         )
     if write:
-        tuned(parameters, tuning).write(params, force=True)
+        tuned(parameters, tuning).write_over(params, parameters)
     output.result(
         tuning.to_document() | {"file": str(params), "written": write},
         lambda _: click.echo(f"{'written' if write else 'not written'}: {params}"),

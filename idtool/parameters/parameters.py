@@ -142,6 +142,17 @@ class Parameters:
         with atomic_write(path) as stream:
             stream.write(text)
 
+    def write_over(self, path: str | os.PathLike[str], known: Parameters | None) -> None:
+        """Write where `known` was read, or where there was no file (None).
+
+        Raises:
+            InputError: what is there now is not that: a second program, or a person, wrote it meanwhile.
+        """
+        file = Path(path)
+        if file.exists() and Parameters.read(file) != known:
+            raise InputError("was written by somebody else meanwhile", file=file, remedy="run this again")
+        self.write(file, force=True)
+
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Parameters:
         """Read and check a parameter file.

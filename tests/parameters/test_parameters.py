@@ -318,6 +318,20 @@ def parameter_sets(draw: Any) -> Parameters:
     )
 
 
+def test_a_file_that_somebody_else_wrote_meanwhile_is_not_lost(tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    mine = Parameters(axis=Axis())
+    mine.write_over(path, None)
+    mine.write_over(path, mine)
+    theirs = Parameters(axis=Axis(torque_constant=2.0))
+    theirs.write(path, force=True)
+    with pytest.raises(InputError, match="was written by somebody else meanwhile; run this again"):
+        mine.write_over(path, mine)
+    with pytest.raises(InputError, match="somebody else"):
+        mine.write_over(path, None)
+    assert Parameters.read(path) == theirs
+
+
 def test_what_is_not_determined_has_no_interval(tmp_path: Path) -> None:
     line = "stderr = 0.001, ci95 = [0.198, 0.202], at_bound = false, identified = true"
     for flags in ("at_bound = false, identified = false", "at_bound = true, identified = true"):
