@@ -77,13 +77,15 @@ def named_effects(evidence: Evidence) -> list[str]:
 
 
 def _shared(evidence: Evidence) -> list[str]:
-    """The found effects, each with its share of the torque where that is known."""
+    """The found effects, the largest first, each with its share where known; of what, is said once."""
     found = [effect for effect in evidence.diagnosis.effects if effect.name != "inertia"]
-    return [
-        text.effect_title(effect.name)
-        + ("" if effect.percent_of_torque is None else f" ({share(effect.percent_of_torque)} of the torque)")
-        for effect in found
-    ]
+    found.sort(key=lambda effect: -(effect.percent_of_torque or 0.0))
+    said: list[str] = []
+    for effect in found:
+        of = "" if any("of the torque" in one for one in said) else " of the torque"
+        size = effect.percent_of_torque
+        said.append(text.effect_title(effect.name) + ("" if size is None else f" ({share(size)}{of})"))
+    return said
 
 
 def left_sentence(evidence: Evidence) -> str:

@@ -58,6 +58,9 @@ def last(*words: str, cwd: Path) -> list[str]:
 @pytest.mark.parametrize(
     ("words", "following"),
     [
+        ("rigs", "run-sweep --rig sim:paper"),
+        ("recipes", "run --recipe sweep --rig sim:paper"),
+        ("data list", "data get sample"),
         ("predict sine.csv -p params.toml -o a.csv", "tune -p params.toml"),
         ("simulate sine.csv -p params.toml -o b.csv", "fit-motion LOG..."),
         ("compare params.toml params.toml", "compare params.toml params.toml LOG..."),

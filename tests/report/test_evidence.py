@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 from idtool.errors import InputError
 from idtool.report import write_report
 from idtool.report.evidence import read_evidence
+from idtool.report.verdict import summarise
 
 from . import folder as synthetic
 
@@ -145,3 +147,15 @@ def test_a_file_where_the_figures_go_is_said(folder: Path) -> None:
     (folder / "figures").write_text("in the way")
     with pytest.raises(InputError, match="figures: "):
         write_report(folder)
+
+
+def test_a_headline_of_three_effects_says_the_largest_first_and_of_what_once(folder: Path) -> None:
+    file = folder / "diagnosis.json"
+    document = json.loads(file.read_text())
+    known = document["effects"][0]
+    sizes = {"position_ripple": 1.4, "direction_asymmetry": 6.4, "torque_offset": 1.0}
+    document["effects"] = [known | {"name": n, "percent_of_torque": size} for n, size in sizes.items()]
+    file.write_text(json.dumps(document))
+    assert summarise(read_evidence(folder)).headline == (
+        "Found: direction asymmetry (6.4 % of the torque), position ripple (1.4 %) and torque offset (1.0 %)"
+    )
