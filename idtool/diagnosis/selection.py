@@ -321,8 +321,11 @@ def _with_its_own_load(fit: JointFit) -> JointFit:
     if before is None or now is None or np.allclose(before, now, rtol=1e-4, atol=1e-4 * float(np.ptp(now))):
         return fit
     loaded = JointModel.build(recording, model.spec, model.constants)
-    if any("load" in need for effect in model.spec.effects for need in effect.needs):
-        return refit(fit, loaded)
+    nulls = {f"{e.name}.{c.name}": c.null for e in model.spec.effects for c in e.active(recording.motion)}
+    gained = {name: null for name, null in nulls.items() if name not in fit.values}
+    depends = any("load" in need for effect in model.spec.effects for need in effect.needs)
+    if depends or loaded.names != model.names:  # what an effect can show may depend on the load too
+        return refit(fit, loaded, gained)
     return replace(fit, model=replace(loaded, starts=model.starts))
 
 

@@ -11,9 +11,14 @@ from scipy.ndimage import gaussian_filter1d
 
 from idtool import Log, identify
 from idtool.diagnosis import diagnose as diagnosis
+from idtool.diagnosis import selection
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
-from idtool.fit.joint import JointFit
+from idtool.effects.base import Coordinate, Effect, Values
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.model import JointModel
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Motion
 from idtool.signals import record
 from idtool.verbs.identify import begin
 from testbench.plants import SESSION, Plant, record_session
@@ -97,3 +102,39 @@ def test_a_delay_that_damping_stood_for(shared: Path) -> None:
     assert [effect.name for effect in found.effects] == ["transport_delay", "inertia"]
     assert found.base.values["bristle_damping"] < 0.01
     assert abs(found.final.values["transport_delay.delay"] + 0.04) < 0.002
+
+
+class _UnderLoad(Effect):
+    """Has a second number where the load changes by more than it ever does before the fit."""
+
+    name, title, follows = "under_load", "Under load", ("load",)
+    formula = reveals = citation = ""
+    coordinates = (Coordinate("plain"), Coordinate("loaded"))
+
+    def active(self, motion: Motion) -> tuple[Coordinate, ...]:
+        load = motion.load
+        return self.coordinates[: 1 + (load is not None and float(np.ptp(load)) > 0.1)]
+
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        return Contribution(torque=sum(values.values()) * np.cos(3.0 * motion.position))
+
+
+def test_an_effect_that_shows_more_under_its_own_load(tmp_path: Path) -> None:
+    """The load is that of the fit's own gravity: a model that gains a number by it is fitted again."""
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(800)
+    trials = []
+    for k in range(4):
+        speed, omega = 0.5 + 0.2 * k, 0.5 * np.pi
+        w, q = speed * np.sin(omega * t), -speed / omega * np.cos(omega * t)
+        torque = 0.06 * np.tanh(w / 0.05) + 0.05 * w + 0.8 * np.sin(q) + 0.001 * rng.normal(size=len(t))
+        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
+    pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
+    (fit, *_), *_ = begin(record([Log.read(tmp_path / "log.csv")]), "coulomb", "arm")
+    light = fit.model.recording.with_load(*(1e-3 * np.sin(fit.model.recording.motion.position),) * 2)
+    before = refit(
+        fit, JointModel.build(light, fit.model.spec.adding(_UnderLoad())), {"under_load.plain": 0.0}
+    )
+    after = selection._with_its_own_load(before)
+    assert [name for name in after.model.names if name not in before.model.names] == ["under_load.loaded"]
+    assert len(after.x) == len(after.model.names)
