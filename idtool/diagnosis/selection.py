@@ -378,9 +378,10 @@ def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
     tied = [trial for trial, own in zip(passed, errors, strict=True) if own is best or ties(own, best)]
     order = list(selection.candidates)  # the library's order: simplest first; what has no name comes last
 
-    def place(trial: Trial) -> tuple[int, int]:
+    def place(trial: Trial) -> tuple[bool, int, int]:
         name = trial.effect.name
-        return len(trial.fit.x), order.index(name) if name in order else len(order)
+        unnamed = isinstance(trial.effect, Unnamed)
+        return unnamed, len(trial.fit.x), len(order) if unnamed else order.index(name)
 
     winner = min(tied, key=place)
     names = [t.effect.name for t in tied if t is not winner and not isinstance(t.effect, Unnamed)]

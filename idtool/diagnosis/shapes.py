@@ -77,9 +77,12 @@ class Unnamed(Effect):
         )
 
     def ends(self, motion: Motion) -> tuple[float, float]:
-        """The range of the variable."""
+        """The range of the variable in which it can be: what has no flank on one side is a smooth shape, or a
+        friction curve, which the library has."""
         values = self.variable(motion)
-        return float(np.min(values)), float(np.max(values))
+        low, high = float(np.min(values)), float(np.max(values))
+        inside = _WIDEST * (high - low)
+        return low + inside, high - inside
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
         low, high = self.ends(motion)

@@ -83,6 +83,18 @@ def test_derivative_is_that_of_contribute(shape: Unnamed) -> None:
             assert getattr(change, field) == pytest.approx(expected, rel=2e-3, abs=1e-6), coordinate.name
 
 
+@pytest.mark.parametrize("shape", UNNAMED, ids=lambda shape: shape.name)
+def test_both_flanks_are_seen(shape: Unnamed) -> None:
+    """What rises towards an end is a cable, what does so towards rest is a friction curve."""
+    t = np.linspace(0.0, 10.0, 400)
+    motion = Motion(t, np.zeros(400, dtype=int), np.sin(t), np.cos(t), -np.sin(t), load=np.sin(2.0 * t))
+    low, high = np.min(shape.variable(motion)), np.max(shape.variable(motion))
+    _, place, log_width = shape.active(motion)
+    assert place.lower - low >= np.exp(log_width.upper) - 1e-12
+    assert high - place.upper >= np.exp(log_width.upper) - 1e-12
+    assert all(place.lower < start["place"] < place.upper for start in shape.starts(motion))
+
+
 def test_a_width_between_those_that_are_tried(bumpy: Recording) -> None:
     background = Background.of(base(bumpy))
     (bump,) = (shape for shape in UNNAMED if shape.name == "unnamed_bump_in_position")

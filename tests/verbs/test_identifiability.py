@@ -39,8 +39,6 @@ class Row:
         says: part of the sentence.
         advice: part of what to do about it.
         fits: the single fits that must repeat it.
-        bounded: parameters that a single fit, of fewer data than `identify`, does not find: one is at the end
-            of its range.
     """
 
     build: Build
@@ -49,7 +47,6 @@ class Row:
     says: str = ""
     advice: str = ""
     fits: tuple[str, ...] = ()
-    bounded: frozenset[str] = frozenset()
 
 
 def session(sweep: str = SWEEP, sine: str = SINE, gravity: str = GRAVITY, **keys: object) -> Build:
@@ -145,7 +142,6 @@ ROWS = {
         "the current is saturated, or within its noise of that, on ",
         "move more slowly or with less payload",
         ("static",),
-        bounded=STRIBECK,  # no friction beyond the largest torque measured
     ),
     "one direction, upright": Row(
         one_way(session(changed(SWEEP, tilt_alpha_rad=0.0), changed(SINE, tilt_alpha_rad=0.0))),
@@ -231,13 +227,12 @@ def test_the_single_fits_repeat_it(
     for part in needed:
         told = document(capsys, f"fit-{part}", folder / log[part], "-p", params)
         expected = row.codes if part in row.fits else frozenset()
-        bounded = {key for key in row.bounded if key.startswith(part)}
-        assert {one["code"] for one in told["findings"]} == expected | ({"at_bound"} if bounded else set())
+        assert {one["code"] for one in told["findings"]} == expected
         if expected:
             assert any(row.says in note and row.advice in note for note in told["notes"])
         written = getattr(Parameters.read(params), part)
         lost = {f"{part}.{key}" for key, parameter in written.items() if not parameter.identified}
-        assert lost == {key for key in row.lost if key.startswith(part)} | bounded
+        assert lost == {key for key in row.lost if key.startswith(part)}
 
 
 def test_check_determines_nothing_where_nothing_can_be_fitted(tmp_path: Path) -> None:
