@@ -146,6 +146,10 @@ class BumpInSpeed(Unnamed):
     name, title = "unnamed_bump_in_speed", "Friction at one speed"
     follows, of_friction = ("velocity",), True
 
+    def ends(self, motion: Motion) -> tuple[float, float]:
+        """From rest on, where it is what no friction curve of the library follows."""
+        return 0.0, super().ends(motion)[1]
+
 
 @final
 class GripUnderLoad(_Step):
