@@ -59,9 +59,9 @@ class Library:
     ) -> tuple[Array, Array, Array]:
         """As `idtool.model.lugre.propagate_tangents`."""
         z, decay = np.empty(len(velocity)), np.empty(len(velocity))
-        tangents, running = np.empty_like(dlog_rho), np.empty(dlog_rho.shape[1])
-        arrays = (velocity, step, rho, first, start, dlog_rho, running, z, decay, tangents)
-        count = ctypes.c_int64(dlog_rho.shape[1])
+        kept, sensitivity, tangents = np.empty_like(z), np.empty_like(z), np.empty_like(dlog_rho)
+        arrays = (velocity, step, rho, first, start, dlog_rho, kept, sensitivity, z, decay, tangents)
+        count = ctypes.c_int64(len(dlog_rho))
         self._library.lugre_tangents(_count(velocity), count, *map(_pointer, arrays))
         return z, decay, tangents
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from benchmarks.sessions import log_of, truth
 from benchmarks.table import Goal, Section
 from benchmarks.timing import interleaved
 from idtool.model import lugre
+from idtool.model.motion import Array
 from idtool.model.stribeck import level
 from idtool.signals import record
 
@@ -29,12 +31,12 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
     height = level(velocity, friction["coulomb"], friction["static"], friction["stribeck_velocity"])
     rho = friction["bristle_stiffness"] / height
     start = np.full(motion.stretches, 0.1)
-    columns = np.random.default_rng(0).normal(size=(len(motion), _DIRECTIONS))
+    columns = np.random.default_rng(0).normal(size=(_DIRECTIONS, len(motion)))
     stiffness = np.geomspace(0.01, 10.0, LANES)
     plain = (velocity, step, rho, first, start)
     tasks: dict[str, Callable[[], object]] = {
         "numba": lambda: lugre.propagate(*plain),
-        "numba, tangents": lambda: lugre.propagate_tangents(*plain, columns),
+        "numba, tangents": lambda: _tangents(plain, columns),
     }
     section = Section(
         "The compiled LuGre step",
@@ -66,7 +68,7 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
         worst = max(
             float(np.max(np.abs(ours - theirs)))
             for ours, theirs in zip(
-                lugre.propagate_tangents(*plain, columns),
+                _tangents(plain, columns),
                 usual.propagate_tangents(*plain, columns),
                 strict=True,
             )
@@ -104,3 +106,9 @@ def _judge(section: Section, rates: dict[str, float], lanes: str) -> None:
             "need a vector exponential, which numba does not have without Intel's SVML, and round otherwise "
             "(`-ffast-math`)."
         )
+
+
+def _tangents(plain: tuple[Any, ...], columns: Array) -> tuple[Array, Array, Array]:
+    """Deflection, decay and the derivatives along every parameter, shape (parameters, rows)."""
+    z, decay, tangent = lugre.propagate_tangents(*plain)
+    return z, decay, np.array([tangent(column) for column in columns])

@@ -35,40 +35,43 @@ void lugre(int64_t n, const double *velocity, const double *step, const double *
 }
 
 void lugre_tangents(int64_t n, int64_t m, const double *velocity, const double *step, const double *rho,
-                    const uint8_t *first, const double *start, const double *dlog_rho, double *running,
-                    double *z, double *decay, double *tangents)
+                    const uint8_t *first, const double *start, const double *dlog_rho, double *kept,
+                    double *sensitivity, double *z, double *decay, double *tangents)
 {
     double state = 0.0, fade = 1.0;
     int64_t trial = -1;
-    for (int64_t j = 0; j < m; j++)
-        running[j] = 0.0;
     for (int64_t k = 0; k < n; k++) {
         if (first[k]) {
             state = start[++trial];
             fade = 1.0;
-            for (int64_t j = 0; j < m; j++)
-                running[j] = 0.0;
+            kept[k] = sensitivity[k] = 0.0;
         } else {
             double x = rho[k] * fabs(velocity[k]) * step[k];
             double e = exp(-x);
-            double forced, sensitivity;
+            double forced, s;
             if (x > SMALL) {
                 forced = copysign((1.0 - e) / rho[k], velocity[k]);
-                sensitivity = -copysign((1.0 - e - x * e) / rho[k], velocity[k]);
+                s = -copysign((1.0 - e - x * e) / rho[k], velocity[k]);
             } else {
                 forced = velocity[k] * step[k] * (1.0 - 0.5 * x);
-                sensitivity = -0.5 * x * velocity[k] * step[k];
+                s = -0.5 * x * velocity[k] * step[k];
             }
-            sensitivity -= x * e * state;
-            for (int64_t j = 0; j < m; j++)
-                running[j] = e * running[j] + sensitivity * dlog_rho[k * m + j];
+            kept[k] = e;
+            sensitivity[k] = s - x * e * state;
             state = e * state + forced;
             fade *= e;
         }
         z[k] = state;
         decay[k] = fade;
-        for (int64_t j = 0; j < m; j++)
-            tangents[k * m + j] = running[j];
+    }
+    for (int64_t j = 0; j < m; j++) {
+        const double *direction = dlog_rho + j * n;
+        double *tangent = tangents + j * n;
+        double running = 0.0;
+        for (int64_t k = 0; k < n; k++) {
+            running = kept[k] * running + sensitivity[k] * direction[k];
+            tangent[k] = running;
+        }
     }
 }
 

@@ -95,13 +95,14 @@ def cramer_rao(recording: Recording, plant: Plant, sensors: str) -> np.ndarray:
     """
     model = JointModel.build(recording, SPEC)
     x = truth_of(model, plant)
-    prediction, jacobian = linearise(
+    prediction, derivatives = linearise(
         recording.motion,
         model.friction(x),
         model.contribution(x),
         np.zeros(recording.trials),
         model.directions(x),
     )
+    jacobian = np.column_stack(list(derivatives))
     trial, start = recording.motion.trial, prediction.start_column
     norm = np.bincount(trial, start**2)
     share = np.column_stack([np.bincount(trial, start * column) / norm for column in jacobian.T])

@@ -137,7 +137,7 @@ def _model_on(fit: JointFit, recipe: Recipe) -> tuple[Array, Array, float]:
     motion = recording.motion
     model = JointModel(recording, fit.model.spec, fit.model.constants, coordinates_from=fit.model.recording)
     start = np.zeros(motion.stretches)
-    prediction, jacobian = linearise(
+    prediction, derivatives = linearise(
         motion, model.friction(fit.x), model.contribution(fit.x), start, model.directions(fit.x)
     )
     column = prediction.start_column
@@ -150,7 +150,7 @@ def _model_on(fit: JointFit, recipe: Recipe) -> tuple[Array, Array, float]:
     # correlated rows count as the fewer that they are worth: the spectrum of the residual is that of a row
     worth = recording.noise**2 * max(fit.rmse / fit.model.filtered_noise, 1.0) ** 2
     torque = free(prediction.torque)
-    columns = np.column_stack([free(c) for c in jacobian.T])
+    columns = np.column_stack([free(c) for c in derivatives])
     return torque, columns, 1.0 / worth
 
 

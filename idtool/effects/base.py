@@ -237,6 +237,10 @@ class Effect(ABC):
         if it is the axis. It stays in the model, but is not told as found."""
         return None
 
+    def slope(self, motion: Motion, values: Values, coordinate: str) -> Contribution | None:
+        """Derivative along a coordinate that does not enter linearly; None: by differences."""
+        return None
+
     def around(self, values: Values, coordinate: str) -> Values:
         """Those of `values` on which the derivative along a coordinate depends; all, unless an effect of many
         members knows better."""
@@ -285,13 +289,15 @@ def derivative(
     effect: Effect, motion: Motion, values: Values, coordinate: Coordinate, start: Array | None = None
 ) -> Contribution:
     """Derivative of the contribution with respect to one coordinate: what one unit of it alone adds where it
-    enters linearly, else the central difference."""
+    enters linearly, else what the effect says, else the central difference."""
     value = values[coordinate.name]
     half = coordinate.increment
     values = effect.around(values, coordinate.name)
     if half == 1.0 and start is None:
         linear = [c.name for c in effect.coordinates if c.increment == 1.0 and c.name in values]
         return effect.contribute(motion, {**values, **dict.fromkeys(linear, 0.0), coordinate.name: 1.0})
+    if start is None and (known := effect.slope(motion, values, coordinate.name)) is not None:
+        return known
     above = effect.from_start(motion, {**values, coordinate.name: value + half}, start)
     below = effect.from_start(motion, {**values, coordinate.name: value - half}, start)
     change = {}

@@ -15,8 +15,8 @@ from idtool.model.motion import Array, Motion
 
 _HARMONICS = (1, 2)
 _MOST_FAMILIES = 6
-#: A fit asks for a family's waves once for every strength, and once above and below its frequency.
-_KEPT = 4
+#: A fit asks for a family's waves once for every strength, and for a frequency that it tries.
+_KEPT = _MOST_FAMILIES + 2
 #: Fewer periods than this over the stroke look like a stiffness, an offset or a friction slope.
 _LEAST_PERIODS = 2.0
 
@@ -112,6 +112,21 @@ class PositionRipple(Effect):
                 friction += strength @ waves[:2]
                 turned = True
         return Contribution(torque=torque, level_torque=friction) if turned else Contribution(torque=torque)
+
+    def slope(self, motion: Motion, values: Values, coordinate: str) -> Contribution:
+        prefix = coordinate.removesuffix("cycles")
+        waves = _waves(motion, values[coordinate])
+        turned = values.get(f"{prefix}turned_sin_1"), values.get(f"{prefix}turned_cos_1")
+        along = [
+            number
+            for k in _HARMONICS
+            for number in (-k * values[f"{prefix}cos_{k}"], k * values[f"{prefix}sin_{k}"])
+        ]
+        torque = motion.position * (np.array(along) @ waves)
+        if turned[0] is None or turned[1] is None:
+            return Contribution(torque=torque)
+        friction = motion.position * (np.array([-turned[1], turned[0]]) @ waves[:2])
+        return Contribution(torque=torque, level_torque=friction)
 
     def in_c(self, values: Values) -> CForm:
         lines = ["float s, c;"]

@@ -15,35 +15,28 @@ from idtool.model.motion import Array
 
 @numba.njit(cache=True)
 def eliminate(
-    columns: Array, start_column: Array, pointer: NDArray[np.intp], weight: Array
-) -> tuple[Array, Array]:
-    """Columns freed from what the starts explain, and how far each moves them.
+    column: Array, start_column: Array, pointer: NDArray[np.intp], weight: Array, free: Array
+) -> Array:
+    """A column freed from what the starts explain, into `free`, and how far it moves each, (stretches,).
 
     Args:
-        columns: shape (filtered rows, n), stored by rows.
+        column: shape (filtered rows,).
         start_column: derivative of each row with respect to its stretch's start, shape (filtered rows,).
         pointer: first row of each stretch, and the number of rows at its end, shape (stretches + 1,).
         weight: root of the weight of each start's prior, shape (stretches,).
-
-    Returns:
-        Shapes (filtered rows, n) and (stretches, n).
+        free: shape (filtered rows,).
     """
-    rows, n = columns.shape
-    stretches = len(weight)
-    free = np.empty((rows, n))
-    share = np.zeros((stretches, n))
-    for s in range(stretches):
+    share = np.zeros(len(weight))
+    for s in range(len(weight)):
         norm = weight[s] * weight[s]
+        along = 0.0
         for k in range(pointer[s], pointer[s + 1]):
             norm += start_column[k] * start_column[k]
-            for j in range(n):
-                share[s, j] += start_column[k] * columns[k, j]
-        for j in range(n):
-            share[s, j] /= norm
+            along += start_column[k] * column[k]
+        share[s] = along / norm
         for k in range(pointer[s], pointer[s + 1]):
-            for j in range(n):
-                free[k, j] = columns[k, j] - start_column[k] * share[s, j]
-    return free, share
+            free[k] = column[k] - start_column[k] * share[s]
+    return share
 
 
 @numba.njit(cache=True)

@@ -366,10 +366,11 @@ class JointModel:
         residual = self.measured - recording.filtered(prediction.torque)
         column = recording.filtered(prediction.start_column)
         weight = self.weight(bend)
-        _, share = self.eliminate_columns(residual[:, None], column, weight)
+        pointer = recording.stretch_pointer
+        share = eliminate(residual, column, pointer, weight, np.empty_like(residual))
         # rows that no start explains must not bend the bristle further than it can
         most = _FURTHEST_START * self.presliding_scale(x)
-        start = np.clip(expected + share[:, 0], -most, most)
+        start = np.clip(expected + share, -most, most)
         residual -= column * (start - expected)[recording.filtered_stretch]
         return Evaluation(residual, start, weight * (start - expected))
 
@@ -388,18 +389,18 @@ class JointModel:
         finished = [effect, *(direction.effect for direction in directions)]
         apart = all(is_zero(one.delay) and is_zero(one.saturation) for one in finished)
         through = [d for d in directions if not (apart and d.only_adds)]
-        prediction, full = linearise(recording.motion, self.friction(x), effect, start, through)
+        prediction, derivatives = linearise(recording.motion, self.friction(x), effect, start, through)
         residual = self.measured - recording.filtered(prediction.torque)
-        following = iter(full.T)
-        # one row per direction: a column of a matrix stored by rows is slow to write
-        rows = np.empty((len(directions), len(residual)))
-        for row, direction in zip(rows, directions, strict=True):
-            adds = apart and direction.only_adds
-            row[:] = self._added(direction) if adds else recording.filtered(next(following))
         weight = self.weight(bend)
         start_column = recording.filtered(prediction.start_column)
-        projected, moved = self.eliminate_columns(rows.T, start_column, weight)
-        jacobian = np.vstack([projected, -weight[:, None] * moved])
+        # one row per direction: a column of a matrix stored by rows is slow to write
+        rows = np.empty((len(directions), len(residual) + len(weight)))
+        for row, direction in zip(rows, directions, strict=True):
+            adds = apart and direction.only_adds
+            column = self._added(direction) if adds else recording.filtered(next(derivatives))
+            moved = eliminate(column, start_column, recording.stretch_pointer, weight, row[: len(residual)])
+            row[len(residual) :] = -weight * moved
+        jacobian = rows.T
         return Evaluation(residual, start, weight * (start - self.expected_start(x)), jacobian)
 
     def _added(self, direction: Direction) -> Array:
@@ -412,17 +413,6 @@ class JointModel:
         if known is None or known[0] != depends_on:
             known = self.recording.added[name] = (depends_on, self.recording.filtered(torque))
         return known[1]
-
-    def eliminate_columns(self, columns: Array, start_column: Array, weight: Array) -> tuple[Array, Array]:
-        """Columns freed from what the start deflections explain, and how far each moves them; `weight` is
-        that of each stretch's prior."""
-        free, share = eliminate(
-            np.ascontiguousarray(columns),
-            np.ascontiguousarray(start_column),
-            self.recording.stretch_pointer,
-            weight,
-        )
-        return free, share
 
     def expected_start(self, x: Array) -> Array:
         """Middle of the prior of each start deflection, shape (stretches,).

@@ -21,6 +21,7 @@ linear equation.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numba
 import numpy as np
@@ -72,53 +73,61 @@ def _propagate(
 
 
 @numba.njit(cache=True, fastmath=False)
-def _propagate_tangents(
+def _propagate_pace(
     velocity: Array,
     step: Array,
     rho: Array,
     first: NDArray[np.bool_],
     restart: NDArray[np.bool_],
     start: Array,
-    dlog_rho: Array,
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """As `_propagate`, and of every row what a tangent needs: x, E, the factor of dln(rho), and what is left
+    of its start."""
     n = velocity.shape[0]
-    m = dlog_rho.shape[1]
-    z = np.empty(n)
-    decay = np.empty(n)
-    tangents = np.empty((n, m))
-    running = np.zeros(m)  # of the forced state
-    fading = np.zeros(m)  # of -ln(fade)
+    z, decay, left = np.empty(n), np.empty(n), np.empty(n)
+    pace, kept, sensitivity = np.zeros(n), np.zeros(n), np.zeros(n)
     forced = 0.0
     fade = 1.0
     stretch = -1
     for k in range(n):
         if first[k]:
             forced = 0.0
-            for j in range(m):
-                running[j] = 0.0
         else:
             x, e, bent = _pace(velocity[k], step[k], rho[k])
-            sensitivity = -x * e * forced
+            s = -x * e * forced
             if x > _SMALL:
-                sensitivity -= math.copysign((1.0 - e - x * e) / rho[k], velocity[k])
+                s -= math.copysign((1.0 - e - x * e) / rho[k], velocity[k])
             else:
-                sensitivity -= 0.5 * x * velocity[k] * step[k]
+                s -= 0.5 * x * velocity[k] * step[k]
+            pace[k], kept[k], sensitivity[k] = x, e, s
             forced = e * forced + bent
-            for j in range(m):
-                running[j] = e * running[j] + sensitivity * dlog_rho[k, j]
-                fading[j] += x * dlog_rho[k, j]
             fade *= e
         if first[k] or restart[k]:
             stretch += 1
             fade = 1.0
-            for j in range(m):
-                fading[j] = 0.0
-        left = fade * start[stretch]
-        z[k] = forced + left
+        left[k] = fade * start[stretch]
+        z[k] = forced + left[k]
         decay[k] = fade
-        for j in range(m):
-            tangents[k, j] = running[j] - left * fading[j]
-    return z, decay, tangents
+    return z, decay, left, pace, kept, sensitivity
+
+
+@numba.njit(cache=True, fastmath=False)
+def _tangent(
+    dlog_rho: Array,
+    begins: NDArray[np.bool_],
+    left: Array,
+    pace: Array,
+    kept: Array,
+    sensitivity: Array,
+) -> Array:
+    out = np.empty(len(dlog_rho))
+    running = 0.0  # of the forced state, of which the first row of a trial keeps nothing
+    fading = 0.0  # of -ln(fade)
+    for k in range(len(out)):
+        running = kept[k] * running + sensitivity[k] * dlog_rho[k]
+        fading = 0.0 if begins[k] else fading + pace[k] * dlog_rho[k]
+        out[k] = running - left[k] * fading
+    return out
 
 
 def propagate(
@@ -153,21 +162,22 @@ def propagate_tangents(
     rho: Array,
     first: NDArray[np.bool_],
     start: Array,
-    dlog_rho: Array,
     restart: NDArray[np.bool_] | None = None,
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array, Callable[[Array], Array]]:
     """As `propagate`, with derivatives.
 
-    Args:
-        dlog_rho: derivative of ln(rho) over each step with respect to each parameter,
-            shape (rows, parameters).
-
     Returns:
-        z, decay, and dz with shape (rows, parameters).
+        z, decay, and a function from the derivative of ln(rho) over each step with respect to a parameter to
+        dz, shape (rows,) both.
     """
     at = _nowhere(first, restart)
-    z, decay, tangents = _propagate_tangents(velocity, step, rho, first, at, start, dlog_rho)
-    return z, decay, tangents
+    z, decay, *along = _propagate_pace(velocity, step, rho, first, at, start)
+    begins = first | at
+
+    def tangent(dlog_rho: Array) -> Array:
+        return np.asarray(_tangent(dlog_rho, begins, *along))
+
+    return z, decay, tangent
 
 
 def _nowhere(first: NDArray[np.bool_], restart: NDArray[np.bool_] | None) -> NDArray[np.bool_]:

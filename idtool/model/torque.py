@@ -8,7 +8,7 @@ to one parameter. `predict` evaluates, `linearise` evaluates and propagates ever
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
@@ -101,49 +101,49 @@ def predict(motion: Motion, friction: Friction, effect: Contribution, start: Arr
     along = motion.step_velocity, motion.step, rho, motion.first
     z, decay = lugre.propagate(*along, start, motion.restart)
     at_row = _Level(motion.velocity, friction, effect)
-    return _output(motion, effect, _finish(motion, friction, effect, at_row, z, decay), None, ())[0]
+    return _Finished(motion, effect, _finish(motion, friction, effect, at_row, z, decay)).prediction
 
 
 def linearise(
     motion: Motion, friction: Friction, effect: Contribution, start: Array, directions: Sequence[Direction]
-) -> tuple[Prediction, Array]:
-    """Predicted torque and its derivative along each direction, shape (rows, directions)."""
+) -> tuple[Prediction, Iterator[Array]]:
+    """Predicted torque and its derivative along each direction, one after another, shape (rows,) each."""
     at_step = _Level(motion.step_velocity, friction, _at_step(effect, motion))
     at_row = _Level(motion.velocity, friction, effect)
-    bending = [index for index, direction in enumerate(directions) if direction.bends_bristle()]
-    dlog_rho = np.empty((len(motion), len(bending)))
-    for place, index in enumerate(bending):
-        step_effect = _at_step(directions[index].effect, motion)
-        dlog_rho[:, place] = at_step.dlog_rho(directions[index], step_effect, friction)
     rho_step = friction.bristle_stiffness / at_step.value
     along = motion.step_velocity, motion.step, rho_step, motion.first
-    z, decay, tangents = lugre.propagate_tangents(*along, start, dlog_rho, motion.restart)
-    prediction = _finish(motion, friction, effect, at_row, z, decay)
-    rho_speed = friction.bristle_stiffness / at_row.value * np.abs(motion.velocity)
-    z_rate = motion.velocity - rho_speed * z
-    passed = 1.0 + effect.bristle_change
-    through_z = passed * (friction.bristle_stiffness - friction.bristle_damping * rho_speed)
-    through_log = passed * (friction.bristle_damping * rho_speed * z)
-    # one row per direction: a column of a matrix stored by rows is slow to write
-    jacobian = np.zeros((len(directions), len(motion)))
-    for column, direction in zip(jacobian, directions, strict=True):
-        if direction.bristle_stiffness:
-            column += direction.bristle_stiffness * passed * z
-        if direction.bristle_damping:
-            column += direction.bristle_damping * passed * z_rate
-        if not is_zero(direction.effect.bristle_change):
-            bristle = friction.bristle_stiffness * z + friction.bristle_damping * z_rate
-            column += direction.effect.bristle_change * bristle
-        if direction.viscous:
-            column += direction.viscous * (1.0 + effect.viscous_change) * motion.velocity
-        if not is_zero(direction.effect.viscous_change):
-            column += friction.viscous * direction.effect.viscous_change * motion.velocity
-        if not is_zero(direction.effect.torque):
-            column += direction.effect.torque
-    for place, index in enumerate(bending):
-        row_dlog = at_row.dlog_rho(directions[index], directions[index].effect, friction)
-        jacobian[index] += through_z * tangents[:, place] - through_log * row_dlog
-    return _output(motion, effect, prediction, jacobian.T, directions)
+    z, decay, tangent = lugre.propagate_tangents(*along, start, motion.restart)
+    finished = _Finished(motion, effect, _finish(motion, friction, effect, at_row, z, decay), directions)
+
+    def derivatives() -> Iterator[Array]:
+        rho_speed = friction.bristle_stiffness / at_row.value * np.abs(motion.velocity)
+        z_rate = motion.velocity - rho_speed * z
+        passed = 1.0 + effect.bristle_change
+        through_z = passed * (friction.bristle_stiffness - friction.bristle_damping * rho_speed)
+        through_log = passed * (friction.bristle_damping * rho_speed * z)
+        for direction in directions:
+            along = direction.effect
+            column = np.zeros(len(motion))
+            if direction.bristle_stiffness:
+                column += direction.bristle_stiffness * passed * z
+            if direction.bristle_damping:
+                column += direction.bristle_damping * passed * z_rate
+            if not is_zero(along.bristle_change):
+                bristle = friction.bristle_stiffness * z + friction.bristle_damping * z_rate
+                column += along.bristle_change * bristle
+            if direction.viscous:
+                column += direction.viscous * (1.0 + effect.viscous_change) * motion.velocity
+            if not is_zero(along.viscous_change):
+                column += friction.viscous * along.viscous_change * motion.velocity
+            if not is_zero(along.torque):
+                column += along.torque
+            if direction.bends_bristle():
+                over_step = at_step.dlog_rho(direction, _at_step(along, motion), friction)
+                at_end = at_row.dlog_rho(direction, along, friction)
+                column += through_z * tangent(np.broadcast_to(over_step, z.shape)) - through_log * at_end
+            yield finished.derivative(column, along)
+
+    return finished.prediction, derivatives()
 
 
 class _Level:
@@ -215,41 +215,45 @@ def _finish(
     return Prediction(torque, through_z * decay, z)
 
 
-def _output(
-    motion: Motion,
-    effect: Contribution,
-    prediction: Prediction,
-    jacobian: Array | None,
-    directions: Sequence[Direction],
-) -> tuple[Prediction, Array]:
-    """Delay and torque saturation, which act on the finished torque."""
-    torque, start_column = prediction.torque, prediction.start_column
-    derivative = np.empty((len(torque), 0)) if jacobian is None else jacobian
-    delay_used = not is_zero(effect.delay) or any(not is_zero(d.effect.delay) for d in directions)
-    if delay_used:
-        delay = float(np.mean(effect.delay))
-        later = _Shift(motion, delay)
-        slope = later.slope(torque)
-        torque, start_column = later(torque), later(start_column)
-        derivative = (
-            np.column_stack([later(column) for column in derivative.T]) if derivative.size else derivative
-        )
-        for index, direction in enumerate(directions):
-            if not is_zero(direction.effect.delay):
-                derivative[:, index] += slope * direction.effect.delay
-    saturating = not is_zero(effect.saturation) or any(not is_zero(d.effect.saturation) for d in directions)
-    if saturating:
-        # K i (1 - s |K i|) = torque, solved for K i; the smaller root is the physical one
-        s = effect.saturation
-        inside = np.maximum(1.0 - 4.0 * s * np.abs(torque), 0.04)
-        measured = 2.0 * torque / (1.0 + np.sqrt(inside))
-        gain = 1.0 / np.sqrt(inside)
-        derivative = derivative * gain[:, None]
-        for index, direction in enumerate(directions):
-            if not is_zero(direction.effect.saturation):
-                derivative[:, index] += gain * np.abs(measured) * measured * direction.effect.saturation
-        torque, start_column = measured, start_column * gain
-    return replace(prediction, torque=torque, start_column=start_column), derivative
+class _Finished:
+    """What acts on the finished torque: delay and torque saturation.
+
+    Attributes:
+        prediction: the torque behind them.
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        effect: Contribution,
+        prediction: Prediction,
+        directions: Sequence[Direction] = (),
+    ) -> None:
+        acting = [effect, *(direction.effect for direction in directions)]
+        torque, start_column = prediction.torque, prediction.start_column
+        self._later = None
+        if any(not is_zero(one.delay) for one in acting):
+            self._later = _Shift(motion, float(np.mean(effect.delay)))
+            self._slope = self._later.slope(torque)
+            torque, start_column = self._later(torque), self._later(start_column)
+        self._gain: Term = 1.0
+        if any(not is_zero(one.saturation) for one in acting):
+            # K i (1 - s |K i|) = torque, solved for K i; the smaller root is the physical one
+            inside = np.maximum(1.0 - 4.0 * effect.saturation * np.abs(torque), 0.04)
+            torque, self._gain = 2.0 * torque / (1.0 + np.sqrt(inside)), 1.0 / np.sqrt(inside)
+            start_column = start_column * self._gain
+        self.prediction = replace(prediction, torque=torque, start_column=start_column)
+
+    def derivative(self, column: Array, along: Contribution) -> Array:
+        """Of the torque behind, from that of the torque before; `along` holds the direction's effects."""
+        if self._later is not None:
+            column = self._later(column)
+            if not is_zero(along.delay):
+                column = column + self._slope * along.delay
+        if not is_zero(along.saturation):
+            measured = self.prediction.torque
+            column = column + np.abs(measured) * measured * along.saturation
+        return column if isinstance(self._gain, float) else column * self._gain
 
 
 @numba.njit(cache=True)

@@ -10,6 +10,8 @@ import pytest
 
 from idtool import Log, identify
 from idtool.effects import registry
+from idtool.effects.position_ripple import PositionRipple
+from idtool.model.motion import Motion
 from idtool.verbs.predict import predict
 
 WAVES = 25.0
@@ -52,3 +54,22 @@ def test_waves_are_counted_in_the_unit_of_the_file(
     smooth = replace(result.parameters, effects=others)
     (error,), (plain,) = (predict([log], file).errors.values() for file in (result.parameters, smooth))
     assert error["rmse"] ** 2 < plain["rmse"] ** 2 - 0.9 * 0.25**2 / 2.0
+
+
+@pytest.mark.parametrize("coordinate", ["cycles", "family_2_cycles"])
+def test_slope_along_the_frequency_is_that_of_contribute(coordinate: str) -> None:
+    """Of a family whose friction has the line too, and of one beside it."""
+    t = np.linspace(0.0, 3.0, 300)
+    motion = Motion(t, np.zeros(300, dtype=int), np.sin(t), np.cos(t), -np.sin(t))
+    effect = PositionRipple((False, True))
+    values = {c.name: 0.01 * (k + 1) for k, c in enumerate(effect.active(motion))}
+    values |= {"cycles": 11.0, "family_2_cycles": 17.0}
+    change = effect.slope(motion, values, coordinate)
+    high, low = (
+        effect.contribute(motion, values | {coordinate: values[coordinate] + sign * 1e-5}) for sign in (1, -1)
+    )
+    for name in ("torque", "level_torque"):
+        expected = (np.asarray(getattr(high, name)) - getattr(low, name)) / 2e-5
+        np.testing.assert_allclose(
+            getattr(change, name), expected, atol=1e-7 * np.max(np.abs(expected)) + 1e-9
+        )

@@ -6,9 +6,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from benchmarks.sessions import log_of, truth
 from idtool.effects import registry
+from idtool.fit.eliminate import eliminate
 from idtool.fit.model import JointModel, Spec
 from idtool.model.motion import Array
 from idtool.model.torque import predict
@@ -54,16 +56,14 @@ def test_jacobian_of_some_coordinates_is_that_part_of_the_whole() -> None:
 def test_starts_are_eliminated_stretch_by_stretch() -> None:
     joint, rng = model(), np.random.default_rng(1)
     stretch = recording().filtered_stretch
-    columns, start = rng.normal(size=(len(stretch), 3)), rng.normal(size=len(stretch))
-    weight = joint.weight(0.5)
-    left, share = joint.eliminate_columns(columns, start, weight)
+    column, start = rng.normal(size=len(stretch)), rng.normal(size=len(stretch))
+    weight, left = joint.weight(0.5), np.empty(len(stretch))
+    share = eliminate(column, start, recording().stretch_pointer, weight, left)
     for t in range(recording().motion.stretches):
         mine = stretch == t
-        expected = start[mine] @ columns[mine] / (start[mine] @ start[mine] + weight[t] ** 2)
-        np.testing.assert_allclose(share[t], expected, rtol=1e-12, atol=1e-14)
-        np.testing.assert_allclose(
-            left[mine], columns[mine] - np.outer(start[mine], expected), rtol=1e-12, atol=1e-14
-        )
+        expected = start[mine] @ column[mine] / (start[mine] @ start[mine] + weight[t] ** 2)
+        assert share[t] == pytest.approx(expected, rel=1e-12, abs=1e-14)
+        np.testing.assert_allclose(left[mine], column[mine] - start[mine] * expected, rtol=1e-12, atol=1e-14)
 
 
 def rested() -> JointModel:
