@@ -34,3 +34,23 @@ NUMBERS: dict[str, dict[str, float]] = {
         "phase_2": 1.0,
     },
 }
+
+#: Richer forms of some of them.
+RICHER: dict[str, dict[str, dict[str, float]]] = {
+    "families": {
+        "position_ripple": NUMBERS["position_ripple"]
+        | {f"family_2_{name}": 1.5 * value for name, value in NUMBERS["position_ripple"].items()}
+    },
+    "another_phase_backwards": {
+        "position_ripple": NUMBERS["position_ripple"] | {"turned_amplitude_1": 0.02, "turned_phase_1": 0.3}
+    },
+    "cable": {
+        "position_stiffness": NUMBERS["position_stiffness"]
+        | {"shape_2": 0.03, "shape_3": -0.02, "center": 0.2, "half_stroke": 1.5}
+    },
+    "uneven_friction": {
+        "position_dependent_friction": NUMBERS["position_dependent_friction"]
+        | {"slope_3": 0.2, "slope_4": -0.1}
+    },
+    "part_of_the_friction": {"hysteresis": NUMBERS["hysteresis"] | {"of_friction": 1.0}},
+}

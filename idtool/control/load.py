@@ -9,6 +9,7 @@ is evaluated by its own class and handed in through `memory` (see `online`): slo
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numba
 import numpy as np
@@ -17,6 +18,8 @@ from idtool.effects.backlash import free_share
 from idtool.effects.breakaway_dwell import aged
 from idtool.effects.compliance import swing
 from idtool.effects.hysteresis import stretched
+from idtool.effects.position_ripple import MOST_FAMILIES, family_prefix
+from idtool.effects.position_stiffness import HIGHEST
 from idtool.model.contribution import FIELDS
 from idtool.model.motion import Array
 from idtool.model.stribeck import EXPONENT
@@ -39,11 +42,15 @@ SLOPE_1, SLOPE_2, CENTER, HALF_STROKE = range(24, 28)
 RATE, REFERENCE, WARM_UP, WARM_TIME = range(28, 32)
 GAP, SHARE_BEHIND, SHARE_AT_ONCE, SHARE_UNDER_LOAD, LOAD_SCALE = range(32, 37)
 LOAD_INERTIA, OMEGA, DAMPING = range(37, 40)
-CYCLES, SIN_1, COS_1, SIN_2, COS_2 = range(40, 45)
-FREQUENCY, SIN, COS = range(45, 48)
-YIELD, REACH = range(48, 50)
-GAIN, DWELL_TIME, REST_SPEED, WEAR, STICTION_PER_LOAD = range(50, 55)
-NUMBERS = 55
+FREQUENCY, SIN, COS = range(40, 43)
+YIELD, REACH, OF_FRICTION = range(43, 46)
+GAIN, DWELL_TIME, REST_SPEED, WEAR, STICTION_PER_LOAD = range(46, 51)
+SLOPE_3, SLOPE_4 = range(51, 53)
+SHAPE_2, SHAPE_CENTER, SHAPE_HALF = 53, 53 + HIGHEST - 1, 53 + HIGHEST  # of T_2, T_3, ...
+RIPPLE = SHAPE_HALF + 1  # of each family: cycles, then the strengths of `_RIPPLE`
+_RIPPLE = ("sin_1", "cos_1", "sin_2", "cos_2", "turned_sin_1", "turned_cos_1")
+_PER_FAMILY = 1 + len(_RIPPLE)
+NUMBERS = RIPPLE + MOST_FAMILIES * _PER_FAMILY
 
 # Entries of `memory`; the last ones are what effects from outside add, in the order of FIELDS.
 BEGUN, BRISTLE, LAST_VELOCITY, BEHIND, TWIST, TWIST_RATE, LAST_ACCELERATION = range(7)
@@ -64,10 +71,18 @@ _EFFECTS: dict[str, dict[str, int]] = {
     "load_dependent_friction": {"mu": MU, "doubling_load": STICTION_PER_LOAD},
     "drive_backdrive": {"mu_drive": MU_DRIVE, "mu_backdrive": MU_BACKDRIVE},
     "tilt_misalignment": {"alpha": TILT_ALPHA, "beta": TILT_BETA},
-    "position_stiffness": {"stiffness": SPRING, "pull": PULL},
+    "position_stiffness": {
+        "stiffness": SPRING,
+        "pull": PULL,
+        **{f"shape_{k}": SHAPE_2 + k - 2 for k in range(2, HIGHEST + 1)},
+        "center": SHAPE_CENTER,
+        "half_stroke": SHAPE_HALF,
+    },
     "position_dependent_friction": {
         "slope_1": SLOPE_1,
         "slope_2": SLOPE_2,
+        "slope_3": SLOPE_3,
+        "slope_4": SLOPE_4,
         "center": CENTER,
         "half_stroke": HALF_STROKE,
     },
@@ -85,9 +100,13 @@ _EFFECTS: dict[str, dict[str, int]] = {
         "load_scale": LOAD_SCALE,
     },
     "compliance": {"load_inertia": LOAD_INERTIA, "log_omega": OMEGA, "damping_ratio": DAMPING},
-    "position_ripple": {"cycles": CYCLES, "sin_1": SIN_1, "cos_1": COS_1, "sin_2": SIN_2, "cos_2": COS_2},
+    "position_ripple": {
+        family_prefix(k + 1) + name: RIPPLE + k * _PER_FAMILY + place
+        for k in range(MOST_FAMILIES)
+        for place, name in enumerate(("cycles", *_RIPPLE))
+    },
     "external_periodic": {"frequency": FREQUENCY, "sin": SIN, "cos": COS},
-    "hysteresis": {"yield": YIELD, "log_reach": REACH},
+    "hysteresis": {"yield": YIELD, "log_reach": REACH, "of_friction": OF_FRICTION},
     "breakaway_dwell": {
         "gain": GAIN,
         "log_time_constant": DWELL_TIME,
@@ -95,14 +114,16 @@ _EFFECTS: dict[str, dict[str, int]] = {
         "log_wear": WEAR,
     },
 }
+#: Values that `set_effect` writes in another way.
+_TOLD_OTHERWISE = {"load_dependent_friction": {"doubling_load"}}
 #: Entries that a fit holds as logarithms, and those that something is divided by.
 _LOGARITHMS = (GAP, OMEGA, REACH, DWELL_TIME, WEAR)
-_NEVER_ZERO = [HALF_STROKE, WARM_TIME, OMEGA, REACH, DWELL_TIME, WEAR]
+_NEVER_ZERO = [HALF_STROKE, SHAPE_HALF, WARM_TIME, OMEGA, REACH, DWELL_TIME, WEAR]
 
 
-def compiled(effect: str) -> bool:
-    """Whether an effect is written out here."""
-    return effect in _EFFECTS
+def compiled(effect: str, values: Iterable[str]) -> bool:
+    """Whether an effect is written out here, with all of its values."""
+    return effect in _EFFECTS and set(values) <= set(_EFFECTS[effect]) | _TOLD_OTHERWISE.get(effect, set())
 
 
 def numbers_of(parameters: Parameters) -> Array:
@@ -144,7 +165,7 @@ def set_effect(numbers: Array, effect: str, values: dict[str, float], torque_con
 
 def clear_effect(numbers: Array, effect: str) -> None:
     """Take an effect out again."""
-    for entry in _EFFECTS[effect].values():
+    for entry in _EFFECTS.get(effect, {}).values():
         numbers[entry] = 1.0 if entry in _NEVER_ZERO else 0.0
 
 
@@ -197,9 +218,15 @@ def _effects(
     if n[TILT_ALPHA] != 0.0 or n[TILT_BETA] != 0.0:
         true = math.cos(tilt_alpha + n[TILT_ALPHA]) * math.cos(tilt_beta + n[TILT_BETA])
         torque += upright * (true - factor)
-    if n[SLOPE_1] != 0.0 or n[SLOPE_2] != 0.0:
-        x = min(max((position - n[CENTER]) / n[HALF_STROKE], -1.0), 1.0)
-        level_change += n[SLOPE_1] * x + n[SLOPE_2] * (2.0 * x * x - 1.0)
+    x = min(max((position - n[CENTER]) / n[HALF_STROKE], -1.0), 1.0)
+    square = x * x
+    level_change += n[SLOPE_1] * x + n[SLOPE_2] * (2.0 * square - 1.0)
+    level_change += n[SLOPE_3] * (4.0 * square - 3.0) * x + n[SLOPE_4] * (8.0 * square * (square - 1.0) + 1.0)
+    x = min(max((position - n[SHAPE_CENTER]) / n[SHAPE_HALF], -1.0), 1.0)
+    before, now = 1.0, x
+    for k in range(SHAPE_2, SHAPE_CENTER):
+        before, now = now, 2.0 * x * now - before
+        torque += n[k] * now
     if n[RATE] != 0.0 and not math.isnan(temperature):
         warm = math.expm1(-n[RATE] * (temperature - n[REFERENCE]))
         level_change += warm
@@ -208,9 +235,12 @@ def _effects(
         warm = math.expm1(n[WARM_UP] * math.expm1(-time / n[WARM_TIME]))
         level_change += warm
         viscous_change += warm
-    if n[CYCLES] != 0.0:
-        s, c = math.sin(n[CYCLES] * position), math.cos(n[CYCLES] * position)
-        torque += n[SIN_1] * s + n[COS_1] * c + 2.0 * n[SIN_2] * s * c + n[COS_2] * (c * c - s * s)
+    for k in range(RIPPLE, NUMBERS, _PER_FAMILY):
+        if n[k] == 0.0:
+            break
+        s, c = math.sin(n[k] * position), math.cos(n[k] * position)
+        torque += n[k + 1] * s + n[k + 2] * c + 2.0 * n[k + 3] * s * c + n[k + 4] * (c * c - s * s)
+        level_torque += n[k + 5] * s + n[k + 6] * c
     if n[FREQUENCY] != 0.0:
         angle = 2.0 * math.pi * n[FREQUENCY] * time
         torque += n[SIN] * math.sin(angle) + n[COS] * math.cos(angle)
@@ -237,6 +267,7 @@ def _effects(
         m[STRETCH] = 0.0 if m[BEGUN] == 0.0 else stretched(m[STRETCH], position - m[LAST_POSITION], n[REACH])
         m[LAST_POSITION] = position
         torque += n[YIELD] * m[STRETCH]
+        level_torque -= n[YIELD] * n[OF_FRICTION]
     if n[GAIN] != 0.0:
         m[AGE] = 0.5 if m[BEGUN] == 0.0 else aged(m[AGE], w, step, n[REST_SPEED], n[WEAR], n[DWELL_TIME])
         static_change += n[GAIN] * m[AGE]

@@ -99,7 +99,7 @@ class OnlineModel:
             values = effect.from_file(entry.values(), parameters.axis.kind)
             self._names.append(effect.name)
             self._thermometer |= effect.name == "thermal_drift" and "rate" in values
-            if compiled.compiled(effect.name):
+            if compiled.compiled(effect.name, values):
                 compiled.set_effect(self._numbers, effect.name, values, self.torque_constant)
             else:
                 self._outside.append((effect, values, _past(effect)))
@@ -151,8 +151,7 @@ class OnlineModel:
         if not self.uses(effect):
             return
         self._names.remove(effect)
-        if compiled.compiled(effect):
-            compiled.clear_effect(self._numbers, effect)
+        compiled.clear_effect(self._numbers, effect)
         self._outside = [known for known in self._outside if known[0].name != effect]
         self.skipped.append(f"{effect} is not compensated: {why}")
 

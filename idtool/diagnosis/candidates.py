@@ -36,6 +36,9 @@ _OF_ITS_SIZE = (0.2, 5.0)
 _CLOSER = (1.0, 0.5, 0.25, 0.12)
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
 _SPENT = 15
+#: ... that screen its starts where it has several, and of how many scores.
+_SCREEN = 4
+_MOST_STARTS = 3
 _SPENT_FAR = 40
 #: Share of the sum of squares that a comparison of models does not need: a hundredth of what decides.
 NEAR = 1e-4
@@ -100,11 +103,13 @@ class Start:
         gain: share of the residual's squares that its score promises to take away.
         p_value: of that being chance, corrected for the starts that were tried.
         values: coordinates of the effect.
+        others: those of the next best starts.
     """
 
     gain: float
     p_value: float
     values: dict[str, float]
+    others: tuple[dict[str, float], ...] = ()
 
 
 def best_start(background: Background, effect: Effect) -> Start:
@@ -143,6 +148,7 @@ def best_start(background: Background, effect: Effect) -> Start:
         ):
             return Start(0.0, 1.0, starts[0])
     best: tuple[Score, dict[str, float]] | None = None
+    others: list[tuple[float, dict[str, float]]] = []
     for start in starts:
         strengths = [c for c in coordinates if c.name not in start]
         values = {**null, **start}
@@ -164,13 +170,15 @@ def best_start(background: Background, effect: Effect) -> Start:
             steps = dict(zip((c.name for c in strengths), result.step, strict=True))
         for c in strengths:
             found[c.name] = float(np.clip(values[c.name] + steps[c.name], c.lower, c.upper))
+        others.append((result.gain, found))
         if best is None or result.gain > best[0].gain:
             best = (result, found)
     if best is None:
         return Start(0.0, 1.0, dict(starts[0]))
     chance = background.chance(best[0].left, best[0].columns)
     share = float(background.residual @ background.residual) / whole
-    return Start(best[0].gain * share, min(1.0, chance * tried), best[1])
+    ranked = [found for _, found in sorted(others, key=lambda one: -one[0])]
+    return Start(best[0].gain * share, min(1.0, chance * tried), best[1], tuple(ranked[1:_MOST_STARTS]))
 
 
 def _own_share(background: Background, of: Array, frequency: float) -> float:
@@ -238,14 +246,32 @@ def _more_friction(fit: JointFit) -> Array:
 def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False) -> Trial:
     """The joint refit with an effect, or with more members of one; `far` from where it will end."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
-    extra = _named(effect, start.values)
+    most = _SPENT_FAR if far else _SPENT
+    scored = (start.values, *start.others)
+    begun = [_within_reach(fit, model, effect, start.values)]
+    begun += [_named(effect, values) for one in scored for values in effect.also_from(one, fit.values)]
+    if len(begun) > 1:
+        screened = [refit(fit, model, one, most=_SCREEN, tolerance=NEAR, settling=0) for one in begun]
+        begun = [min(screened, key=lambda one: one.sse).values]
+    new = refit(fit, model, begun[0], most=most, tolerance=NEAR)
+    if plainer := effect.plainer(new.model.effect_values(new.x, effect), new.values):
+        effect, others = plainer
+        plain = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
+        new = refit(new, plain, others, most=_SPENT, tolerance=NEAR)
+    return Trial(effect, new, start.p_value)
+
+
+def _within_reach(
+    fit: JointFit, model: JointModel, effect: Effect, values: Mapping[str, float]
+) -> dict[str, float]:
+    """The values of an effect by their names in a model; where they make the fit worse, the rest would have
+    to move as far as it cannot: from an effect that is not there yet, step by step."""
+    extra = _named(effect, values)
     if np.sum(_residual_at(fit, model, extra) ** 2) > fit.sse:
-        # the rest would have to move as far as it cannot: from an effect that is not there yet, step by step
         linear = [c for c in effect.active(model.recording.motion) if c.increment == 1.0]
         none = _named(effect, {c.name: c.null for c in linear})
         extra |= {name: fit.values.get(name, null) for name, null in none.items()}
-    new = refit(fit, model, extra, most=_SPENT_FAR if far else _SPENT, tolerance=NEAR)
-    return Trial(effect, new, start.p_value)
+    return extra
 
 
 def chance_of(fit: JointFit, effect: Effect) -> float:

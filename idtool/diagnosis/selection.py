@@ -264,20 +264,21 @@ def _to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
             _tell_why(selection, effect, f"not testable: {reason}")
         else:
             # an arm's gravity is a smooth shape itself, which one with many bends would take in
-            found += [effect] if spec.gravity == "arm" else _forms(effect, motion)
+            found += [effect, *effect.forms(motion)]
+            found += [] if spec.gravity == "arm" else _with_more(effect, motion)
     return found + [more for effect in spec.effects for more in effect.larger(motion)]
 
 
-def _forms(effect: Effect, motion: Motion) -> list[Effect]:
-    """An effect, and where it is a smooth shape the same shape with more bends: what the plainest leaves may
-    look like chance where it is the rest of that shape. Of lines each is found by itself, in friction too."""
-    forms, line = [effect], effect.wave(motion)
+def _with_more(effect: Effect, motion: Motion) -> list[Effect]:
+    """An effect that is a smooth shape with more bends: what the plainest leaves may look like chance where
+    it is the rest of that shape. Of lines each is found by itself, in friction too."""
+    found, line = [effect], effect.wave(motion)
     if line is not None:
         larger = ((more, more.wave(motion)) for more in effect.larger(motion))
-        return forms + [more for more, own in larger if own and own.coordinate == line.coordinate]
-    while more := forms[-1].larger(motion):
-        forms.append(more[0])
-    return forms
+        return [more for more, own in larger if own and own.coordinate == line.coordinate]
+    while more := found[-1].larger(motion):
+        found.append(more[0])
+    return found[1:]
 
 
 def _candidate(selection: Selection, effect: Effect) -> Candidate:
@@ -369,6 +370,10 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
     evidence = gain_in_evidence(selection.fit, trial.fit)
     if trial.effect.is_lag and evidence < _LEAST_EVIDENCE:
         return f"the penalised likelihood gains {evidence:.1f} only"
+    for other in selection.fit.model.spec.effects:
+        stays = other.name != trial.effect.name and other in trial.fit.model.spec.effects
+        if stays and impossible(trial.fit, other) and not impossible(selection.fit, other):
+            return f"it would stand for {other.title.lower()}, which then cannot be"
     return None
 
 

@@ -212,6 +212,11 @@ class Effect(ABC):
         """Values of every coordinate to start from besides, for an effect that is far from linear."""
         return []
 
+    def also_from(self, values: Values, model: Values) -> list[dict[str, float]]:
+        """Other values from which a refit should start than those that its score found, where it may end at
+        nothing from those. Arguments as of `implausible`."""
+        return []
+
     def wave(self, motion: Motion) -> Wave | None:
         """For an effect that is a sine of something; its `starts` are not used then. None for the others."""
         return None
@@ -254,6 +259,20 @@ class Effect(ABC):
         """The same effect with one more member (another family of lines, a shape that bends more), each with
         all coordinates that it has now. Which of them data ask for is found as for any effect."""
         return ()
+
+    def form_of(self, values: Values) -> Effect:
+        """The form of this effect that has these values."""
+        return self
+
+    def forms(self, motion: Motion) -> tuple[Effect, ...]:
+        """The same effect in other words, to be looked for beside it: a search may find one from where it
+        does not find the other."""
+        return ()
+
+    def plainer(self, values: Values, model: Values) -> tuple[Effect, dict[str, float]] | None:
+        """The plain form that is the same as this one at fitted values, and what other numbers of the model
+        are then; None if this form has to stay. Arguments as of `implausible`."""
+        return None
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         """File parameters from fit coordinates and constants."""

@@ -1,9 +1,10 @@
-"""Hysteresis: one more elastic element that slips (seals, cables, belts)."""
+"""Hysteresis: an elastic element that slips, beside the bristle or in place of a part of it (seals, cables,
+belts; contacts that bend without creep before they slide)."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import final
 
 import numba
@@ -16,6 +17,12 @@ from idtool.model.motion import Array, Motion
 
 #: The travel over which the element yields is looked for between these shares of the stroke.
 _REACHES = (0.005, 0.015, 0.04, 0.1, 0.25)
+#: Share of the friction level that a part of it carries where a refit starts.
+_PART = 0.4
+#: ... and the most: what a level of sliding that is told a little too low leaves of it.
+_MOST = 1.2
+#: It is told as an element of its own where the rest of the friction is so many times what it carries.
+_OWN = 2.0
 #: An element that yields over more of the stroke than this is a spring that hardly ever slips.
 _LONGEST = 0.4
 
@@ -45,7 +52,16 @@ def _stretch(
 
 
 @final
+@dataclass(frozen=True)
 class Hysteresis(Effect):
+    """An element of its own, or (`of_friction`) one that carries a part of the friction level, which the
+    bristle then does not: the same torque, told otherwise. A contact that does not creep before it slides
+    (elasto-plastic, Dupont et al. 2002) is mostly the second, which a search finds from where the bristle
+    carries everything.
+    """
+
+    of_friction: bool = False
+
     name = "hysteresis"
     title = "Hysteresis"
     follows = ("position",)
@@ -58,6 +74,9 @@ class Hysteresis(Effect):
     parameters = (
         EffectParameter("stiffness", "stiffness", "stiffness k of the element", 0.0),
         EffectParameter("yield", "torque", "torque at which it slips", 0.0),
+        EffectParameter(
+            "of_friction", "number", "1: a part of the friction levels, not beside them", 0.0, 1.0, True
+        ),
     )
     coordinates = (
         Coordinate("yield", lower=0.0),
@@ -73,7 +92,8 @@ class Hysteresis(Effect):
         stretch = np.empty(len(motion))
         reach = math.exp(values["log_reach"])
         _stretch(motion.position, past.first, past.start, reach, past.memory, stretch)
-        return Contribution(torque=values["yield"] * stretch)
+        carried = values["yield"] * values.get("of_friction", 0.0)
+        return Contribution(torque=values["yield"] * stretch, level_torque=-carried)
 
     def in_c(self, values: Values) -> CForm:
         code = """
@@ -82,7 +102,24 @@ class Hysteresis(Effect):
             memory[1] = row->position;
             sum->torque += yield * memory[0];
         """
+        if values.get("of_friction"):
+            code += "sum->level_torque -= yield;\n"
         return CForm(code, {**values, "reach": math.exp(values["log_reach"])})
+
+    def constants(self, motion: Motion) -> dict[str, float]:
+        return {"of_friction": 1.0} if self.of_friction else {}
+
+    def form_of(self, values: Values) -> Effect:
+        return Hysteresis(bool(values.get("of_friction")))
+
+    def forms(self, motion: Motion) -> tuple[Effect, ...]:
+        return () if self.of_friction else (Hysteresis(of_friction=True),)
+
+    def plainer(self, values: Values, model: Values) -> tuple[Effect, dict[str, float]] | None:
+        left = {name: model[name] - values["yield"] for name in ("coulomb", "static") if name in model}
+        if not self.of_friction or any(level < _OWN * values["yield"] for level in left.values()):
+            return None
+        return Hysteresis(), left
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         longest = math.log(max(_LONGEST * float(np.ptp(motion.position)), 1e-6))
@@ -100,13 +137,21 @@ class Hysteresis(Effect):
         return None
 
     def implausible(self, values: Values, model: Values) -> str | None:
-        if values["yield"] > model.get("coulomb", math.inf):
+        level = model.get("coulomb", math.inf)
+        if self.of_friction:
+            return "it would be more than the friction" if values["yield"] > _MOST * level else None
+        if values["yield"] > level:
             return "it would carry more than the friction level: it would be the friction, by another name"
         return None
 
+    def also_from(self, values: Values, model: Values) -> list[dict[str, float]]:
+        return [{**values, "yield": _PART * model["coulomb"]}] if self.of_friction else []
+
     def to_parameters(self, values: Values) -> dict[str, float]:
-        return {"stiffness": values["yield"] * math.exp(-values["log_reach"]), "yield": values["yield"]}
+        found = {"stiffness": values["yield"] * math.exp(-values["log_reach"]), "yield": values["yield"]}
+        return found | {name: values[name] for name in ("of_friction",) if values.get(name)}
 
     def to_values(self, parameters: Values) -> dict[str, float]:
         reach = parameters["yield"] / max(parameters["stiffness"], 1e-300)
-        return {"yield": parameters["yield"], "log_reach": math.log(max(reach, 1e-300))}
+        found = {"yield": parameters["yield"], "log_reach": math.log(max(reach, 1e-300))}
+        return found | {name: parameters[name] for name in ("of_friction",) if name in parameters}

@@ -65,6 +65,9 @@ class PositionDependentFriction(Effect):
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         return self.coordinates[: self.degree]
 
+    def form_of(self, values: Values) -> Effect:
+        return PositionDependentFriction(_degree(values))
+
     def larger(self, motion: Motion) -> tuple[Effect, ...]:
         return tuple(PositionDependentFriction(degree) for degree in _DEGREES if degree > self.degree)[:1]
 

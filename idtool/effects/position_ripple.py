@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numba
@@ -14,11 +14,13 @@ from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 
 _HARMONICS = (1, 2)
-_MOST_FAMILIES = 6
+MOST_FAMILIES = 6
 #: A fit asks for a family's waves once for every strength, and for a frequency that it tries.
-_KEPT = _MOST_FAMILIES + 2
+_KEPT = MOST_FAMILIES + 2
 #: Fewer periods than this over the stroke look like a stiffness, an offset or a friction slope.
 _LEAST_PERIODS = 2.0
+#: ... and a fit that drifts below these follows one of them, or gravity.
+_FEWEST_PERIODS = 1.5
 
 
 @numba.njit(cache=True)
@@ -44,7 +46,7 @@ def _waves(motion: Motion, cycles: float) -> Array:
     return known[cycles]
 
 
-def _prefix(family: int) -> str:
+def family_prefix(family: int) -> str:
     """What the names of a family's numbers begin with; those of the first have none."""
     return f"family_{family}_" if family > 1 else ""
 
@@ -52,8 +54,8 @@ def _prefix(family: int) -> str:
 def _coordinates(family: int, directed: bool) -> tuple[Coordinate, ...]:
     names = [f"{part}_{k}" for k in _HARMONICS for part in ("sin", "cos")]
     names += ["turned_sin_1", "turned_cos_1"] if directed else []
-    cycles = Coordinate(f"{_prefix(family)}cycles", null=1.0, lower=0.0, increment=1e-3)
-    return (*(Coordinate(_prefix(family) + name) for name in names), cycles)
+    cycles = Coordinate(f"{family_prefix(family)}cycles", null=1.0, lower=0.0, increment=1e-3)
+    return (*(Coordinate(family_prefix(family) + name) for name in names), cycles)
 
 
 def _parameters(family: int) -> tuple[EffectParameter, ...]:
@@ -61,7 +63,7 @@ def _parameters(family: int) -> tuple[EffectParameter, ...]:
         name: str, dimension: str, meaning: str, lower: float, upper: float = math.inf, optional: bool = False
     ) -> EffectParameter:
         return EffectParameter(
-            _prefix(family) + name, dimension, meaning, lower, upper, optional or family > 1
+            family_prefix(family) + name, dimension, meaning, lower, upper, optional or family > 1
         )
 
     which = f"of family {family}: " if family > 1 else ""
@@ -97,8 +99,8 @@ class PositionRipple(Effect):
     reveals = "a slow sweep over the whole stroke; its spectrum over the angle"
     look_alikes = ("position_stiffness", "position_dependent_friction", "external_periodic")
     citation = "Armstrong-Helouvry 1991; Villagran et al. 2009 (cogging)"
-    parameters = tuple(p for family in range(1, _MOST_FAMILIES + 1) for p in _parameters(family))
-    coordinates = tuple(c for family in range(1, _MOST_FAMILIES + 1) for c in _coordinates(family, True))
+    parameters = tuple(p for family in range(1, MOST_FAMILIES + 1) for p in _parameters(family))
+    coordinates = tuple(c for family in range(1, MOST_FAMILIES + 1) for c in _coordinates(family, True))
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         torque, friction = np.zeros(len(motion)), np.zeros(len(motion))
@@ -150,12 +152,18 @@ class PositionRipple(Effect):
         return {name: v for name, v in own.items() if name.startswith(prefix)}
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
-        return tuple(c for k, own in enumerate(self.directed, 1) for c in _coordinates(k, own))
+        stroke = max(float(np.ptp(motion.position)), 1e-12)
+        fewest = _FEWEST_PERIODS * 2.0 * math.pi / stroke
+        found = (c for k, own in enumerate(self.directed, 1) for c in _coordinates(k, own))
+        return tuple(replace(c, lower=fewest) if c.name.endswith("cycles") else c for c in found)
+
+    def form_of(self, values: Values) -> Effect:
+        return PositionRipple(tuple(f"{family}turned_sin_1" in values for family in _families(values)))
 
     def larger(self, motion: Motion) -> tuple[Effect, ...]:
         both = both_ways(motion)
         more: list[Effect] = []
-        if len(self.directed) < _MOST_FAMILIES:
+        if len(self.directed) < MOST_FAMILIES:
             more += [
                 PositionRipple((*self.directed, of_friction)) for of_friction in (False, True)[: 1 + both]
             ]
@@ -176,7 +184,7 @@ class PositionRipple(Effect):
         # at the slowest tenth of the moving rows a period must hold at least six samples
         step = float(np.quantile(moving[moving > 0], 0.1)) if np.any(moving > 0) else stroke
         lowest = _LEAST_PERIODS * 2.0 * math.pi / stroke
-        name = f"{_prefix(len(self.directed))}cycles"
+        name = f"{family_prefix(len(self.directed))}cycles"
         return Wave(name, motion.position, lowest, 2.0 * math.pi / (6.0 * step), self.directed[-1])
 
     def untestable(self, motion: Motion) -> str | None:
@@ -208,7 +216,7 @@ class PositionRipple(Effect):
 
 def _families(values: Values) -> list[str]:
     """Prefix of every family whose numbers are there."""
-    return [_prefix(k) for k in range(1, _MOST_FAMILIES + 1) if f"{_prefix(k)}cycles" in values]
+    return [family_prefix(k) for k in range(1, MOST_FAMILIES + 1) if f"{family_prefix(k)}cycles" in values]
 
 
 def _parts(prefix: str, values: Values) -> list[tuple[str, str, str, str]]:

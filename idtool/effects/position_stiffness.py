@@ -13,6 +13,7 @@ from idtool.model.motion import Motion
 
 #: Degrees of the shape; cables and hoses are no straight lines.
 _DEGREES = (1, 3, 5)
+HIGHEST = _DEGREES[-1]
 
 
 @final
@@ -43,7 +44,7 @@ class PositionStiffness(Effect):
         EffectParameter("neutral", "position", "position q0 at which the straight spring is slack"),
         *(
             EffectParameter(f"shape_{k}", "torque", f"coefficient of T_{k}", optional=True)
-            for k in range(2, _DEGREES[-1] + 1)
+            for k in range(2, HIGHEST + 1)
         ),
         EffectParameter("center", "position", "middle of the stroke that was moved", optional=True),
         EffectParameter("half_stroke", "position", "half of it", 0.0, optional=True),
@@ -51,7 +52,7 @@ class PositionStiffness(Effect):
     coordinates = (
         Coordinate("stiffness"),
         Coordinate("pull"),
-        *(Coordinate(f"shape_{k}") for k in range(2, _DEGREES[-1] + 1)),
+        *(Coordinate(f"shape_{k}") for k in range(2, HIGHEST + 1)),
     )
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
@@ -79,6 +80,9 @@ class PositionStiffness(Effect):
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         return self.coordinates[: self.degree + 1]
 
+    def form_of(self, values: Values) -> Effect:
+        return PositionStiffness(_degree(values))
+
     def larger(self, motion: Motion) -> tuple[Effect, ...]:
         return tuple(PositionStiffness(degree) for degree in _DEGREES if degree > self.degree)[:1]
 
@@ -98,4 +102,4 @@ class PositionStiffness(Effect):
 
 
 def _degree(values: Values) -> int:
-    return max((k for k in range(2, _DEGREES[-1] + 1) if f"shape_{k}" in values), default=1)
+    return max((k for k in range(2, HIGHEST + 1) if f"shape_{k}" in values), default=1)

@@ -90,7 +90,10 @@ def refitted(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
         InputError: logs of another axis, or without a column that an effect needs.
     """
     recording = loaded(logs, parameters)
-    effects = [registry.get(entry.name) for entry in parameters.effects]
+    effects = []
+    for entry in parameters.effects:
+        effect = registry.get(entry.name)
+        effects.append(effect.form_of(effect.from_file(entry.values(), parameters.axis.kind)))
     columns = tuple(GRAVITY_MODELS[parameters.gravity_model]) if parameters.gravity_model else ()
     model = JointModel.build(recording, Spec("lugre", parameters.gravity_model, columns, tuple(effects)))
     values = {name: one.value for name, one in (parameters.static | parameters.dynamic).items()}
@@ -98,9 +101,9 @@ def refitted(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
     for effect, entry in zip(effects, parameters.effects, strict=True):
         found = effect.from_file(entry.values(), parameters.axis.kind)
         values |= {f"{effect.name}.{name}": value for name, value in found.items()}
-    kept = ("gravity.", "position_ripple.cycles")
+    kept = {name for name in model.names if name.startswith("gravity.") or name.endswith("cycles")}
     stays = {name for name, value in values.items() if value == 0.0} - {"torque_offset.offset"}
-    held = {name for name in model.names if name.startswith(kept) or name in stays}
+    held = kept | {name for name in model.names if name in stays}
     fit = solve(model, model.coordinates(values), held=frozenset(held))
     return replace(
         parameters,

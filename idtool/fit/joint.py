@@ -250,8 +250,10 @@ def refit(
     *,
     most: int = 60,
     tolerance: float = 1e-7,
+    settling: int = _SETTLING,
 ) -> JointFit:
-    """Fit another model from where `fit` ended; `extra` starts the coordinates it did not have."""
+    """Fit another model from where `fit` ended; `extra` starts the coordinates it did not have. The starts of
+    the memory of an effect that comes in are settled so many times (`settle`)."""
     values = {**fit.values, **(extra or {})}
     known = fit.model.starts if model.recording.trials == fit.model.recording.trials else {}
     names = [effect.name for effect in model.spec.effects if effect.free_start]
@@ -262,7 +264,7 @@ def refit(
     return (
         new
         if all(name in known for name in names)
-        else settle(new, _SETTLING, most=most, tolerance=tolerance)
+        else settle(new, settling, most=most, tolerance=tolerance)
     )
 
 

@@ -3,7 +3,9 @@
 Every trial (or block of time, where they stand in for trials) is left out in turn. What the fit would leave
 of it then follows from its Jacobian without another fit, as for any least squares (PRESS: Allen,
 Technometrics 16, 1974; in blocks: Burman, Chow & Nolan, Biometrika 81, 1994). A trial keeps the start of its
-own bristle, as in prediction.
+own bristle, as in prediction. Where it keeps the start of another memory too, that was fitted to the rows
+that it predicts: what such a number takes away of noise is added again (C_p: Mallows, Technometrics 15,
+1973).
 """
 
 from __future__ import annotations
@@ -11,7 +13,9 @@ from __future__ import annotations
 import numpy as np
 
 from idtool.fit.basis import orthonormal
+from idtool.fit.covariance import correlation_rows
 from idtool.fit.joint import JointFit
+from idtool.fit.starts import free_starts
 from idtool.model.motion import Array
 
 #: Standard errors over folds by which a model must be better.
@@ -30,7 +34,20 @@ def prediction_errors(fit: JointFit) -> Array:
     fold = fit.model.recording.filtered_fold
     first = np.flatnonzero(np.diff(fold, prepend=-1))  # the rows of a fold lie together
     ends = np.append(first[1:], rows)
-    return np.array([_unseen(residual[a:b], basis[a:b]) for a, b in zip(first, ends, strict=True)])
+    errors = np.array([_unseen(residual[a:b], basis[a:b]) for a, b in zip(first, ends, strict=True)])
+    return errors + _of_starts(fit, residual)[fold[first]]
+
+
+def _of_starts(fit: JointFit, residual: Array) -> Array:
+    """What the fitted starts in each fold take away of its squares and of those of other rows, (folds,)."""
+    recording = fit.model.recording
+    fold, trial = recording.filtered_fold, recording.filtered_trial
+    begun = np.bincount(fold[np.flatnonzero(np.diff(trial, prepend=-1))], minlength=int(fold.max()) + 1)
+    each = free_starts(fit.model) / recording.trials
+    if not each:
+        return np.zeros(len(begun))
+    worth = correlation_rows(residual, trial) * float(residual @ residual) / len(residual)
+    return np.asarray(2.0 * worth * each * begun)
 
 
 def _unseen(residual: Array, basis: Array) -> float:

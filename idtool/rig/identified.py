@@ -57,8 +57,9 @@ def plant_of(parameters: Parameters, file: Path) -> PlantFile:
         file_key(name, STATIC[name], "rotary"): parameters.static[name].value for name in parameters.static
     }
     levels = max(friction["coulomb_nm"], friction["static_nm"], 1e-6)
-    for key in ("coulomb_nm", "static_nm"):
-        friction[key] = max(friction[key], 1e-3 * levels)
+    carried = sum(one["yield_nm"] for one in effects if one.pop("of_friction", 0.0))
+    for key in ("coulomb_nm", "static_nm"):  # a plant has the element beside its friction
+        friction[key] = max(friction[key] - carried, 1e-3 * levels)
     inertia = inertia if inertia > 0.0 else _INERTIA_PER_FRICTION * levels
     friction |= _bristle(parameters, levels, inertia)
     gravity, load = _gravity(parameters)
@@ -121,7 +122,7 @@ def _effects(parameters: Parameters) -> tuple[list[dict[str, Any]], list[str]]:
             file_key(name, dimensions[name], parameters.axis.units): one.value
             for name, one in entry.parameters.items()
         }
-        told = {key: value for key, value in values.items() if key in known}
+        told = {key: value for key, value in values.items() if key in known or key == "of_friction"}
         if any(default is None and key not in told for key, default in known.items()):
             left_out.append(entry.name)
             continue

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from idtool.control.load import compiled
 from idtool.control.online import OnlineModel
 from idtool.effects import registry
 from idtool.errors import InputError
@@ -16,7 +17,7 @@ from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
 from idtool.parameters import Parameter, Parameters
 from idtool.parameters.correction import Correction
-from testbench.effect_numbers import NUMBERS
+from testbench.effect_numbers import NUMBERS, RICHER
 
 from .double import BENCH, PAPER, parameters
 
@@ -74,10 +75,15 @@ def _totals(model: OnlineModel, motion: Motion) -> np.ndarray:
     )
 
 
+CASES = (
+    {"none": {}} | {name: {name: numbers} for name, numbers in EFFECTS.items()} | {"all": EFFECTS} | RICHER
+)
+
+
 @pytest.mark.parametrize("values", [PAPER, BENCH], ids=["paper", "bench"])
-@pytest.mark.parametrize("names", [[], *[[name] for name in EFFECTS], list(EFFECTS)], ids=str)
-def test_agrees_with_the_batch_model(values: dict[str, float], names: list[str]) -> None:
-    file = parameters(values, **{name: EFFECTS[name] for name in names})
+@pytest.mark.parametrize("case", CASES)
+def test_agrees_with_the_batch_model(values: dict[str, float], case: str) -> None:
+    file = parameters(values, **CASES[case])
     motion = _motion()
     parts = [
         registry.get(entry.name).contribute(motion, registry.get(entry.name).to_values(entry.values()))
@@ -94,6 +100,13 @@ def test_agrees_with_the_batch_model(values: dict[str, float], names: list[str])
     got = _totals(model, motion)
     np.testing.assert_allclose(got, wanted.torque, rtol=1e-9, atol=1e-12)
     assert model.bristle == pytest.approx(wanted.bristle[-1], rel=1e-9)
+
+
+def test_what_is_not_written_out_is_asked_of_its_own_class() -> None:
+    """No number of a file is left out without a word, as a new form of an effect would be."""
+    assert compiled("hysteresis", ["yield", "log_reach"])
+    assert not compiled("hysteresis", ["yield", "log_reach", "of_another_form"])
+    assert not compiled("an_effect_from_outside", [])
 
 
 def test_a_file_without_a_bristle_acts_as_plain_friction() -> None:
@@ -133,7 +146,7 @@ def test_an_effect_that_is_not_compiled_is_asked_by_its_own_class(
     file = parameters(BENCH, **{name: EFFECTS[name] for name in names})
     motion = _motion()
     fast = _totals(OnlineModel(file), motion)
-    monkeypatch.setattr("idtool.control.load.compiled", lambda _: False)
+    monkeypatch.setattr("idtool.control.load.compiled", lambda *_: False)
     slow = OnlineModel(file)
     np.testing.assert_allclose(_totals(slow, motion), fast, rtol=1e-9, atol=1e-12)
     slow.reset()

@@ -8,11 +8,17 @@ import pytest
 
 from idtool import Log
 from idtool.diagnosis import candidates
-from idtool.diagnosis.candidates import Start, try_effect
+from idtool.diagnosis.candidates import Start, best_start, impossible, try_effect
+from idtool.diagnosis.evidence import Background
 from idtool.effects import registry
+from idtool.effects.hysteresis import Hysteresis
 from idtool.fit.joint import JointFit
+from idtool.fit.left_out import left_out_error
 from idtool.signals import record
 from idtool.verbs.identify import begin
+
+#: Of a contact that does not creep: its level, and the way over which it bends.
+LEVEL, REACH = 0.04, 0.03
 
 
 @pytest.fixture(scope="module")
@@ -41,3 +47,44 @@ def test_never_above_the_fit_that_it_extends(
     start = Start(0.5, 1e-6, {"stiffness": 0.01, "pull": pull})
     trial = try_effect(one_way, registry.get("position_stiffness"), start)
     assert trial.fit.sse <= 1.001 * one_way.sse
+
+
+@pytest.fixture(scope="module")
+def slipping(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
+    """A contact that bends without creep and then slides: LuGre's bristle alone cannot be that."""
+    rng = np.random.default_rng(1)
+    t = 0.01 * np.arange(1200)
+    trials = []
+    for k, stroke in enumerate((0.6, 0.4, 0.25, 0.15)):
+        q = stroke * np.sin(0.8 * (1.0 + 0.2 * k) * t)
+        stretch, bent = 0.0, []
+        for way in np.diff(q, prepend=q[0]):
+            stretch = float(np.clip(stretch + way / REACH, -1.0, 1.0))
+            bent.append(stretch)
+        torque = LEVEL * np.array(bent) + 0.02 * np.gradient(q, t) + 0.0003 * rng.normal(size=len(t))
+        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
+    path = tmp_path_factory.mktemp("slipping") / "log.csv"
+    pd.concat(trials).to_csv(path, index=False)
+    (fit, *_), *_ = begin(record([Log.read(path)]), "lugre", "auto")
+    return fit
+
+
+def test_an_element_takes_friction_over_from_the_bristle(slipping: JointFit) -> None:
+    part = Hysteresis(of_friction=True)
+    trial = try_effect(slipping, part, best_start(Background.of(slipping), part), far=True)
+    values = trial.fit.values
+    assert trial.effect == part
+    assert left_out_error(trial.fit) < 0.3 * left_out_error(slipping)
+    assert values["coulomb"] == pytest.approx(LEVEL, rel=0.02)
+    assert values["hysteresis.yield"] > 0.8 * LEVEL
+    assert np.exp(values["hysteresis.log_reach"]) == pytest.approx(REACH, rel=0.1)
+    assert impossible(trial.fit, part) is None
+
+
+def test_it_is_refitted_from_other_starts_than_its_best_score(slipping: JointFit) -> None:
+    part = Hysteresis(of_friction=True)
+    wrong, right = ({"yield": 1e-4, "log_reach": float(np.log(share))} for share in (12.0 * REACH, REACH))
+    alone = try_effect(slipping, part, Start(0.5, 1e-6, wrong), far=True)
+    both = try_effect(slipping, part, Start(0.5, 1e-6, wrong, (right,)), far=True)
+    assert both.fit.sse < 0.2 * slipping.sse
+    assert both.fit.sse <= alone.fit.sse

@@ -11,6 +11,7 @@ from idtool.errors import InputError
 from idtool.model.contribution import FIELDS
 from idtool.model.motion import Motion
 from idtool.model.units import SUFFIXES
+from testbench.effect_numbers import NUMBERS, RICHER
 
 EFFECTS = pytest.mark.parametrize("effect", registry.library(), ids=registry.names())
 
@@ -118,3 +119,15 @@ def test_says_which_column_it_lacks(effect: Effect, motion: Motion) -> None:
 def test_unknown_effect_suggests_the_nearest() -> None:
     with pytest.raises(InputError, match='did you mean "position_ripple"'):
         registry.get("position_riple")
+
+
+PLAIN = {name: {name: NUMBERS[name]} for case in RICHER.values() for name in case}
+
+
+@pytest.mark.parametrize("case", [*RICHER.values(), *PLAIN.values()])
+def test_the_form_of_values_has_all_of_them(case: dict[str, dict[str, float]], motion: Motion) -> None:
+    ((name, numbers),) = case.items()
+    values = registry.get(name).to_values(numbers)
+    form = registry.get(name).form_of(values)
+    assert set(values) <= {one.name for one in form.active(motion)} | set(form.constants(motion))
+    assert len(form.active(motion)) <= len(values)

@@ -17,6 +17,7 @@ from idtool.control import Limits, Reason
 from idtool.effects import registry
 from idtool.parameters import Parameter, Parameters
 from idtool.parameters.axis import Axis
+from testbench.effect_numbers import RICHER
 from tests.control.double import BENCH, PAPER, parameters
 from tests.control.test_online import EFFECTS as ONLINE
 
@@ -36,6 +37,7 @@ OTHER_FORMS = {
     "late_current": {"transport_delay": {"delay": -0.02}},
     "gap_without_load": {"backlash": {"gap": 0.05, "share_behind_gap": 0.5, "share_at_once": 0.3}},
     "beside_the_clock": {"external_periodic": {"frequency": 1.0, "amplitude": 0.1, "phase": 0.0}},
+    **RICHER,
 }
 CASES = {"none": {}} | {name: {name: values} for name, values in EFFECTS.items()} | OTHER_FORMS
 CASES["all"] = EFFECTS

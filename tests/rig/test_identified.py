@@ -80,3 +80,14 @@ def test_a_form_that_the_plant_does_not_have_is_told(tmp_path: Path) -> None:
     found = read_plant(str(written(known().with_effect(entry), tmp_path)))
     assert "without a part of load_dependent_friction" in found.description
     assert found.effects["load_dependent_friction"] == {"mu": 0.1}
+
+
+def test_an_element_that_carries_a_part_of_the_friction_leaves_the_rest_of_it(tmp_path: Path) -> None:
+    values = {"stiffness": 2.0, "yield": 0.06, "of_friction": 1.0}
+    entry = EffectEntry("hysteresis", {name: Parameter(value) for name, value in values.items()})
+    from idtool.rig.opening import read_plant
+
+    found = read_plant(str(written(known().with_effect(entry), tmp_path)))
+    assert found.effects["hysteresis"] == {"stiffness_nm_per_rad": 2.0, "yield_nm": 0.06}
+    assert found.friction["coulomb_nm"] == pytest.approx(0.02)
+    assert found.friction["static_nm"] == pytest.approx(0.06)
