@@ -262,9 +262,7 @@ def refit(
     new = solve(model, x, most=most, tolerance=tolerance)
     # starts found before hardly move when another effect comes in: they are not worth their time here
     return (
-        new
-        if all(name in known for name in names)
-        else settle(new, settling, most=most, tolerance=tolerance)
+        new if all(name in known for name in names) else settle(new, settling, most=most, tolerance=tolerance)
     )
 
 
