@@ -20,7 +20,7 @@ BIN     = $(VENV)/bin
 # What starts again and again is compiled once, as after an install, whatever the environment says.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint types tests test-long quick bench fuzz mutants package clean study-accuracy study-partial study-diagnosis study-measured study-simulate study-calibrate \
+.PHONY: demo test lint types tests test-long quick bench fuzz mutants package clean stale study-accuracy study-partial study-diagnosis study-measured study-simulate study-calibrate \
     study-board study-teach study-played study-reliability study-fleet study-rehearsal study-exchange study-volts docs-commands docs-effects \
     docs-tutorial docs-architecture docs-notebook
 .DELETE_ON_ERROR:
@@ -63,9 +63,7 @@ $(patsubst %,study-%,teach $(filter-out board played reliability,$(STUDIES))): e
 $(STUDIES:%=study-%): study-%: $(VENV)/.ready-dev
 	$(BIN)/python -m studies.$*
 
-# What is compiled of a session holds the law inside, and is kept by the age of its own file alone.
-study-teach: $(VENV)/.ready-dev
-	rm -f testbench/guided_machines/__pycache__/session*.nb?
+study-teach: stale $(VENV)/.ready-dev
 	$(BIN)/python -m studies.guiding
 
 docs-commands: $(VENV)/.ready-dev
@@ -127,6 +125,10 @@ $(VENV)/.ready-fuzz: pyproject.toml constraints.txt | $(VENV)/bin/python
 $(VENV)/.ready-mutants: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[dev,mutants]'
 	@touch $@ $(VENV)/.ready
+
+# What is compiled holds what it calls, and is kept by the age of its own file alone.
+stale:
+	find idtool testbench -name "*.nb[ic]" -delete
 
 clean:
 	rm -rf $(VENV) demo build *.egg-info

@@ -194,6 +194,7 @@ def test_the_reader_is_asked(tmp_path: Path) -> None:
         ({"follows": ("positon",)}, 'follows .positon., which there is not; did you mean "position"'),
         ({"needs": ("load_uprigt",)}, 'needs .load_uprigt., which there is not; did you mean "load_upright"'),
         ({"memory": 1}, "has a memory but no resume"),
+        ({"contribute": Effect.contribute}, "has no formula"),
         (
             {"parameters": (EffectParameter("sine", "torqe", "pull"),)},
             "has no unit for 'sine': there is no dimension 'torqe'; did you mean \"torque\"",

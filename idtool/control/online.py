@@ -81,28 +81,29 @@ class OnlineModel:
         self.back_emf = 0.0
         if self.axis.reading == "voltage" and self.axis.effort == "torque":
             self.back_emf = self.axis.back_emf_damping / self.torque_constant
-        self._numbers = compiled.numbers_of(parameters)
-        self._memory = np.zeros(compiled.MEMORY)
+        self._parameters = parameters
+        self._names: list[str] = []
+        self._inside: list[tuple[Effect, Values]] = []
+        self._outside: list[tuple[Effect, Values, Past | None]] = []
+        self._thermometer = False
+        for entry in parameters.effects:
+            effect = registry.get(entry.name)
+            values = effect.from_file(entry.values(), parameters.axis.kind)
+            self._names.append(effect.name)
+            self._thermometer |= effect.name == "thermal_drift" and "rate" in values
+            if compiled.compiled(effect.name):
+                self._inside.append((effect, values))
+            else:
+                self._outside.append((effect, values, _past(effect)))
+        self._write()
         self.coulomb, self.static, self.stribeck_velocity, self.viscous, self.bristle_stiffness = map(
             float, self._numbers[compiled.COULOMB : compiled.SIGMA0 + 1]
         )
         self.bristle_damping = float(self._numbers[compiled.SIGMA1])
         slope = parameters.gravity.get("per_payload")
         self._per_payload = slope.value if slope else 0.0
-        self._names: list[str] = []
-        self._outside: list[tuple[Effect, Values, Past | None]] = []
         self._correction = correction
-        self._thermometer = False
         self.skipped: list[str] = []
-        for entry in parameters.effects:
-            effect = registry.get(entry.name)
-            values = effect.from_file(entry.values(), parameters.axis.kind)
-            self._names.append(effect.name)
-            self._thermometer |= effect.name == "thermal_drift" and "rate" in values
-            if compiled.compiled(effect.name, values):
-                compiled.set_effect(self._numbers, effect.name, values, self.torque_constant)
-            else:
-                self._outside.append((effect, values, _past(effect)))
         self._warm = _Row(self.torque_constant, with_temperature=True)
         self._blind = _Row(self.torque_constant, with_temperature=False)
         self.load = Load()
@@ -112,6 +113,11 @@ class OnlineModel:
         self.load = Load()
         self.reset()
 
+    def _write(self) -> None:
+        """Fill numbers and memory anew, for the effects that are compensated."""
+        self._numbers = compiled.numbers_of(self._parameters, self._inside, self.torque_constant)
+        self._memory = compiled.memory_of(self._inside)
+
     @property
     def friction_bound(self) -> float:
         """The most that friction can hold at rest, N m (N)."""
@@ -120,7 +126,7 @@ class OnlineModel:
     @property
     def inertia(self) -> float:
         """Inertia of the file, kg m^2 (kg); 0 where it has none."""
-        return float(self._numbers[compiled.INERTIA])
+        return next((values["inertia"] for effect, values in self._inside if effect.name == "inertia"), 0.0)
 
     @property
     def bristle(self) -> float:
@@ -151,8 +157,9 @@ class OnlineModel:
         if not self.uses(effect):
             return
         self._names.remove(effect)
-        compiled.clear_effect(self._numbers, effect)
+        self._inside = [known for known in self._inside if known[0].name != effect]
         self._outside = [known for known in self._outside if known[0].name != effect]
+        self._write()
         self.skipped.append(f"{effect} is not compensated: {why}")
 
     def reset(self) -> None:
@@ -274,7 +281,7 @@ class OnlineModel:
                 total[k] += _number(getattr(part, name))
         if self._correction is not None:
             total[_TORQUE] += self._corrected(row.motion, self._correction)
-        self._memory[compiled.OUTSIDE :] = total
+        self._memory[compiled.OUTSIDE : compiled.OUTSIDE + len(FIELDS)] = total
 
     def _corrected(self, motion: Motion, correction: Correction) -> float:
         """Torque of the correction at this sample, N m (N)."""

@@ -38,11 +38,11 @@ class Unnamed(Effect):
 
     Attributes:
         of_friction: whether it is added to the level of friction, which the bristle passes on.
-        at: the word before its place.
+        preposition: the word before its place.
     """
 
     of_friction: ClassVar[bool]
-    at: ClassVar[str] = "at"
+    preposition: ClassVar[str] = "at"
     formula = "one place of the variable, and nothing elsewhere"
     reveals = ""
     citation = "none: it has no name"
@@ -97,8 +97,9 @@ class Unnamed(Effect):
 
     def told(self, values: Values, units: Units) -> str:
         """What it looks like, in words."""
+        size = f"{values['height']:+.2g} {unit_text('torque', units)}"
         place = f"{values['place']:.3g} {unit_text(_VARIABLES[self.follows[0]][0], units)}"
-        return f"{self.title.lower()}: {values['height']:+.2g} {unit_text('torque', units)} {self.at} {place}"
+        return f"{self.title.lower()}: {size} {self.preposition} {place}"
 
     def near(self, motion: Motion, start: Values, share: float) -> list[dict[str, float]]:
         """A start and those around it, a share of its width apart."""
@@ -123,7 +124,7 @@ class Unnamed(Effect):
 class _Step(Unnamed):
     """From one value of the variable on."""
 
-    at = "from"
+    preposition = "from"
 
     def shape(self, variable: Array, place: float, log_width: float) -> Array:
         return np.asarray(0.5 + 0.5 * np.tanh((variable - place) / np.exp(log_width)))

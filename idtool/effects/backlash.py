@@ -7,11 +7,11 @@ from typing import final
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
-from idtool.model.contribution import Contribution
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
+from idtool.model.contribution import BRISTLE_CHANGE, LEVEL_CHANGE
 from idtool.model.motion import Array, Motion
+from idtool.model.row import Row, row_of
 
 #: A gap is looked for between these shares of the stroke.
 _GAPS = (0.003, 0.006, 0.012, 0.025, 0.05)
@@ -24,36 +24,28 @@ _ONSET = 0.1
 
 
 @numba.njit(cache=True)
-def free_share(behind: float, position: float, velocity: float, half: float) -> tuple[float, float]:
-    """Play operator: where the part behind the gap is, and 1 where the motor moves free inside the gap
-    (`half` of which lies on either side), 0 in contact."""
-    behind = min(max(behind, position - half), position + half)
-    depth = (position - behind) / half
-    if velocity < 0.0:
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    """Play operator, half of whose gap lies on either side; memory: where the part behind the gap is."""
+    half, share, at_once = n[0], n[1], n[2]
+    if row.first:
+        memory[0] = row.position - half * row.start
+    memory[0] = min(max(memory[0], row.position - half), row.position + half)
+    depth = (row.position - memory[0]) / half
+    if row.velocity < 0.0:
         depth = -depth  # only the face ahead can be met; the other is being left
-    return behind, min(max((1.0 - depth) / _ONSET, 0.0), 1.0)
+    apart = min(max((1.0 - depth) / _ONSET, 0.0), 1.0)  # 1 inside the gap, 0 in contact
+    if len(n) > 3 and not math.isnan(row.load):
+        share_under_load, load_scale = n[3], n[4]
+        unloaded = math.exp(-abs(row.load) / load_scale)
+        share = share * unloaded + share_under_load * (1.0 - unloaded)
+    total[LEVEL_CHANGE] -= share * apart
+    total[BRISTLE_CHANGE] -= at_once * apart
 
 
 @numba.njit(cache=True)
-def _apart(
-    position: Array,
-    velocity: Array,
-    first: NDArray[np.bool_],
-    start: Array,
-    half: float,
-    memory: Array,
-    out: Array,
-) -> None:
-    """`free_share` of every row."""
-    behind = memory[0]
-    begun = 0
-    for k in range(position.shape[0]):
-        q = position[k]
-        if first[k]:
-            behind = q - half * start[begun]
-            begun += 1
-        behind, out[k] = free_share(behind, q, velocity[k], half)
-    memory[0] = behind
+def over(rows: Row, n: Array, memory: Array, total: Array) -> None:
+    for k in range(len(rows.position)):
+        at(row_of(rows, k), n, memory, total[:, k])
 
 
 @final
@@ -86,18 +78,17 @@ class Backlash(Effect):
     memory = 1
     free_start = True
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return self.resume(motion, values, Past.none(motion, self.memory))
+    at = staticmethod(at)
+    over = staticmethod(over)
 
-    def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
-        apart = np.empty(len(motion))
-        half = 0.5 * math.exp(values["log_gap"])
-        _apart(motion.position, motion.velocity, past.first, past.start, half, past.memory, apart)
-        share: Array | float = values["share_behind_gap"]
-        if "share_under_load" in values and motion.load is not None:
-            free = np.exp(-np.abs(motion.load) / values["load_scale"])
-            share = share * free + values["share_under_load"] * (1.0 - free)
-        return Contribution(level_change=-share * apart, bristle_change=-values["share_at_once"] * apart)
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        always = 0.5 * math.exp(values["log_gap"]), values["share_behind_gap"], values["share_at_once"]
+        if "share_under_load" not in values or "load_scale" not in values:
+            return always
+        return *always, values["share_under_load"], values["load_scale"]
+
+    def acts_on(self, values: Values) -> tuple[int, ...]:
+        return LEVEL_CHANGE, BRISTLE_CHANGE
 
     def in_c(self, values: Values) -> CForm:
         share = "const float share = share_behind_gap;"

@@ -1,16 +1,17 @@
 """What every effect is: a form, parameters with units and bounds, and what reveals it.
 
-An effect is written down once, as `contribute`: what it adds to the model at given parameter values
-(see `Contribution`). Fit, prediction, diagnosis, controller and report all use that.
+An effect is written down once, as `at`: what it adds to the model (see `Contribution`) at one row, given its
+numbers and what it remembers. Fits, prediction and diagnosis take that over all rows (`contribute`), the
+controller one row at a time, compiled; a board has the same in C (`in_c`).
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import ABC
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,6 @@ from idtool.model.motion import Array, Motion
 from idtool.model.units import Units, radians_per_unit
 
 Values = Mapping[str, float]
-
 #: What an effect may be a function of, as the tests of the residual name it.
 FOLLOWED = ("position", "velocity", "acceleration", "direction", "load", "temperature", "time", "order")
 #: What a person would call an attribute of `Motion`.
@@ -179,13 +179,39 @@ class Effect(ABC):
     is_lag: ClassVar[bool] = False
     after_reversal: ClassVar[bool] = False
 
-    @abstractmethod
+    #: The formula as a static method that numba compiled: at(row, numbers, memory, total) adds what the
+    #: effect adds to `total` (places of `FIELDS`) and moves its memory on. Without a memory it takes all rows
+    #: at once too, as numpy. None: the controller asks `contribute`, which is slow.
+    at: ClassVar[Any] = None
+    #: With a memory: the same for many rows, over(rows, numbers, memory, total of shape (fields, rows)).
+    over: ClassVar[Any] = None
+
+    def acts_on(self, values: Values) -> tuple[int, ...]:
+        """With a memory: where `at` adds something, as places of `FIELDS`."""
+        raise NotImplementedError
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        """The numbers that `at` takes, of `values` (fit coordinates and constants by name)."""
+        raise NotImplementedError
+
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         """What the effect adds at `values` (fit coordinates and constants by name)."""
+        if self.memory:
+            return self.resume(motion, values, Past.none(motion, self.memory))
+        total: list[Any] = [0.0] * len(FIELDS)
+        self.at.py_func(motion.rows, self.numbers(values), None, total)
+        return Contribution(*total)
 
     def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
         """As `contribute`, for rows that follow on those before; updates `past`."""
-        return self.contribute(motion, values)
+        if self.over is None:
+            return self.contribute(motion, values)
+        start = np.zeros(len(motion))
+        start[past.first] = past.start
+        rows = motion.each_row._replace(first=past.first, start=start, step=past.step)
+        total = np.zeros((len(FIELDS), len(motion)))
+        self.over(rows, np.array(self.numbers(values)), past.memory, total)
+        return Contribution(**{FIELDS[place]: total[place] for place in self.acts_on(values)})
 
     def from_start(self, motion: Motion, values: Values, start: Array | None) -> Contribution:
         """As `contribute`, with the memory of each trial started at `start` (see `Past`) if given."""

@@ -7,11 +7,11 @@ from typing import final
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
-from idtool.model.contribution import Contribution
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
+from idtool.model.contribution import STATIC_CHANGE
 from idtool.model.motion import Array, Motion
+from idtool.model.row import Row, row_of
 
 #: The axis rests where it is slower than this share of its speed while it moves.
 _REST = 0.02
@@ -23,37 +23,23 @@ _TIME_CONSTANTS = (0.4, 1.5, 6.0)
 
 
 @numba.njit(cache=True)
-def aged(
-    age: float, speed: float, step: float, rest_speed: float, wear: float, time_constant: float
-) -> float:
-    """How far the contact has aged after a step: towards 0 when sliding, towards 1 at rest."""
-    if speed < rest_speed:
-        return age - (1.0 - age) * math.expm1(-step / time_constant)
-    return age * math.exp(-step * speed / wear)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    """Memory: how far the contact has aged, towards 1 at rest, towards 0 when sliding."""
+    gain, time_constant, wear, rest_speed = n[0], n[1], n[2], n[3]
+    speed = abs(row.velocity)
+    if row.first:
+        memory[0] = 0.5 * (1.0 + row.start)
+    elif speed < rest_speed:
+        memory[0] -= (1.0 - memory[0]) * math.expm1(-row.step / time_constant)
+    else:
+        memory[0] *= math.exp(-row.step * speed / wear)
+    total[STATIC_CHANGE] += gain * memory[0]
 
 
 @numba.njit(cache=True)
-def _rested(
-    velocity: Array,
-    first: NDArray[np.bool_],
-    step: Array,
-    start: Array,
-    rest_speed: float,
-    wear: float,
-    time_constant: float,
-    memory: Array,
-    out: Array,
-) -> None:
-    """How far the contact has aged at every sample."""
-    age, begun = memory[0], 0
-    for k in range(velocity.shape[0]):
-        if first[k]:
-            age = 0.5 * (1.0 + start[begun])
-            begun += 1
-        else:
-            age = aged(age, abs(velocity[k]), step[k], rest_speed, wear, time_constant)
-        out[k] = age
-    memory[0] = age
+def over(rows: Row, n: Array, memory: Array, total: Array) -> None:
+    for k in range(len(rows.position)):
+        at(row_of(rows, k), n, memory, total[:, k])
 
 
 @final
@@ -79,23 +65,15 @@ class BreakawayDwell(Effect):
     memory = 1
     free_start = True
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return self.resume(motion, values, Past.none(motion, self.memory))
+    at = staticmethod(at)
+    over = staticmethod(over)
 
-    def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
-        age = np.empty(len(motion))
-        _rested(
-            motion.velocity,
-            past.first,
-            past.step,
-            past.start,
-            values["rest_speed"],
-            math.exp(values["log_wear"]),
-            math.exp(values["log_time_constant"]),
-            past.memory,
-            age,
-        )
-        return Contribution(static_change=values["gain"] * age)
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        times = math.exp(values["log_time_constant"]), math.exp(values["log_wear"])
+        return values["gain"], *times, values["rest_speed"]
+
+    def acts_on(self, values: Values) -> tuple[int, ...]:
+        return (STATIC_CHANGE,)
 
     def in_c(self, values: Values) -> CForm:
         code = """

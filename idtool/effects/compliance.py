@@ -7,11 +7,11 @@ from typing import final
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
-from idtool.model.contribution import Contribution
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
+from idtool.model.contribution import TORQUE
 from idtool.model.motion import Array, Motion
+from idtool.model.row import Row, row_of
 
 #: A lightly damped resonance is narrow: a search that starts beside it does not find it.
 _FREQUENCIES_HZ = (1.2, 1.7, 2.3, 3.1, 4.0, 5.0, 6.2, 7.7, 9.5, 12.0, 15.0, 20.0)
@@ -42,31 +42,24 @@ def swing(
 
 
 @numba.njit(cache=True)
-def _lag(
-    acceleration: Array,
-    first: NDArray[np.bool_],
-    step: Array,
-    omega: float,
-    ratio: float,
-    memory: Array,
-    out: Array,
-) -> None:
-    """Acceleration of the load less that of the motor.
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    """Memory: twist and its rate, and the acceleration before, which is held at its mean over a step."""
+    load_inertia, omega, ratio = n[0], n[1], n[2]
+    if row.first:
+        # it was pulled along before the first row: the twist that this acceleration would hold
+        memory[0], memory[1] = -row.acceleration / (omega * omega), 0.0
+    else:
+        mean = 0.5 * (row.acceleration + memory[2])
+        memory[0], memory[1] = swing(memory[0], memory[1], mean, row.step, omega, ratio)
+    memory[2] = row.acceleration
+    pull = -omega * omega * memory[0] - 2.0 * ratio * omega * memory[1]
+    total[TORQUE] += load_inertia * (pull - row.acceleration)
 
-    The acceleration is held at its mean over a step, see `swing`.
-    """
-    twist, rate, last = memory[0], memory[1], memory[2]
-    for k in range(acceleration.shape[0]):
-        a = acceleration[k]
-        if first[k]:
-            # it was pulled along before the first row: the twist that this acceleration would hold
-            twist, rate = -a / (omega * omega), 0.0
-        else:
-            mean = 0.5 * (a + last)
-            twist, rate = swing(twist, rate, mean, step[k], omega, ratio)
-        last = a
-        out[k] = -omega * omega * twist - 2.0 * ratio * omega * rate - a
-    memory[0], memory[1], memory[2] = twist, rate, last
+
+@numba.njit(cache=True)
+def over(rows: Row, n: Array, memory: Array, total: Array) -> None:
+    for k in range(len(rows.position)):
+        at(row_of(rows, k), n, memory, total[:, k])
 
 
 @final
@@ -93,14 +86,14 @@ class Compliance(Effect):
     )
     memory = 3
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return self.resume(motion, values, Past.none(motion, self.memory))
+    at = staticmethod(at)
+    over = staticmethod(over)
 
-    def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
-        lag = np.empty(len(motion))
-        omega = math.exp(values["log_omega"])
-        _lag(motion.acceleration, past.first, past.step, omega, values["damping_ratio"], past.memory, lag)
-        return Contribution(torque=values["load_inertia"] * lag)
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return values["load_inertia"], math.exp(values["log_omega"]), values["damping_ratio"]
+
+    def acts_on(self, values: Values) -> tuple[int, ...]:
+        return (TORQUE,)
 
     def in_c(self, values: Values) -> CForm:
         code = """

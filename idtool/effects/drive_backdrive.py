@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import LEVEL_TORQUE
+from idtool.model.motion import Array, Motion
+from idtool.model.row import Row
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    mu_drive, mu_backdrive = n[0], n[1]
+    mu = mu_backdrive + (mu_drive - mu_backdrive) * (row.velocity * row.load > 0.0)
+    total[LEVEL_TORQUE] += mu * np.abs(row.load)
 
 
 @final
@@ -31,11 +40,10 @@ class DriveBackdrive(Effect):
         Coordinate("mu_backdrive", lower=-0.5, upper=1.0, increment=1e-3),
     )
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        assert motion.load is not None
-        raising = motion.velocity * motion.load > 0
-        mu = np.where(raising, values["mu_drive"], values["mu_backdrive"])
-        return Contribution(level_torque=mu * np.abs(motion.load))
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return values["mu_drive"], values["mu_backdrive"]
 
     def in_c(self, values: Values) -> CForm:
         code = """

@@ -5,15 +5,24 @@ from __future__ import annotations
 import math
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import Coordinate, Effect, EffectParameter, Values, Wave, both_ways
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import TORQUE
+from idtool.model.motion import Array, Motion
+from idtool.model.row import Row
 
 #: An axis moves above this share of its top speed, and at one speed where nine in ten of those rows are no
 #: faster than so many times the slowest tenth.
 _MOVING, _AS_FAST = 0.05, 1.3
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    frequency, sine, cosine = n[0], n[1], n[2]
+    angle = 2.0 * math.pi * frequency * row.time
+    total[TORQUE] += sine * np.sin(angle) + cosine * np.cos(angle)
 
 
 @final
@@ -36,9 +45,10 @@ class ExternalPeriodic(Effect):
         Coordinate("frequency", null=1.0, lower=0.0, increment=1e-5),
     )
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        angle = 2.0 * math.pi * values["frequency"] * motion.time
-        return Contribution(torque=values["sin"] * np.sin(angle) + values["cos"] * np.cos(angle))
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return values["frequency"], values["sin"], values["cos"]
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
         return [{"frequency": self.wave(motion).lowest}]

@@ -9,11 +9,11 @@ from typing import final
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Past, Values
-from idtool.model.contribution import Contribution
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
+from idtool.model.contribution import LEVEL_TORQUE, TORQUE
 from idtool.model.motion import Array, Motion
+from idtool.model.row import Row, row_of
 
 #: The travel over which the element yields is looked for between these shares of the stroke.
 _REACHES = (0.005, 0.015, 0.04, 0.1, 0.25)
@@ -28,27 +28,22 @@ _LONGEST = 0.4
 
 
 @numba.njit(cache=True)
-def stretched(stretch: float, travel: float, reach: float) -> float:
-    """Stretch after a travel, in units of the stretch `reach` at which the element yields."""
-    return min(max(stretch + travel / reach, -1.0), 1.0)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    """A Maxwell-slip element; memory: its stretch over that at which it yields, and where it was."""
+    strength, reach, of_friction = n[0], n[1], n[2]
+    if row.first:
+        memory[0] = row.start
+    else:
+        memory[0] = min(max(memory[0] + (row.position - memory[1]) / reach, -1.0), 1.0)
+    memory[1] = row.position
+    total[TORQUE] += strength * memory[0]
+    total[LEVEL_TORQUE] -= strength * of_friction
 
 
 @numba.njit(cache=True)
-def _stretch(
-    position: Array, first: NDArray[np.bool_], start: Array, reach: float, memory: Array, out: Array
-) -> None:
-    """Stretch of a Maxwell-slip element in units of the stretch at which it yields."""
-    stretch, last = memory[0], memory[1]
-    begun = 0
-    for k in range(position.shape[0]):
-        if first[k]:
-            stretch = start[begun]
-            begun += 1
-        else:
-            stretch = stretched(stretch, position[k] - last, reach)
-        last = position[k]
-        out[k] = stretch
-    memory[0], memory[1] = stretch, last
+def over(rows: Row, n: Array, memory: Array, total: Array) -> None:
+    for k in range(len(rows.position)):
+        at(row_of(rows, k), n, memory, total[:, k])
 
 
 @final
@@ -85,15 +80,14 @@ class Hysteresis(Effect):
     memory = 2
     free_start = True
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return self.resume(motion, values, Past.none(motion, self.memory))
+    at = staticmethod(at)
+    over = staticmethod(over)
 
-    def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
-        stretch = np.empty(len(motion))
-        reach = math.exp(values["log_reach"])
-        _stretch(motion.position, past.first, past.start, reach, past.memory, stretch)
-        carried = values["yield"] * values.get("of_friction", 0.0)
-        return Contribution(torque=values["yield"] * stretch, level_torque=-carried)
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return values["yield"], math.exp(values["log_reach"]), values.get("of_friction", 0.0)
+
+    def acts_on(self, values: Values) -> tuple[int, ...]:
+        return (TORQUE, LEVEL_TORQUE) if values.get("of_friction") else (TORQUE,)
 
     def in_c(self, values: Values) -> CForm:
         code = """

@@ -5,9 +5,17 @@ from __future__ import annotations
 import math
 from typing import final
 
+import numba
+
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import TORQUE
+from idtool.model.motion import Array
+from idtool.model.row import Row
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    total[TORQUE] += n[0] * row.acceleration
 
 
 @final
@@ -22,8 +30,10 @@ class Inertia(Effect):
     parameters = (EffectParameter("inertia", "inertia", "inertia at the shaft of the torque constant", 0.0),)
     coordinates = (Coordinate("inertia", lower=0.0, upper=math.inf),)
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return Contribution(torque=values["inertia"] * motion.acceleration)
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return (values["inertia"],)
 
     def in_c(self, values: Values) -> CForm:
         return CForm("sum->torque += inertia * row->acceleration;", values)

@@ -4,11 +4,21 @@ from __future__ import annotations
 
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import LEVEL_TORQUE, STATIC_CHANGE
+from idtool.model.motion import Array, Motion
+from idtool.model.row import Row
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    size = np.abs(row.load)
+    total[LEVEL_TORQUE] += n[0] * size
+    if len(n) > 1:
+        total[STATIC_CHANGE] += size / n[1]
 
 
 @final
@@ -28,12 +38,10 @@ class LoadDependentFriction(Effect):
     )
     coordinates = (Coordinate("mu", upper=1.0, lower=-0.5, increment=1e-3),)
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        assert motion.load is not None
-        size = np.abs(motion.load)
-        if "doubling_load" not in values:
-            return Contribution(level_torque=values["mu"] * size)
-        return Contribution(level_torque=values["mu"] * size, static_change=size / values["doubling_load"])
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return tuple(values[name] for name in ("mu", "doubling_load") if name in values)
 
     def in_c(self, values: Values) -> CForm:
         code = "sum->level_torque += mu * fabsf(row->load);"

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import TORQUE
+from idtool.model.motion import Array
+from idtool.model.row import Row
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    total[TORQUE] += n[0] * np.abs(row.velocity) * row.velocity
 
 
 @final
@@ -23,8 +30,10 @@ class NonlinearViscous(Effect):
     parameters = (EffectParameter("quadratic", "quadratic_damping", "coefficient c"),)
     coordinates = (Coordinate("quadratic"),)
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return Contribution(torque=values["quadratic"] * np.abs(motion.velocity) * motion.velocity)
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return (values["quadratic"],)
 
     def in_c(self, values: Values) -> CForm:
         return CForm("sum->torque += quadratic * fabsf(row->velocity) * row->velocity;", values)

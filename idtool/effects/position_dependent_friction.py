@@ -5,13 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import LEVEL_CHANGE
+from idtool.model.motion import Array, Motion
+from idtool.model.row import Row
 
 _DEGREES = (2, 4)
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    center, half_stroke = n[0], n[1]
+    x = np.minimum(np.maximum((row.position - center) / half_stroke, -1.0), 1.0)
+    before, now = 1.0, x
+    total[LEVEL_CHANGE] += n[2] * x
+    for k in range(3, len(n)):
+        before, now = now, 2.0 * x * now - before
+        total[LEVEL_CHANGE] += n[k] * now
 
 
 @final
@@ -44,13 +57,11 @@ class PositionDependentFriction(Effect):
         Coordinate(f"slope_{k}", lower=-0.9, upper=0.9, increment=1e-2) for k in range(1, _DEGREES[-1] + 1)
     )
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        x = np.clip((motion.position - values["center"]) / values["half_stroke"], -1.0, 1.0)
-        before, now, change = np.ones(len(x)), x, values["slope_1"] * x
-        for k in range(2, _degree(values) + 1):
-            before, now = now, 2.0 * x * now - before
-            change = change + values[f"slope_{k}"] * now
-        return Contribution(level_change=change)
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        slopes = (values[f"slope_{k}"] for k in range(1, _degree(values) + 1))
+        return values["center"], values["half_stroke"], *slopes
 
     def in_c(self, values: Values) -> CForm:
         code = """

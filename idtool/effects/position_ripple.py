@@ -10,13 +10,15 @@ import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, Wave, both_ways
-from idtool.model.contribution import Contribution
+from idtool.model.contribution import LEVEL_TORQUE, TORQUE, Contribution
 from idtool.model.motion import Array, Motion
+from idtool.model.row import Row
 
 _HARMONICS = (1, 2)
-MOST_FAMILIES = 6
+_STRENGTHS = ("sin_1", "cos_1", "sin_2", "cos_2", "turned_sin_1", "turned_cos_1")
+_MOST_FAMILIES = 6
 #: A fit asks for a family's waves once for every strength, and for a frequency that it tries.
-_KEPT = MOST_FAMILIES + 2
+_KEPT = _MOST_FAMILIES + 2
 #: Fewer periods than this over the stroke look like a stiffness, an offset or a friction slope.
 _LEAST_PERIODS = 2.0
 #: ... and a fit that drifts below these follows one of them, or gravity.
@@ -46,7 +48,16 @@ def _waves(motion: Motion, cycles: float) -> Array:
     return known[cycles]
 
 
-def family_prefix(family: int) -> str:
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    """Of each family the cycles, then the strengths in the order of `_STRENGTHS`."""
+    for k in range(0, len(n), 1 + len(_STRENGTHS)):
+        s, c = math.sin(n[k] * row.position), math.cos(n[k] * row.position)
+        total[TORQUE] += n[k + 1] * s + n[k + 2] * c + 2.0 * n[k + 3] * s * c + n[k + 4] * (1.0 - 2.0 * s * s)
+        total[LEVEL_TORQUE] += n[k + 5] * s + n[k + 6] * c
+
+
+def _prefix(family: int) -> str:
     """What the names of a family's numbers begin with; those of the first have none."""
     return f"family_{family}_" if family > 1 else ""
 
@@ -54,8 +65,8 @@ def family_prefix(family: int) -> str:
 def _coordinates(family: int, directed: bool) -> tuple[Coordinate, ...]:
     names = [f"{part}_{k}" for k in _HARMONICS for part in ("sin", "cos")]
     names += ["turned_sin_1", "turned_cos_1"] if directed else []
-    cycles = Coordinate(f"{family_prefix(family)}cycles", null=1.0, lower=0.0, increment=1e-3)
-    return (*(Coordinate(family_prefix(family) + name) for name in names), cycles)
+    cycles = Coordinate(f"{_prefix(family)}cycles", null=1.0, lower=0.0, increment=1e-3)
+    return (*(Coordinate(_prefix(family) + name) for name in names), cycles)
 
 
 def _parameters(family: int) -> tuple[EffectParameter, ...]:
@@ -63,7 +74,7 @@ def _parameters(family: int) -> tuple[EffectParameter, ...]:
         name: str, dimension: str, meaning: str, lower: float, upper: float = math.inf, optional: bool = False
     ) -> EffectParameter:
         return EffectParameter(
-            family_prefix(family) + name, dimension, meaning, lower, upper, optional or family > 1
+            _prefix(family) + name, dimension, meaning, lower, upper, optional or family > 1
         )
 
     which = f"of family {family}: " if family > 1 else ""
@@ -99,10 +110,18 @@ class PositionRipple(Effect):
     reveals = "a slow sweep over the whole stroke; its spectrum over the angle"
     look_alikes = ("position_stiffness", "position_dependent_friction", "external_periodic")
     citation = "Armstrong-Helouvry 1991; Villagran et al. 2009 (cogging)"
-    parameters = tuple(p for family in range(1, MOST_FAMILIES + 1) for p in _parameters(family))
-    coordinates = tuple(c for family in range(1, MOST_FAMILIES + 1) for c in _coordinates(family, True))
+    parameters = tuple(p for family in range(1, _MOST_FAMILIES + 1) for p in _parameters(family))
+    coordinates = tuple(c for family in range(1, _MOST_FAMILIES + 1) for c in _coordinates(family, True))
+
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return tuple(
+            values.get(prefix + name, 0.0) for prefix in _families(values) for name in ("cycles", *_STRENGTHS)
+        )
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
+        """As `at`, over waves that are kept: a fit asks for the same ones once for every strength."""
         torque, friction = np.zeros(len(motion)), np.zeros(len(motion))
         turned = False
         for prefix in _families(values):
@@ -163,7 +182,7 @@ class PositionRipple(Effect):
     def larger(self, motion: Motion) -> tuple[Effect, ...]:
         both = both_ways(motion)
         more: list[Effect] = []
-        if len(self.directed) < MOST_FAMILIES:
+        if len(self.directed) < _MOST_FAMILIES:
             more += [
                 PositionRipple((*self.directed, of_friction)) for of_friction in (False, True)[: 1 + both]
             ]
@@ -184,7 +203,7 @@ class PositionRipple(Effect):
         # at the slowest tenth of the moving rows a period must hold at least six samples
         step = float(np.quantile(moving[moving > 0], 0.1)) if np.any(moving > 0) else stroke
         lowest = _LEAST_PERIODS * 2.0 * math.pi / stroke
-        name = f"{family_prefix(len(self.directed))}cycles"
+        name = f"{_prefix(len(self.directed))}cycles"
         return Wave(name, motion.position, lowest, 2.0 * math.pi / (6.0 * step), self.directed[-1])
 
     def untestable(self, motion: Motion) -> str | None:
@@ -216,7 +235,7 @@ class PositionRipple(Effect):
 
 def _families(values: Values) -> list[str]:
     """Prefix of every family whose numbers are there."""
-    return [family_prefix(k) for k in range(1, MOST_FAMILIES + 1) if f"{family_prefix(k)}cycles" in values]
+    return [_prefix(k) for k in range(1, _MOST_FAMILIES + 1) if f"{_prefix(k)}cycles" in values]
 
 
 def _parts(prefix: str, values: Values) -> list[tuple[str, str, str, str]]:

@@ -5,15 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import TORQUE
+from idtool.model.motion import Array, Motion
+from idtool.model.row import Row
 
 #: Degrees of the shape; cables and hoses are no straight lines.
 _DEGREES = (1, 3, 5)
-HIGHEST = _DEGREES[-1]
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    stiffness, pull = n[0], n[1]
+    total[TORQUE] += stiffness * row.position + pull
+    if len(n) > 2:
+        center, half_stroke = n[2], n[3]
+        x = np.minimum(np.maximum((row.position - center) / half_stroke, -1.0), 1.0)
+        before, now = 1.0, x
+        for k in range(4, len(n)):
+            before, now = now, 2.0 * x * now - before
+            total[TORQUE] += n[k] * now
 
 
 @final
@@ -44,7 +58,7 @@ class PositionStiffness(Effect):
         EffectParameter("neutral", "position", "position q0 at which the straight spring is slack"),
         *(
             EffectParameter(f"shape_{k}", "torque", f"coefficient of T_{k}", optional=True)
-            for k in range(2, HIGHEST + 1)
+            for k in range(2, _DEGREES[-1] + 1)
         ),
         EffectParameter("center", "position", "middle of the stroke that was moved", optional=True),
         EffectParameter("half_stroke", "position", "half of it", 0.0, optional=True),
@@ -52,18 +66,17 @@ class PositionStiffness(Effect):
     coordinates = (
         Coordinate("stiffness"),
         Coordinate("pull"),
-        *(Coordinate(f"shape_{k}") for k in range(2, HIGHEST + 1)),
+        *(Coordinate(f"shape_{k}") for k in range(2, _DEGREES[-1] + 1)),
     )
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        torque = values["stiffness"] * motion.position + values["pull"]
-        if "shape_2" in values:
-            x = np.clip((motion.position - values["center"]) / values["half_stroke"], -1.0, 1.0)
-            before, now = np.ones(len(x)), x
-            for k in range(2, _degree(values) + 1):
-                before, now = now, 2.0 * x * now - before
-                torque = torque + values[f"shape_{k}"] * now
-        return Contribution(torque=torque)
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        straight = values["stiffness"], values["pull"]
+        if "shape_2" not in values:
+            return straight
+        shape = (values[f"shape_{k}"] for k in range(2, _degree(values) + 1))
+        return *straight, values["center"], values["half_stroke"], *shape
 
     def in_c(self, values: Values) -> CForm:
         lines = ["sum->torque += stiffness * row->position + pull;"]
@@ -102,4 +115,4 @@ class PositionStiffness(Effect):
 
 
 def _degree(values: Values) -> int:
-    return max((k for k in range(2, HIGHEST + 1) if f"shape_{k}" in values), default=1)
+    return max((k for k in range(2, _DEGREES[-1] + 1) if f"shape_{k}" in values), default=1)

@@ -109,7 +109,7 @@ def get(name: str) -> Effect:
 
 @cache
 def _from_outside(name: str) -> Effect:
-    effect = load(GROUP, name, Effect)  # type: ignore[type-abstract]
+    effect = load(GROUP, name, Effect)
     check(effect)
     if name != effect.name or name in _LIBRARY:
         raise InputError(
@@ -152,7 +152,9 @@ def check(effect: Effect) -> None:
         for word in words:
             if word not in known:
                 raise lacks(f"{what} {word!r}, which there is not", nearest(word, known))
-    if effect.memory and type(effect).resume is Effect.resume:
+    if effect.at is None and type(effect).contribute is Effect.contribute:
+        raise lacks("has no formula", "write at, or contribute, which says what it adds")
+    if effect.memory and effect.over is None and type(effect).resume is Effect.resume:
         raise lacks("has a memory but no resume", "write resume, by which the controller goes on row by row")
 
 

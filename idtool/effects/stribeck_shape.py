@@ -4,10 +4,18 @@ from __future__ import annotations
 
 from typing import final
 
+import numba
+
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import EXPONENT_CHANGE
+from idtool.model.motion import Array
+from idtool.model.row import Row
 from idtool.model.stribeck import EXPONENT
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    total[EXPONENT_CHANGE] += n[0] - EXPONENT
 
 
 @final
@@ -22,8 +30,10 @@ class StribeckShape(Effect):
     parameters = (EffectParameter("exponent", "number", "delta", 0.3, 6.0),)
     coordinates = (Coordinate("exponent", null=EXPONENT, lower=0.3, upper=6.0, increment=1e-3),)
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return Contribution(exponent_change=values["exponent"] - EXPONENT)
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return (values["exponent"],)
 
     def in_c(self, values: Values) -> CForm:
         return CForm("sum->exponent_change += change;", {"change": values["exponent"] - EXPONENT})

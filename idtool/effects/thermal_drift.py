@@ -4,14 +4,25 @@ from __future__ import annotations
 
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, varies
-from idtool.model.contribution import Contribution
+from idtool.model.contribution import LEVEL_CHANGE, VISCOUS_CHANGE
 from idtool.model.motion import Array, Motion
+from idtool.model.row import Row
 
 #: A sensor whose reading spans less than this says nothing about temperature.
 LEAST_SPAN_K = 1.0
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    rate, reference, warm_up, time_constant = n[0], n[1], n[2], n[3]
+    by_clock = warm_up * np.expm1(-row.time / time_constant)
+    change = np.expm1(by_clock - rate * np.nan_to_num(row.temperature - reference))
+    total[LEVEL_CHANGE] += change
+    total[VISCOUS_CHANGE] += change
 
 
 @final
@@ -37,14 +48,12 @@ class ThermalDrift(Effect):
         Coordinate("time_constant", null=300.0, lower=5.0, upper=1e5, increment=1e-2),
     )
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        exponent: Array | float = 0.0
-        if "rate" in values and motion.temperature is not None:
-            exponent = -values["rate"] * (motion.temperature - values["reference"])
-        elif "warm_up" in values:
-            exponent = -values["warm_up"] * -np.expm1(-motion.time / values["time_constant"])
-        change = np.expm1(exponent) * np.ones(len(motion))
-        return Contribution(level_change=change, viscous_change=change)
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        if "rate" in values:
+            return values["rate"], values["reference"], 0.0, 1.0
+        return 0.0, 0.0, values["warm_up"], values["time_constant"]
 
     def in_c(self, values: Values) -> CForm:
         if "rate" in values:

@@ -4,11 +4,21 @@ from __future__ import annotations
 
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import TORQUE
+from idtool.model.motion import Array, Motion
+from idtool.model.row import Row
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    alpha, beta = n[0], n[1]
+    true = np.cos(row.tilt_alpha + alpha) * np.cos(row.tilt_beta + beta)
+    recorded = np.cos(row.tilt_alpha) * np.cos(row.tilt_beta)
+    total[TORQUE] += row.load_upright * (true - recorded)
 
 
 @final
@@ -30,13 +40,10 @@ class TiltMisalignment(Effect):
         Coordinate("beta", lower=-0.2, upper=0.2, increment=1e-3),
     )
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        assert motion.load_upright is not None
-        assert motion.tilt_alpha is not None
-        beta = motion.tilt_beta if motion.tilt_beta is not None else np.zeros(len(motion))
-        true = np.cos(motion.tilt_alpha + values["alpha"]) * np.cos(beta + values["beta"])
-        recorded = np.cos(motion.tilt_alpha) * np.cos(beta)
-        return Contribution(torque=motion.load_upright * (true - recorded))
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return values["alpha"], values["beta"]
 
     def in_c(self, values: Values) -> CForm:
         code = """

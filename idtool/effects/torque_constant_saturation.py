@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from typing import final
 
+import numba
+
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import SATURATION
+from idtool.model.motion import Array
+from idtool.model.row import Row
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    total[SATURATION] += n[0] / row.torque_constant
 
 
 @final
@@ -22,9 +30,10 @@ class TorqueConstantSaturation(Effect):
     parameters = (EffectParameter("kappa", "per_current", "relative loss of torque per ampere"),)
     coordinates = (Coordinate("kappa", lower=-0.5, upper=0.5, increment=1e-4),)
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        assert motion.torque_constant is not None
-        return Contribution(saturation=values["kappa"] / motion.torque_constant)
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return (values["kappa"],)
 
     def in_c(self, values: Values) -> CForm:
         return CForm("sum->saturation += kappa / row->torque_constant;", values)

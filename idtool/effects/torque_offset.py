@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.contribution import TORQUE
+from idtool.model.motion import Array, Motion
+from idtool.model.row import Row
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    total[TORQUE] += n[0]
 
 
 @final
@@ -25,8 +32,10 @@ class TorqueOffset(Effect):
     parameters = (EffectParameter("offset", "torque", "constant torque"),)
     coordinates = (Coordinate("offset"),)
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return Contribution(torque=np.full(len(motion), values["offset"]))
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return (values["offset"],)
 
     def in_c(self, values: Values) -> CForm:
         return CForm("sum->torque += offset;", values)

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 from typing import final
 
+import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
-from idtool.model.contribution import Contribution
-from idtool.model.motion import MOST_DELAY_S, Motion
+from idtool.model.contribution import DELAY
+from idtool.model.motion import MOST_DELAY_S, Array, Motion
+from idtool.model.row import Row
 
 #: Delays from which a search starts, s: the torque is far from linear in a long one.
 _TRIED_S = (0.002, 0.006, 0.015, 0.035)
 
 #: Share of the steps between samples that are of the fastest log.
 _FASTEST = 0.05
+
+
+@numba.njit(cache=True)
+def at(row: Row, n: Array, memory: Array, total: Array) -> None:
+    total[DELAY] += n[0]
 
 
 @final
@@ -34,8 +41,10 @@ class TransportDelay(Effect):
     )
     coordinates = (Coordinate("delay", lower=-MOST_DELAY_S, upper=MOST_DELAY_S, increment=1e-4),)
 
-    def contribute(self, motion: Motion, values: Values) -> Contribution:
-        return Contribution(delay=values["delay"])
+    at = staticmethod(at)
+
+    def numbers(self, values: Values) -> tuple[float, ...]:
+        return (values["delay"],)
 
     def sizes(self, motion: Motion) -> list[dict[str, float]]:
         return [{"delay": sign * size} for size in _TRIED_S for sign in (-1.0, 1.0)]

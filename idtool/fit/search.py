@@ -89,8 +89,8 @@ class Projection:
             null = {c.name: c.null for c in coordinates}
             for c in coordinates:
                 at = effect.contribute(motion, {**constants, **null, c.name: c.null + 1.0})
-                if isinstance(at.torque, np.ndarray) and at.only_torque:
-                    columns.append(at.torque)
+                if at.only_torque:
+                    columns.append(np.broadcast_to(at.torque, len(motion)))
                     self._names.append(f"{effect.name}.{c.name}")
         recording = self.model.recording
         looked_at = slice(None, None, -(-len(recording.row) // _ENOUGH))

@@ -54,6 +54,18 @@ def is_zero(term: Term) -> bool:
 
 
 FIELDS = tuple(field.name for field in fields(Contribution))
+#: Places of `FIELDS`, by which a formula finds them (`Effect.at`).
+(
+    TORQUE,
+    LEVEL_CHANGE,
+    LEVEL_TORQUE,
+    STATIC_CHANGE,
+    VISCOUS_CHANGE,
+    BRISTLE_CHANGE,
+    EXPONENT_CHANGE,
+    DELAY,
+    SATURATION,
+) = range(len(FIELDS))
 
 
 def combine(parts: Iterable[Contribution]) -> Contribution:

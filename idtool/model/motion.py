@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from idtool.model.row import Row
 
 Array = NDArray[np.float64]
 
@@ -96,6 +99,30 @@ class Motion:
         return step
 
     @cached_property
+    def rows(self) -> Row:
+        """All rows at once; a number where it is one for all of them."""
+        return Row(
+            first=self.first,
+            start=0.0,
+            step=self.step,
+            time=self.time,
+            position=self.position,
+            velocity=self.velocity,
+            acceleration=self.acceleration,
+            load=_known(self.load),
+            load_upright=_known(self.load_upright),
+            tilt_alpha=_known(self.tilt_alpha, 0.0),
+            tilt_beta=_known(self.tilt_beta, 0.0),
+            temperature=_known(self.temperature),
+            torque_constant=_known(self.torque_constant),
+        )
+
+    @cached_property
+    def each_row(self) -> Row:
+        """All rows at once, with an array for everything."""
+        return Row(*(v if isinstance(v, np.ndarray) else np.full(len(self), v) for v in self.rows))
+
+    @cached_property
     def waves(self) -> dict[float, Array]:
         """Sines and cosines of the position that an effect wants again, by cycles per radian (metre)."""
         return {}
@@ -116,3 +143,7 @@ class Motion:
     def trials(self) -> int:
         """Number of trials."""
         return len(self.starts)
+
+
+def _known(values: Array | float | None, unknown: float = math.nan) -> Array | float:
+    return unknown if values is None else values
