@@ -120,7 +120,7 @@ class EnabledLaw:
         command = law.raw_command(own)
         if listening or not enabled:
             motor = constant * own.current
-            left = offset + motor * (1.0 - load.saturation * abs(motor)) - load.gravity - load.effects
+            left = offset + load.arriving(motor) - load.gravity - load.effects
             if listening:
                 rest.listen(left)
                 if self.law.state is not State.STARTING:

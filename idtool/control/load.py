@@ -41,6 +41,7 @@ from idtool.model.contribution import (
     DELAY,
     EXPONENT_CHANGE,
     FIELDS,
+    GAIN_CHANGE,
     LEVEL_CHANGE,
     LEVEL_TORQUE,
     SATURATION,
@@ -247,7 +248,7 @@ def carry(
     tilt_beta: float,
     temperature: float,
     travel: float,
-) -> tuple[float, float, float, float, float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:
     """Advance the bristle over the step that ends now and return what the motor carries.
 
     Args:
@@ -262,8 +263,8 @@ def carry(
 
     Returns:
         Gravity, elastic and damping share of the friction, additive effects, friction level (N m or N);
-        saturation (per N m), delay (s), deflection z (rad or m), and the share of it before that the step's
-        travel kept.
+        saturation (per N m), change of the motor's gain, delay (s), deflection z (rad or m), and the share of
+        it before that the step's travel kept.
     """
     upright = gravity_of(n, position, payload)
     load = upright if n[ARM] != 0.0 else upright * (math.cos(tilt_alpha) * math.cos(tilt_beta))
@@ -304,4 +305,5 @@ def carry(
     passed = 1.0 + total[BRISTLE_CHANGE]
     elastic = passed * n[SIGMA0] * z
     damping = passed * n[SIGMA1] * rate + n[VISCOUS] * (1.0 + total[VISCOUS_CHANGE]) * velocity
-    return load, elastic, damping, total[TORQUE], level, total[SATURATION], total[DELAY], z, decay
+    saturation, gain = total[SATURATION], total[GAIN_CHANGE]
+    return load, elastic, damping, total[TORQUE], level, saturation, gain, total[DELAY], z, decay

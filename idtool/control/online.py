@@ -34,6 +34,7 @@ class Load:
         effects: additive effects, inertia among them.
         level: friction level g at the present speed, effects included.
         saturation: relative loss of motor torque per torque, 1/(N m).
+        gain: relative change of the motor's torque.
         delay: by how much position and velocity lag the current, s.
         kept: share of the bristle's deflection that outlived the travel since the sample before.
     """
@@ -44,6 +45,7 @@ class Load:
     effects: float = 0.0
     level: float = 0.0
     saturation: float = 0.0
+    gain: float = 0.0
     delay: float = 0.0
     kept: float = 1.0
 
@@ -51,6 +53,10 @@ class Load:
     def friction(self) -> float:
         """Whole friction, N m (N)."""
         return self.elastic + self.damping
+
+    def arriving(self, torque: float) -> float:
+        """What the motor gives, N m (N), where its current stands for `torque`."""
+        return torque * (1.0 + self.gain - self.saturation * abs(torque))
 
     @property
     def total(self) -> float:
@@ -222,6 +228,7 @@ class OnlineModel:
             load.effects,
             load.level,
             load.saturation,
+            load.gain,
             load.delay,
             self._bristle,
             load.kept,

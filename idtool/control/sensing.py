@@ -99,8 +99,7 @@ class HandSense:
             sample.temperature,
             travel=sample.position - last.position,
         )
-        motor = self._model.torque_constant * sample.current
-        motor *= 1.0 - load.saturation * abs(motor)
+        motor = load.arriving(self._model.torque_constant * sample.current)
         carried = load.total
         if load.delay > 0.0:  # the motion is reported late: compare it with the current of then
             motor = self._line.delayed(sample.time, motor, load.delay)

@@ -137,7 +137,7 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
             fit = _with_law(fit, "stribeck")
         elif short is not None:
             simpler = _with_law(fit, "stribeck")
-            if fit.at_bound["bristle_stiffness"] or gain_in_evidence(simpler, fit) < _CLEAR_EVIDENCE:
+            if fit.rigid or gain_in_evidence(simpler, fit) < _CLEAR_EVIDENCE:
                 notes.append(f"{short.why}: the static curve is used instead of LuGre; {short.remedy}.")
                 reasons.append(short)
                 fit = simpler

@@ -223,9 +223,7 @@ def presliding(fit: JointFit) -> Shortcoming | None:
         return None
     resolution = fit.model.scales.resolution
     counts = fit.presliding_scale / resolution if resolution > 0 else math.inf
-    if counts >= _COUNTS and not (
-        fit.at_bound["bristle_stiffness"] and fit.presliding_scale < fit.model.scales.travel
-    ):
+    if counts >= _COUNTS and not fit.rigid:
         return None
     kind = fit.model.recording.axis.units
     friction = fit.model.friction(fit.x)

@@ -113,6 +113,13 @@ class JointFit:
         at = (self.x - low <= margin) | (high - self.x <= margin)
         return dict(zip(self.model.names, at.tolist(), strict=True))
 
+    @property
+    def rigid(self) -> bool:
+        """Whether the bristle is as stiff as the fit lets it be; it may be as soft instead."""
+        low, high = self.model.bounds
+        i = self.model.names.index("bristle_stiffness")
+        return self.at_bound["bristle_stiffness"] and bool(self.x[i] > 0.5 * (low[i] + high[i]))
+
     def reach_from_bound(self, name: str) -> float:
         """How far a coordinate may be from the bound that it sits at: 95 %, linearised, inf if unknown."""
         i = self.model.names.index(name)

@@ -387,7 +387,7 @@ class JointModel:
         effect = self.contribution(x)
         # what only adds a torque needs no bristle, unless something acts on the finished torque
         finished = [effect, *(direction.effect for direction in directions)]
-        apart = all(is_zero(one.delay) and is_zero(one.saturation) for one in finished)
+        apart = all(map(is_zero, (v for c in finished for v in (c.delay, c.saturation, c.gain_change))))
         through = [d for d in directions if not (apart and d.only_adds)]
         prediction, derivatives = linearise(recording.motion, self.friction(x), effect, start, through)
         residual = self.measured - recording.filtered(prediction.torque)

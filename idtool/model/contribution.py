@@ -28,6 +28,7 @@ class Contribution:
         exponent_change: added to the Stribeck exponent.
         delay: by how much position and velocity lag the current, s.
         saturation: kappa / K: relative loss of torque per torque, 1/(N m).
+        gain_change: relative change of the motor's torque per current (cogging that grows with the current).
     """
 
     torque: Term = 0.0
@@ -39,6 +40,7 @@ class Contribution:
     exponent_change: Term = 0.0
     delay: Term = 0.0
     saturation: Term = 0.0
+    gain_change: Term = 0.0
 
     @property
     def only_torque(self) -> bool:
@@ -65,6 +67,7 @@ FIELDS = tuple(field.name for field in fields(Contribution))
     EXPONENT_CHANGE,
     DELAY,
     SATURATION,
+    GAIN_CHANGE,
 ) = range(len(FIELDS))
 
 

@@ -34,8 +34,8 @@ TIME_STEP = 19
 NUMBERS = 20
 
 # Rows of `over_position`, for motion backwards and, that many further on, forwards.
-TORQUE, LEVEL_CHANGE, LEVEL_TORQUE, STATIC_CHANGE, VISCOUS_CHANGE = range(5)
-FIELDS = 5
+TORQUE, LEVEL_CHANGE, LEVEL_TORQUE, STATIC_CHANGE, VISCOUS_CHANGE, GAIN_CHANGE = range(6)
+FIELDS = 6
 #: Friction never falls below this share of its plain level, as in the model that was fitted.
 _LEVEL_FLOOR = 0.02
 
@@ -140,10 +140,11 @@ def _simulate(
                 size = max(abs(effort) - n[DEAD_BAND], 0.0)
                 size /= 1.0 + n[BEND] * size
                 effort = math.copysign(size, effort) * (scale[k - 1] + share * (scale[k] - scale[k - 1]))
-            torque = effort * (1.0 - n[SATURATION] * abs(effort)) - added[k - 1]
             place = (q - n[FIRST_POSITION]) / n[POSITION_STEP]
             cell = min(max(int(place), 0), last_q)
             part = min(max(place - cell, 0.0), 1.0)
+            gain = 1.0 + _between(over_position, (FIELDS if w > 0.0 else 0) + GAIN_CHANGE, cell, part)
+            torque = effort * (gain - n[SATURATION] * abs(effort)) - added[k - 1]
             if last_w > 0:
                 place = (w - n[FIRST_VELOCITY]) / n[VELOCITY_STEP]
                 speed_cell = min(max(int(place), 0), last_w)

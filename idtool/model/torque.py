@@ -23,6 +23,8 @@ from idtool.model.stribeck import EXPONENT
 
 #: The friction level never falls below this share of its plain value, whatever effects do to it.
 _LEVEL_FLOOR = 0.02
+#: ... nor the torque per current below this share of the plain one.
+_LEAST_GAIN = 0.2
 
 
 @dataclass(frozen=True)
@@ -216,7 +218,7 @@ def _finish(
 
 
 class _Finished:
-    """What acts on the finished torque: delay and torque saturation.
+    """What acts on the finished torque: delay, and what the motor gives per current.
 
     Attributes:
         prediction: the torque behind them.
@@ -237,10 +239,11 @@ class _Finished:
             self._slope = self._later.slope(torque)
             torque, start_column = self._later(torque), self._later(start_column)
         self._gain: Term = 1.0
-        if any(not is_zero(one.saturation) for one in acting):
-            # K i (1 - s |K i|) = torque, solved for K i; the smaller root is the physical one
-            inside = np.maximum(1.0 - 4.0 * effect.saturation * np.abs(torque), 0.04)
-            torque, self._gain = 2.0 * torque / (1.0 + np.sqrt(inside)), 1.0 / np.sqrt(inside)
+        if any(not is_zero(one.saturation) or not is_zero(one.gain_change) for one in acting):
+            # K i (gain - s |K i|) = torque, solved for K i; the smaller root is the physical one
+            gain = np.maximum(1.0 + effect.gain_change, _LEAST_GAIN)
+            inside = np.sqrt(np.maximum(gain * gain - 4.0 * effect.saturation * np.abs(torque), 0.04))
+            torque, self._gain = 2.0 * torque / (gain + inside), 1.0 / inside
             start_column = start_column * self._gain
         self.prediction = replace(prediction, torque=torque, start_column=start_column)
 
@@ -253,6 +256,8 @@ class _Finished:
         if not is_zero(along.saturation):
             measured = self.prediction.torque
             column = column + np.abs(measured) * measured * along.saturation
+        if not is_zero(along.gain_change):
+            column = column - self.prediction.torque * along.gain_change
         return column if isinstance(self._gain, float) else column * self._gain
 
 

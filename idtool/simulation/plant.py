@@ -169,6 +169,7 @@ class PlantFile:
             total.level_torque,
             total.static_change,
             total.viscous_change,
+            total.gain_change,
         )
         table = np.vstack([_column(field, len(over)) for field in fields])
         if at.load is not None:

@@ -70,12 +70,12 @@ def _run(
         if script[k, plant.TARE] > 0.0:
             kernel.tare(c, s)
         change = kernel.watch(c, s, w)
-        gravity, elastic, damping, rest, _, saturation, _, _, kept = carry(
+        gravity, elastic, damping, rest, _, saturation, gain, _, _, kept = carry(
             n, m, (k + 1) * PERIOD, PERIOD, q, s.seen, change / PERIOD, payload, 0.0, 0.0, math.nan, q - last
         )
         last = q
         motor = c.torque_constant * current
-        plain = gravity + elastic + damping + rest - motor * (1.0 - saturation * abs(motor))
+        plain = gravity + elastic + damping + rest - motor * (1.0 + gain - saturation * abs(motor))
         raw = kernel.act(c, s, q, w, current, plain, elastic, damping, kept)
         command = min(max(raw, c.low), c.high)
         felt[k] = np.array([command, s.raw, s.hand, float(s.state), s.dead, s.w])

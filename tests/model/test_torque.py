@@ -135,7 +135,8 @@ def test_derivatives_of_what_effects_change(friction: Friction, name: str) -> No
 
 
 @pytest.mark.parametrize(
-    ("name", "amount", "increment"), [("delay", 0.0123, 1e-6), ("saturation", 0.4, 1e-5)]
+    ("name", "amount", "increment"),
+    [("delay", 0.0123, 1e-6), ("saturation", 0.4, 1e-5), ("gain_change", 0.2, 1e-5)],
 )
 def test_derivatives_of_what_acts_on_the_finished_torque(name: str, amount: float, increment: float) -> None:
     m, start = motion(), np.zeros(2)

@@ -161,8 +161,7 @@ class AdmittanceLaw(Law):
             sample.temperature,
             sample.position - last.position,
         )
-        motor = self.model.torque_constant * sample.current
-        motor *= 1.0 - load.saturation * abs(motor)
+        motor = load.arriving(self.model.torque_constant * sample.current)
         carried = load.total
         if load.delay > 0.0:
             motor = self._line.delayed(sample.time, motor, load.delay)
