@@ -161,6 +161,9 @@ def radians(
     """
     from idtool.errors import UsageError
 
+    for angle in degrees or ():
+        if not abs(angle) <= 180.0:
+            raise UsageError(f"--tilt-deg: expected -180 to 180 degrees, found {angle:g}")
     if degrees is None:
         return tilt
     if tilt is not None:

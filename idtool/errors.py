@@ -30,7 +30,7 @@ class InputError(FfcIdError):
         problem: what is wrong, without a full stop.
         file: the file it is in, if any.
         place: the row, column or key inside it, if any.
-        remedy: what to do about it, without a full stop.
+        remedy: what to do about it, without a full stop; `force=True` is `--force` on the command line.
         argument: the argument of a Python function that holds it; the command line names its option.
     """
 
@@ -51,11 +51,12 @@ class InputError(FfcIdError):
 
         super().__init__(told(argument))
         self.problem, self.remedy = problem, remedy or ""
-        self._with_option = told(argument and f"--{argument.replace('_', '-')}")
+        told_there = told(argument and f"--{argument.replace('_', '-')}")
+        self._with_option = told_there.replace("force=True", "--force")
 
     @property
     def on_the_command_line(self) -> str:
-        """The sentence with the option in place of the argument."""
+        """The sentence with options in place of arguments."""
         return self._with_option
 
 

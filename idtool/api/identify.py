@@ -10,6 +10,7 @@ from idtool.api.logs import Logs, read_logs
 from idtool.api.progress import told
 from idtool.api.result import Result
 from idtool.effects.base import Effect
+from idtool.errors import InputError
 from idtool.verbs.identify import identify as run
 
 
@@ -21,7 +22,7 @@ def identify(
     gravity: str = "auto",
     optimizer: str = "direct",
     effects: Sequence[Effect] = (),
-    without: Sequence[str] = (),
+    without: str | Sequence[str] = (),
     tolerance: float | None = None,
     validate: Logs = (),
     known_load: bool = False,
@@ -43,7 +44,7 @@ def identify(
         gravity: "auto", "slide", "arm" or "none".
         optimizer: "direct", "crs2", "isres" or "esch".
         effects: of your own, to compete with those of the library; this process knows them from then on.
-        without: names of effects that are not to be considered.
+        without: name or names of effects that are not to be considered.
         tolerance: error that is good enough, per cent of the torque (rms): once it is reached no further
             effects are looked for, and nothing that is left below it counts as unexplained.
         validate: logs of the same axis, to be predicted with the result; no fit sees them.
@@ -58,8 +59,22 @@ def identify(
         `report(folder)`.
 
     Raises:
-        InputError: an unknown choice, an effect that lacks something, or logs that cannot be used.
+        InputError: an impossible argument, an effect that lacks something, or logs that cannot be used.
     """
+    if torque_constant is not None and not torque_constant > 0.0:
+        raise InputError(f"expected a number above 0, found {torque_constant}", argument="torque_constant")
+    if tolerance is not None and not isinstance(tolerance, int | float):
+        raise InputError(f"expected a number, found {tolerance!r}", argument="tolerance")
+    if not isinstance(seed, int) or seed < 0:
+        raise InputError(f"expected a whole number from 0 on, found {seed!r}", argument="seed")
+    for effect in effects:
+        if not isinstance(effect, Effect):
+            raise InputError(
+                f"a {type(effect).__name__} is no effect",
+                argument="effects",
+                remedy="give effects of your own; those of the library are looked for anyway",
+            )
+    without = [without] if isinstance(without, str) else without
     read = read_logs(logs, torque_constant=torque_constant)
     unseen = (
         [] if validate == () else read_logs(validate, argument="validate", torque_constant=torque_constant)

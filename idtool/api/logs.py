@@ -26,7 +26,7 @@ def read_logs(logs: Logs, *, argument: str = "logs", torque_constant: float | No
         InputError: there is none, one is neither log nor path, or a file cannot be read.
     """
     given = [logs] if isinstance(logs, Log | str | PathLike) else logs
-    if not isinstance(given, Iterable):
+    if not isinstance(given, Iterable) or hasattr(given, "columns"):
         raise _neither(given, argument)
     read = [_read(one, argument, torque_constant) for one in given]
     if not read:

@@ -25,6 +25,8 @@ from idtool.model.torque import Direction
 LEAST_GAIN = 0.01
 #: What is less than this share of the torque that is no gravity does not matter, named or not.
 WORTH = 0.01
+#: ... and one that is in is nothing any more below this share of it.
+_NOTHING = 0.2 * WORTH
 #: Highest frequency that filtered rows show, as a share of their rate.
 _NYQUIST = 0.45
 #: What beats from outside has no regard for the motion: a wave of which the motion explains more than half
@@ -286,11 +288,11 @@ def chance_of(fit: JointFit, effect: Effect) -> float:
     return noise.p_value(fit.residual, trial, without - basis @ (basis.T @ without), basis, columns)
 
 
-def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
-    """The fit with `other` in the place of `effect`."""
-    without = refit(
-        fit, JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
-    )
+def swap(fit: JointFit, effect: Effect, other: Effect, *, stay: bool = False) -> Trial:
+    """The fit with `other` in the place of `effect`, from where the rest ends without it or, `stay`, from
+    where the rest is now: what it makes up for without it may be far from there."""
+    lacking = JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
+    without = refit(fit, lacking, most=1) if stay else refit(fit, lacking)
     return try_effect(without, other, best_start(Background.of(without), other))
 
 
@@ -299,11 +301,32 @@ def impossible(fit: JointFit, effect: Effect) -> str | None:
     own = (name for name in fit.model.names if name.startswith(f"{effect.name}."))
     if not isinstance(effect, Unnamed) and any(fit.at_bound[name] for name in own):
         return "its parameter ran to a bound"
-    if reason := effect.implausible(fit.model.effect_values(fit.x, effect), fit.values):
+    values = fit.model.effect_values(fit.x, effect)
+    if reason := effect.implausible(values, fit.values) or _beyond_physics(fit, effect, values):
         return reason
+    if effect.name != "inertia" and not worth_it(fit, effect, _NOTHING):
+        return "next to nothing of it is left"
     # what accelerates a drive that friction hardly brakes may be any multiple of what is left for it
     if effect.name != "inertia" and torque_of(fit, effect) > fit.model.recording.torque_size:
         return "it would be larger than the torque that was measured, and something else would cancel it"
+    return None
+
+
+def worth_it(fit: JointFit, effect: Effect, share: float = WORTH) -> bool:
+    """Whether an effect is more than this share of the friction."""
+    return torque_of(fit, effect) > share * fit.model.friction_sizes[0]
+
+
+def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> str | None:
+    """Which number of an effect has a value that it cannot have, by more than its error; None if none has.
+    The fit lets some pass such a limit (a friction per load below zero), so that zero is no bound."""
+    for p in effect.parameters:
+        beyond = max(p.lower - values[p.name], values[p.name] - p.upper) if p.name in values else 0.0
+        name = f"{effect.name}.{p.name}"
+        if beyond > 0.0 and name in fit.model.names:
+            i = fit.model.names.index(name)
+            if beyond > fit.quantile[i] * np.sqrt(fit.covariance[i, i]):
+                return f"its {p.name.replace('_', ' ')} would be {values[p.name]:.2g}, which cannot be"
     return None
 
 

@@ -26,6 +26,7 @@ from idtool.diagnosis.candidates import (
     impossible,
     ties,
     try_effect,
+    worth_it,
 )
 from idtool.diagnosis.evidence import Background
 from idtool.diagnosis.holm import holm
@@ -33,7 +34,7 @@ from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_m
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
-from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve, torque_of
+from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
 from idtool.fit.left_out import left_out_error, prediction_errors, predicts_better
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
@@ -359,7 +360,7 @@ def _passes(selection: Selection, trial: Trial) -> bool:
 def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str | None:
     if reason := impossible(trial.fit, trial.effect):
         return reason
-    if torque_of(trial.fit, trial.effect) < WORTH * trial.fit.model.friction_sizes[0]:
+    if not worth_it(trial.fit, trial.effect):
         return f"it would be less than {100 * WORTH:.0f} % of the friction"
     if new > (1.0 - LEAST_GAIN) * old:
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"

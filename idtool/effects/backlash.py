@@ -17,6 +17,8 @@ from idtool.model.row import Row, row_of
 _GAPS = (0.003, 0.006, 0.012, 0.025, 0.05)
 #: Less than this share of the friction behind the gap is no sign of a gap.
 _LEAST_SHARE = 0.05
+#: Fewer show nothing that comes back after each.
+FEWEST_REVERSALS = 4
 #: A load counts as one above some of this share of the largest.
 _LOADED = 0.05
 #: Contact sets in over the last part of the half gap, so that the torque has no jump.
@@ -134,8 +136,7 @@ class Backlash(Effect):
         return [{"log_gap": math.log(share * stroke)} for share in _GAPS]
 
     def untestable(self, motion: Motion) -> str | None:
-        turns = np.sign(motion.velocity[1:]) * np.sign(motion.velocity[:-1]) < 0
-        if int(np.sum(turns & ~motion.first[1:])) < 4:
+        if motion.reversals < FEWEST_REVERSALS:
             return "the axis hardly ever turned round: log slow moves both ways"
         return None
 

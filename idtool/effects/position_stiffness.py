@@ -15,6 +15,7 @@ from idtool.model.row import Row
 
 #: Degrees of the shape; cables and hoses are no straight lines.
 _DEGREES = (1, 3, 5)
+HIGHEST_DEGREE = _DEGREES[-1]
 
 
 @numba.njit(cache=True)
@@ -58,7 +59,7 @@ class PositionStiffness(Effect):
         EffectParameter("neutral", "position", "position q0 at which the straight spring is slack"),
         *(
             EffectParameter(f"shape_{k}", "torque", f"coefficient of T_{k}", optional=True)
-            for k in range(2, _DEGREES[-1] + 1)
+            for k in range(2, HIGHEST_DEGREE + 1)
         ),
         EffectParameter("center", "position", "middle of the stroke that was moved", optional=True),
         EffectParameter("half_stroke", "position", "half of it", 0.0, optional=True),
@@ -66,7 +67,7 @@ class PositionStiffness(Effect):
     coordinates = (
         Coordinate("stiffness"),
         Coordinate("pull"),
-        *(Coordinate(f"shape_{k}") for k in range(2, _DEGREES[-1] + 1)),
+        *(Coordinate(f"shape_{k}") for k in range(2, HIGHEST_DEGREE + 1)),
     )
 
     at = staticmethod(at)
@@ -115,4 +116,4 @@ class PositionStiffness(Effect):
 
 
 def _degree(values: Values) -> int:
-    return max((k for k in range(2, _DEGREES[-1] + 1) if f"shape_{k}" in values), default=1)
+    return max((k for k in range(2, HIGHEST_DEGREE + 1) if f"shape_{k}" in values), default=1)

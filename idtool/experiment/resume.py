@@ -56,7 +56,7 @@ def done_in(path: str | os.PathLike[str], recipe: Recipe, rig: Rig, every: int) 
             raise InputError(
                 f"holds trial {rows['trial'].iloc[0]:g} where trial {index} of the recipe should be",
                 file=path,
-                remedy="name another file, or pass --force to overwrite it",
+                remedy="name another file, or pass force=True to overwrite it",
             )
         followed = index + 1 < len(log.trials)  # the next one began only after the end of this one
         if not followed and not _is_whole(rows["time_s"].to_numpy(dtype=float), trial, rig, every):
@@ -86,5 +86,5 @@ def _check_setup(log: Log, rows: pd.DataFrame, trial: RecipeTrial, index: int) -
             raise InputError(
                 f"trial {index} was made with {roles[role]} = {logged[0]:g} and the recipe has {value:g}",
                 file=log.source,
-                remedy="name another file, or pass --force to overwrite it",
+                remedy="name another file, or pass force=True to overwrite it",
             )

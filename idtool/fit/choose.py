@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from idtool.effects import registry
+from idtool.effects.backlash import FEWEST_REVERSALS
+from idtool.effects.position_stiffness import HIGHEST_DEGREE, PositionStiffness
 from idtool.fit.identifiability import low_speeds, no_reversal, presliding, stribeck_seen
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
 from idtool.fit.left_out import predicts_better
@@ -16,6 +18,7 @@ from idtool.fit.search import search
 from idtool.fit.shortcoming import Shortcoming
 from idtool.model import gravity
 from idtool.model.motion import Array
+from idtool.model.stribeck import level
 from idtool.parameters import GRAVITY_MODELS
 from idtool.signals import Recording
 
@@ -113,7 +116,8 @@ def first_fits(
     )
     if not worth_a_restart(soft):
         return [soft]
-    earned = predicts_better(soft, stiff) and soft.presliding_scale > 0.9 * stiff.model.longest_bend
+    far = soft.presliding_scale > 0.9 * stiff.model.longest_bend
+    earned = far and predicts_better(soft, _with_spring(stiff))
     return [stiff, soft] if earned else [stiff]
 
 
@@ -129,12 +133,21 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
             notes.append(f"{still.why}: the static curve is used instead of LuGre; {still.remedy}.")
             reasons.append(still)
             fit = _with_law(fit, "stribeck")
-        elif fit.at_bound["bristle_stiffness"] and fit.presliding_scale > fit.model.scales.travel:
+        elif fit.at_bound["bristle_stiffness"] and _bend(fit) > fit.model.scales.travel:
             notes.append(
                 "the fit bends the bristle over more than the whole travel, which is no presliding: "
                 "the static curve is used instead of LuGre; sines with more reversals would show it."
             )
             fit = _with_law(fit, "stribeck")
+        elif fit.at_bound["bristle_stiffness"] and not fit.rigid:
+            simpler = _with_law(fit, "stribeck")
+            seldom = fit.model.recording.motion.reversals < FEWEST_REVERSALS
+            if seldom or not predicts_better(fit, _with_spring(simpler)):
+                notes.append(
+                    "the fit bends the bristle as far as it may, which nothing shows to be presliding: the "
+                    "static curve is used instead of LuGre; sines with more reversals would show it."
+                )
+                fit = simpler
         elif short is not None:
             simpler = _with_law(fit, "stribeck")
             if fit.rigid or gain_in_evidence(simpler, fit) < _CLEAR_EVIDENCE:
@@ -150,6 +163,24 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
         reasons.append(lacking)
         fit = _with_law(fit, "coulomb")
     return fit, notes, reasons
+
+
+def _with_spring(fit: JointFit) -> JointFit:
+    """The fit with a cable over the stroke beside it, which a bristle that bends far can stand for."""
+    spring = PositionStiffness(HIGHEST_DEGREE)
+    model = fit.model
+    if model.spec.gravity == "arm" or spring.missing(model.recording.motion):
+        return fit
+    more = JointModel.build(model.recording, model.spec.adding(spring), model.constants)
+    nothing = {f"{spring.name}.{c.name}": c.null for c in spring.active(model.recording.motion)}
+    return refit(fit, more, nothing)
+
+
+def _bend(fit: JointFit) -> float:
+    """How far the bristle bends while the axis slides at a medium speed, rad (m)."""
+    f, scales = fit.model.friction(fit.x), fit.model.scales
+    medium = np.array([np.sqrt(scales.slowest * scales.speed)])
+    return float(level(medium, f.coulomb, f.static, f.stribeck_velocity)[0]) / f.bristle_stiffness
 
 
 def _with_law(fit: JointFit, law: FrictionKind) -> JointFit:

@@ -186,7 +186,7 @@ def calibrate_by_axis(logs: Sequence[Log]) -> Calibration:
             "does not say how far from the axis the load is",
             file=logs[0].source,
             place="axis.lever_m",
-            remedy="write lever_m = 0.1 (metres) into [axis], or give an --axis file with it",
+            remedy="write lever_m = 0.1 (metres) into [axis], or into the axis file",
         )
     payloads = [payload for log in logs if (payload := log.column("payload")) is not None]
     varies = payloads and np.ptp(np.concatenate(payloads)) > 0.0

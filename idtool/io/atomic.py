@@ -28,7 +28,7 @@ def refuse_existing(path: Path, force: bool) -> None:
         if path.exists():
             refuse_held(path)
         if path.exists() and not force:
-            raise InputError("already exists", file=path, remedy="pass --force to overwrite it")
+            raise InputError("already exists", file=path, remedy="pass force=True to overwrite it")
         if not path.parent.is_dir():
             raise InputError(
                 "its folder does not exist", file=path, remedy=f"make the folder {path.parent} first"

@@ -106,7 +106,7 @@ class LogWriter:
             raise InputError(
                 "was made by another recipe, rig or version",
                 file=self.path,
-                remedy="name another file, or pass --force to overwrite it",
+                remedy="name another file, or pass force=True to overwrite it",
             )
         self._stream.truncate(end)
         self._stream.seek(end)

@@ -99,6 +99,12 @@ class Motion:
         return step
 
     @cached_property
+    def reversals(self) -> int:
+        """How often the velocity changes its sign from one row of a trial to the next."""
+        turns = np.sign(self.velocity[1:]) * np.sign(self.velocity[:-1]) < 0
+        return int(np.count_nonzero(turns & ~self.first[1:]))
+
+    @cached_property
     def rows(self) -> Row:
         """All rows at once; a number where it is one for all of them."""
         return Row(

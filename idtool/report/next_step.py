@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from idtool.guiding.hand import travel_per_position
+from idtool.parameters import Parameters
 from idtool.report.facts import Diagnosis, Facts, read_facts
 from idtool.report.result_folder import NEXT_RECIPE
 
@@ -23,8 +25,11 @@ class Step:
     words: tuple[str, ...]
 
 
-def next_step(diagnosis: Diagnosis, facts: Facts, folder: Path, logs: Sequence[str] = ()) -> Step:
-    """The one step to go on with; `folder` and `logs` as they stand in the command."""
+def next_step(
+    diagnosis: Diagnosis, facts: Facts, file: Parameters, folder: Path, logs: Sequence[str] = ()
+) -> Step:
+    """The one step to go on with; `file` is that of the folder, `folder` and `logs` as they stand in the
+    command."""
     named = {Path(log).name: log for log in logs}
     wrong = [named.get(log.file, log.file) for log in facts.logs if log.wiring]
     if wrong:  # no other run cures a column that is wrong
@@ -38,8 +43,14 @@ def next_step(diagnosis: Diagnosis, facts: Facts, folder: Path, logs: Sequence[s
     if diagnosis.verdict == "unexplained":
         reason = "Something is left that no effect explains: see whether it is there on another day too."
         return Step(reason, ("predict", "OTHER-DAY.csv", "-p", parameters, "-o", "predicted.csv"))
+    if file.axis.effort != "torque":
+        reason = "The model explains these logs, in the units of the drive: a known load tells the torque."
+        return Step(reason, ("calibrate", "LOADED.csv", "--mass", "KG", "--lever", "M", "-p", parameters))
     reason = "The model explains these logs: choose how the axis is to feel in the hand."
-    return Step(reason, ("tune", "-p", parameters, "--hand-force", "2"))
+    feel = ("tune", "-p", parameters, "--hand-force", "2")
+    if travel_per_position(file) is None:
+        return Step(f"{reason} Say at which lever, in metres, it pushes.", (*feel, "--lever", "M"))
+    return Step(reason, feel)
 
 
 def next_step_of(folder: Path, logs: Sequence[str] = ()) -> Step:
@@ -49,4 +60,5 @@ def next_step_of(folder: Path, logs: Sequence[str] = ()) -> Step:
         InputError: the folder's files are missing or broken.
     """
     diagnosis = read_facts(folder / "diagnosis.json", Diagnosis)
-    return next_step(diagnosis, read_facts(folder / "evidence.json", Facts), folder, logs)
+    facts, file = read_facts(folder / "evidence.json", Facts), Parameters.read(folder / "params.toml")
+    return next_step(diagnosis, facts, file, folder, logs)

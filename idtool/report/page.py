@@ -185,7 +185,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         held_out=error.held_out.after is not None,
         effects=[_card(evidence, effect) for effect in diagnosis.effects if effect.name != "inertia"],
         left=left_sentence(evidence),
-        step=next_step(diagnosis, facts, Path(evidence.folder.resolve().name)),
+        step=next_step(diagnosis, facts, evidence.parameters, Path(evidence.folder.resolve().name)),
         next_experiment=_next(evidence),
         groups=tables.parameter_groups(evidence),
         errors=_errors(evidence),

@@ -68,7 +68,7 @@ def result_folder(folder: Path, force: bool) -> Iterator[None]:
 def _refuse_result(folder: Path, force: bool) -> None:
     there = [name for name in FILES if (folder / name).exists()]
     if there and not force:
-        raise InputError(f"already holds {there[0]}", file=folder, remedy="pass --force to overwrite it")
+        raise InputError(f"already holds {there[0]}", file=folder, remedy="pass force=True to overwrite it")
 
 
 def make_folder(folder: Path) -> None:

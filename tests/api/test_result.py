@@ -132,7 +132,7 @@ def test_writes_the_result_folder(result: Result, tmp_path: Path) -> None:
     assert page.name == "report.html"
     for name in ("params.toml", "diagnosis.json", "figures/prediction.png"):
         assert (tmp_path / "result" / name).exists()
-    with pytest.raises(InputError, match="already holds"):
+    with pytest.raises(InputError, match=r"already holds .*; pass force=True to overwrite it"):
         result.report(tmp_path / "result")
 
 
@@ -145,6 +145,12 @@ def test_errors_name_the_argument(sample: Path) -> None:
         (lambda: identify(log, friction="lugr"), r'^friction: .* did you mean "lugre"\?'),
         (lambda: identify(log, gravity="slyde"), r'^gravity: .* did you mean "slide"\?'),
         (lambda: identify(log, tolerance=150.0), "^tolerance: is 150 %"),
+        (lambda: identify(log, tolerance="a"), "^tolerance: expected a number"),  # type: ignore[arg-type]
+        (lambda: identify(log, seed=-1), "^seed: expected a whole number from 0 on, found -1"),
+        (lambda: identify(log, torque_constant=-1.0), "^torque_constant: expected a number above 0"),
+        (lambda: identify(log, without="backlsh"), r'^without: .* did you mean "backlash"\?'),
+        (lambda: identify(log, effects=["backlash"]), "^effects: a str is no effect"),  # type: ignore[list-item]
+        (lambda: identify(log.frame), "^logs: a DataFrame is neither a log nor a path"),
         (lambda: identify(log, without=["backlsh"]), 'did you mean "backlash"'),
         (lambda: identify(log, validate=log), "validate: is among the logs that are fitted"),
     ):

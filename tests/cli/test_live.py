@@ -97,8 +97,10 @@ def test_memory_is_bounded_and_a_late_browser_gets_the_newest() -> None:
 
 
 def test_a_run_of_the_real_program_is_shown(tmp_path: Path) -> None:
+    """A simulated axis too, which waits for the clock: a browser needs the time to open."""
     (tmp_path / "short.toml").write_text(_RECIPE)
     words = ["run", "--recipe", "short.toml", "--rig", "sim:paper", "-o", "log.csv", "--live"]
+    begun = time.monotonic()
     with subprocess.Popen(
         [str(PROGRAM), *words], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
     ) as run:
@@ -107,6 +109,7 @@ def test_a_run_of_the_real_program_is_shown(tmp_path: Path) -> None:
         found = rows_of(told.partition("live: ")[2].strip())
         run.stderr.read()
     assert run.returncode == 0
+    assert time.monotonic() - begun > found[-1][0] - found[0][0]
     assert len(found) > 100
     assert all(row[4] is None for row in found)  # nobody's hand is known in a run
     assert any(abs(row[3] or 0.0) > 0.01 for row in found)

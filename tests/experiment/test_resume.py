@@ -99,7 +99,7 @@ def heavier(old: Recipe) -> Recipe:
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        (renamed, "was made by another recipe, rig or version; name another file, or pass --force"),
+        (renamed, "was made by another recipe, rig or version; name another file, or pass force=True"),
         (heavier, "trial 0 was made with payload_kg = 0 and the recipe has 1"),
     ],
 )

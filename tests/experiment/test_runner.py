@@ -179,7 +179,7 @@ def test_a_drive_that_faults_keeps_its_log(log: Path) -> None:
 def test_an_existing_log_stays(log: Path) -> None:
     log.write_text("mine")
     rig = RigDouble()
-    with pytest.raises(InputError, match="already exists; pass --force"):
+    with pytest.raises(InputError, match="already exists; pass force=True"):
         run(recipe(), rig, log)
     assert log.read_text() == "mine"
     assert rig.calls == []

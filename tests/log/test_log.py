@@ -298,7 +298,7 @@ def test_mangled_logs_are_an_input_error_or_a_log(tmp_path, data) -> None:  # ty
 def test_writing_keeps_what_is_there(tmp_path: Path) -> None:
     path = put(tmp_path, HEAD + NAMES + ROWS)
     log = Log.read(path)
-    with pytest.raises(InputError, match="already exists; pass --force"):
+    with pytest.raises(InputError, match="already exists; pass force=True"):
         log.write(path)
     with pytest.raises(InputError, match="is a folder where a file should be"):
         log.write(tmp_path, force=True)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from idtool.parameters import Parameter, Parameters
+from idtool.parameters.axis import Axis
 from idtool.report.next_step import next_step_of
 from tests.report import folder as synthetic
 
@@ -42,3 +45,19 @@ def test_the_gravest_reason_decides(
     step = next_step_of(folder, ["logs/gravity.csv", "logs/sweep.csv"])
     assert why in step.reason
     assert " ".join(step.words).startswith(command)
+
+
+def test_a_step_can_be_taken(tmp_path: Path) -> None:
+    """Nothing says how far the hand of an arm goes per radian; ampere are no torque."""
+    folder = synthetic.make(tmp_path / "result")
+    found = synthetic.read_json(folder, "diagnosis") | {"verdict": "effect_found", "next_experiment": None}
+    synthetic.write_json(folder, "diagnosis", found)
+    slide = Parameters.read(folder / "params.toml")
+    assert "--lever" not in next_step_of(folder).words
+    arm = replace(slide, gravity_model="arm", gravity={"sin": Parameter(0.3), "cos": Parameter(-0.1)})
+    arm.write(folder / "params.toml", force=True)
+    step = next_step_of(folder)
+    assert step.words[-2:] == ("--lever", "M")
+    assert "lever" in step.reason
+    replace(arm, axis=Axis(effort="current")).write(folder / "params.toml", force=True)
+    assert next_step_of(folder).words[0] == "calibrate"

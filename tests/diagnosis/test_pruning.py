@@ -1,0 +1,78 @@
+"""Second thoughts: what a special case does as well, what is next to nothing, what cannot be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from idtool.diagnosis.candidates import impossible
+from idtool.diagnosis.pruning import simplify
+from idtool.diagnosis.selection import begun
+from idtool.effects import registry
+from idtool.fit.choose import with_load
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.model import JointModel
+from idtool.signals import record
+from idtool.verbs.identify import begin
+from testbench.diagnosis_cases import Case
+from testbench.diagnosis_cases import record as recorded
+
+SESSION = Case(
+    "several effects",
+    3150358905,
+    ("position_dependent_friction", "torque_offset"),
+    sensors="lab",
+    temperature=False,
+)
+
+
+@pytest.fixture(scope="module")
+def soft() -> JointFit:
+    """A soft bristle, an offset and friction along the stroke; the offset is told as a spring."""
+    recording = record(recorded(SESSION).logs)
+    starts, *_ = begin(recording, "lugre", "auto")
+    loaded = JointModel.build(with_load(recording, starts[0]), starts[0].model.spec)
+    fit, nothing = refit(starts[0], loaded), {"stiffness": 0.0, "pull": 0.0, "slope_1": 0.0, "slope_2": 0.0}
+    for name in ("position_stiffness", "position_dependent_friction"):
+        effect = registry.get(name)
+        model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
+        fit = refit(
+            fit, model, {f"{name}.{c.name}": nothing[c.name] for c in effect.active(model.recording.motion)}
+        )
+    return fit
+
+
+def test_a_special_case_takes_its_place_beside_a_soft_bristle(soft: JointFit) -> None:
+    """Without the spring the bristle makes up for it, far from where an offset is found."""
+    library = registry.library()
+    selection = begun(soft, library)
+    for name in ("position_stiffness", "position_dependent_friction"):
+        selection.candidates[name].accepted, selection.p_values[name] = True, 1e-9
+    simplify(selection, library, lambda _: None)
+    names = {effect.name for effect in selection.fit.model.spec.effects}
+    assert names == {"position_dependent_friction", "torque_offset", "inertia"}
+    assert selection.fit.values["torque_offset.offset"] == pytest.approx(-0.0493, abs=0.001)
+
+
+def test_what_is_next_to_nothing_is_not_there(soft: JointFit) -> None:
+    friction = registry.get("position_dependent_friction")
+    assert impossible(soft, friction) is None
+    at = [soft.model.names.index(f"{friction.name}.slope_{k}") for k in (1, 2)]
+    x = soft.x.copy()
+    x[at] = 0.002, -0.004
+    assert impossible(replace(soft, x=x), friction) == "next to nothing of it is left"
+
+
+def test_a_friction_per_load_below_zero_cannot_be(soft: JointFit) -> None:
+    effect = registry.get("drive_backdrive")
+    model = JointModel.build(soft.model.recording, soft.model.spec.adding(effect), soft.model.constants)
+    fit = refit(soft, model, {"drive_backdrive.mu_drive": 0.0, "drive_backdrive.mu_backdrive": 0.0})
+    at = [fit.model.names.index(f"drive_backdrive.{name}") for name in ("mu_drive", "mu_backdrive")]
+    errors = np.sqrt(np.diag(fit.covariance))
+    for sign, told in ((-0.5, None), (-20.0, "mu drive would be")):
+        x = fit.x.copy()
+        x[at] = sign * errors[at[0]], 0.05
+        why = impossible(replace(fit, x=x), effect)
+        assert why is None if told is None else told in str(why)

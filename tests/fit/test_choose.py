@@ -1,0 +1,67 @@
+"""Which friction law the data carry, where the bristle bends far."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from idtool import Log
+from idtool.fit.joint import JointFit
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Motion
+from idtool.model.torque import Friction, predict
+from idtool.signals import record
+from idtool.verbs.identify import begin
+from testbench.diagnosis_cases import Case
+from testbench.diagnosis_cases import record as recorded
+
+
+def _first(log: Path) -> JointFit:
+    (fit, *_), *_ = begin(record([Log.read(log)]), "lugre", "none")
+    return fit
+
+
+def test_a_bristle_at_the_soft_end_of_its_range_is_no_rigid_one(tmp_path: Path) -> None:
+    """It bends over a little more of the stroke than a first fit lets it, while an effect is missing."""
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(1200)
+    friction = Friction(0.1, 0.1, 0.1, 0.15, 0.1 / 1.15, 0.15)
+    trials = []
+    for k in range(4):
+        slow, fast = 2.0 * np.pi / (11.0 + k), 2.0 * np.pi / (2.6 + 0.3 * k)
+        q = 1.5 * np.sin(slow * t) + 0.5 * np.sin(fast * t)
+        w = 1.5 * slow * np.cos(slow * t) + 0.5 * fast * np.cos(fast * t)
+        a = -1.5 * slow**2 * np.sin(slow * t) - 0.5 * fast**2 * np.sin(fast * t)
+        motion = Motion(t, np.zeros(len(t), dtype=np.intp), q, w, a)
+        torque = predict(motion, friction, Contribution(torque=-0.06 * np.abs(w)), np.zeros(1)).torque
+        torque = torque + 0.002 * rng.normal(size=len(t))
+        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
+    pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
+    fit = _first(tmp_path / "log.csv")
+    assert fit.model.spec.friction == "lugre"
+    assert fit.at_bound["bristle_stiffness"]
+    assert not fit.rigid
+
+
+def test_a_torque_that_fades_after_one_start_is_no_presliding(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(1500)
+    w = 3.0 * (1.0 - np.exp(-t / 0.5))
+    q = 0.01 * np.cumsum(w)
+    torque = 0.05 + 0.01 * w - 0.04 * np.exp(-q / 8.0) + 0.001 * rng.normal(size=len(t))
+    pd.DataFrame({"time_s": t, "position_rad": q, "torque_nm": torque}).to_csv(
+        tmp_path / "log.csv", index=False
+    )
+    assert _first(tmp_path / "log.csv").model.spec.friction != "lugre"
+
+
+@pytest.mark.long
+def test_a_level_at_rest_that_ran_away_does_not_cost_the_bristle() -> None:
+    """How far it bends is told by the level of sliding; that of standstill is anything at these speeds."""
+    session = recorded(Case("one effect", 4275901015, ("compliance",), sensors="dynamixel", hard=True))
+    starts, *_ = begin(record(session.logs), "lugre", "auto")
+    assert starts[0].at_bound["static"]
+    assert starts[0].model.spec.friction == "lugre"
