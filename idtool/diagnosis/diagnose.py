@@ -348,10 +348,10 @@ def _next_experiment(
         tell(f"looking for a run that tells {name} from {rivals[0]}")
         if found := between_models(selection.fit, selection.rivals[name], (name, rivals[0])):
             return found
-    for part, values in (("static", static_parameters(final)), ("dynamic", dynamic_parameters(final))):
+    for values in (static_parameters(final), dynamic_parameters(final)):
         for name, value in values.items():
             if not value.identified:
-                tell(f"looking for a run that determines {part} {name}")
+                tell(f"looking for a run that determines {name.replace('_', ' ')}")
                 if found := for_parameter(final, name):
                     return found
     return None

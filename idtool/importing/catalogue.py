@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -106,13 +106,15 @@ def fetch(
 ) -> dict[Path, str]:
     """Bring the files of a recording into a folder, which is made if it is missing.
 
+    Where all of them are there as they were fetched, nothing is done.
+
     Returns:
         Each file and its SHA-256, hexadecimal. They are kept in `SHA256SUMS` of the folder, as
         `sha256sum --check` reads it; a later fetch into the folder must bring the same bytes.
 
     Raises:
-        InputError: a file is there already and `force` is not given, it cannot be fetched or written,
-            or it is not what the catalogue, or else the first download, says.
+        InputError: another file of that name is there and `force` is not given, it cannot be fetched or
+            written, or it is not what the catalogue, or else the first download, says.
     """
     brought = [(source, folder / source.name) for source in entry.files]
     sample = [] if entry.files else _sample_files()
@@ -120,12 +122,15 @@ def fetch(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot be made ({error.strerror})", file=folder, remedy="name another") from error
-    for path in (*(path for _, path in brought), *(folder / name for name, _ in sample)):
+    there = [*(path for _, path in brought), *(folder / name for name, _ in sample)]
+    sums = _read_sums(folder / SUMS)
+    if not force and (known := _already(there, sums)):
+        return known
+    for path in there:
         refuse_existing(path, force)
     for name, content in sample:
         with atomic_write(folder / name, "wb") as stream:
             stream.write(content)
-    sums = _read_sums(folder / SUMS)
     found = {folder / name: hashlib.sha256(content).hexdigest() for name, content in sample}
     for source, path in brought:
         wanted = source.sha256 or sums.get(source.name)
@@ -134,6 +139,14 @@ def fetch(
     with atomic_write(folder / SUMS) as stream:
         stream.writelines(f"{checksum}  {name}\n" for name, checksum in sums.items())
     return found
+
+
+def _already(files: Sequence[Path], sums: Mapping[str, str]) -> dict[Path, str]:
+    """Files and checksums where every one was fetched before and is still what it was; else nothing."""
+    if not all(file.is_file() for file in files):
+        return {}
+    found = {file: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+    return found if all(sums.get(file.name) == checksum for file, checksum in found.items()) else {}
 
 
 def _read_sums(file: Path) -> dict[str, str]:

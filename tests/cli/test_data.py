@@ -50,9 +50,14 @@ def test_the_session_that_comes_along_needs_no_network(tmp_path: Path) -> None:
     assert "licence: MIT" in done.stderr
     command = done.stderr.splitlines()[-1]
     assert command.startswith("next: ffc-id identify sample/gravity.csv.gz sample/sweep.csv.gz")
+    before = [(f, f.stat().st_mtime_ns) for f in files]
+    assert ffc_id("data", "get", "sample", cwd=tmp_path).returncode == 0
+    assert [(f, f.stat().st_mtime_ns) for f in files] == before
+    files[0].write_bytes(b"changed")
     again = ffc_id("data", "get", "sample", cwd=tmp_path)
     assert again.returncode == 3
     assert "pass --force" in again.stderr
+    assert files[0].read_bytes() == b"changed"
 
 
 def test_every_recording_says_source_and_licence() -> None:
