@@ -14,8 +14,10 @@ from idtool.api.logs import Logs, read_logs
 from idtool.diagnosis.summary import found, summary_lines
 from idtool.errors import InputError, nearest
 from idtool.parameters import EffectEntry
+from idtool.simulation.stage import Source
 from idtool.verbs.identify import Identification
 from idtool.verbs.predict import Prediction, predict
+from idtool.verbs.simulate import Simulation, simulate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -102,6 +104,19 @@ class Result(Identification):
             InputError: logs of another axis, or without a column that an effect needs.
         """
         return predict(read_logs(logs), self.parameters)
+
+    def simulate(self, logs: Logs, source: Source = "effort") -> Simulation:
+        """The position of logs as the identified axis makes it; `frame` holds the rows, `rms` the error.
+
+        Args:
+            logs: a log, a path, or several, of the same axis.
+            source: "effort", or "goal" for the logged goal through the position loop, which is identified
+                from these logs where the file has none.
+
+        Raises:
+            InputError: logs of another axis, no inertia, or no goal in a log.
+        """
+        return simulate(read_logs(logs), self.parameters, source)
 
     def report(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the result folder, as `ffc-id identify -o` does; the page in it.

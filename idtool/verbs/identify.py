@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.diagnosis.next_experiment import NextExperiment
@@ -42,7 +42,6 @@ from idtool.signals import Recording, record
 from idtool.signals.thin import thin
 from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.predict import Prediction, predict
-from idtool.verbs.simulate import Simulation, simulate
 from idtool.version import __version__
 
 #: `--friction coulomb` asks for the textbook model, to be compared with published ones: these effects
@@ -96,10 +95,6 @@ class Identification:
         if self.calibration is not None:
             found = in_torque(found, self.calibration.constant, self.calibration.unit)
         return found
-
-    def simulate(self, log: Log | Sequence[Log], source: Literal["effort", "goal"] = "effort") -> Simulation:
-        """The position of logs as the identified axis makes it; see `idtool.verbs.simulate.simulate`."""
-        return simulate(log, self.parameters, source)
 
     @cached_property
     def diagnosis(self) -> dict[str, Any]:
