@@ -56,7 +56,10 @@ def _shared(command: F) -> F:
         optimizer_option,
         axis_options,
         click.option(
-            "--figure", type=click.Path(path_type=Path), help="Draw a figure too, to this PNG or SVG."
+            "--figure",
+            type=click.Path(path_type=Path),
+            callback=_picture,
+            help="Draw a figure too, to this PNG or SVG.",
         ),
         click.option(
             "-p",
@@ -69,6 +72,12 @@ def _shared(command: F) -> F:
     ):
         command = decorate(command)
     return command
+
+
+def _picture(_: click.Context, __: click.Parameter, path: Path | None) -> Path | None:
+    if path is not None and path.suffix.lower() not in (".png", ".svg"):
+        raise click.BadParameter(f"{path}: expected a name that ends in .png or .svg")
+    return path
 
 
 @click.command("fit-gravity")

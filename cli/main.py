@@ -131,7 +131,7 @@ def _usage_sentence(error: click.ClickException) -> str:
     message = re.sub(
         r"is not a valid (float|integer)(?: range)?",
         lambda found: {"float": "is no number", "integer": "is no whole number"}[found[1]],
-        error.format_message(),
+        " ".join(error.format_message().split()),
     )
     context = getattr(error, "ctx", None)
     if context is None or message.endswith("?"):  # a guess is the remedy already

@@ -203,6 +203,9 @@ def test_half_a_last_row_is_used_up_to_the_last_whole_one(logs: Path, tmp_path: 
 def test_wrong_uses_name_the_remedy(logs: Path, result: Path) -> None:
     one_sentence(ffc_id("fit-gravity", "sweep.csv", "-p", "p.toml", cwd=logs), 3, "run-gravity")
     one_sentence(ffc_id("fit-dynamic", "sine.csv", "-p", "p.toml", cwd=logs), 3, "fit-static first")
+    told = "f.txt: expected a name that ends in .png or .svg"
+    one_sentence(ffc_id("fit-static", "sine.csv", "-p", "p.toml", "--figure", "f.txt", cwd=logs), 2, told)
+    one_sentence(ffc_id("completion", cwd=logs), 2, "Choose from: bash, zsh, fish")
     one_sentence(ffc_id("identify", "nosuch.csv", "-o", "x", cwd=logs), 3, "no such file")
     one_sentence(ffc_id("identify", ".", "-o", "x", cwd=logs), 3, "is a folder")
     one_sentence(ffc_id("identify", "sine.csv", "-o", "result", cwd=logs), 3, "pass --force")
