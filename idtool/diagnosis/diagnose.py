@@ -20,6 +20,7 @@ from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.smoothing import fit_correction
 from idtool.diagnosis.split import Split, split
+from idtool.diagnosis.summary import LOOKS_LIKE
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
@@ -295,7 +296,7 @@ def diagnose(
     followed = [variable for shape in unnamed for variable in shape.follows]
     left = None if good_enough(final, tolerance) else remainder(final, tests[1], followed)
     if left and unnamed:
-        notes.append(f"what is left looks like this: {'; '.join(unnamed.values())}.")
+        notes.append(f"{LOOKS_LIKE}: {'; '.join(unnamed.values())}.")
     # who chose the model has its numbers with its own errors
     stated = final if given else doubted(final, left)
     return Diagnosis(parts, base, selection, stated, *tests, next_experiment, left, place, notes)

@@ -7,6 +7,8 @@ from typing import Any
 
 from idtool.presentation.text import listed, words
 
+#: How the note begins that tells a shape without a name.
+LOOKS_LIKE = "what is left looks like this"
 _VERDICTS = {
     "adequate": "the base model is adequate: no effect is missing",
     "effect_found": "effect found, and nothing structured is left",

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from idtool.diagnosis.summary import share
+from idtool.diagnosis.summary import LOOKS_LIKE, share
 from idtool.effects import registry
 from idtool.model.units import torque_name, unit_text
 from idtool.presentation import text
@@ -160,9 +160,12 @@ def _story(evidence: Evidence) -> str:
         return f"What is left of the {effort} is not noise, and no effect in the library accounts for it."
     share = "" if left.share is None else f" ({text.percent(left.share)} of its variance)"
     on = f" with {text.listed([text.words(name) for name in left.depends_on])}" if left.depends_on else ""
-    note = f" {sentence(left.note)}" if left.note else ""
+    more = next((note for note in evidence.facts.notes if note.startswith(LOOKS_LIKE)), "")
+    if not left.depends_on:
+        more = left.note
     still = f"What is left of the {effort} still varies{on}{share}"
-    return f"{still}, and no effect in the library accounts for it.{note}"
+    also = f" {_capital(sentence(more))}" if more else ""
+    return f"{still}, and no effect in the library accounts for it.{also}"
 
 
 def _checks(evidence: Evidence) -> Iterator[Check]:

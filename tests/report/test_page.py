@@ -228,9 +228,12 @@ def test_other_verdicts(folder: Path, verdict: str) -> None:
     diagnosis["unexplained"] = {
         "share": 0.41,
         "depends_on": ["position", "velocity"],
-        "note": "see the spectrum",
+        "note": "the residual still depends on position, velocity",
     }
     synthetic.write_json(folder, "diagnosis", diagnosis)
+    evidence = synthetic.read_json(folder, "evidence")
+    evidence["notes"] += ["what is left looks like this: bump over the position: +0.05 N m at -0.1 rad."]
+    synthetic.write_json(folder, "evidence", evidence)
     text = Page(write_report(folder)).text
     if verdict == "ambiguous":
         assert "A tie: position ripple or external periodic torque" in text
@@ -238,6 +241,8 @@ def test_other_verdicts(folder: Path, verdict: str) -> None:
     else:
         assert "Found: position ripple; but structure is left" in text
         assert "still varies with position and velocity (41 % of its variance)" in text
+        assert "What is left looks like this: bump over the position: +0.05 N m at -0.1 rad." in text
+        assert "the residual still depends" not in text, "the same twice"
         assert "Not yet" in text
 
 
