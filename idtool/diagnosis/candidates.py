@@ -288,12 +288,17 @@ def chance_of(fit: JointFit, effect: Effect) -> float:
     return noise.p_value(fit.residual, trial, without - basis @ (basis.T @ without), basis, columns)
 
 
-def swap(fit: JointFit, effect: Effect, other: Effect, *, stay: bool = False) -> Trial:
-    """The fit with `other` in the place of `effect`, from where the rest ends without it or, `stay`, from
-    where the rest is now: what it makes up for without it may be far from there."""
+def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
+    """The fit with `other` in the place of `effect`: from where the rest is now, or, where that leaves more,
+    from where the rest ends without it, which may be far away."""
     lacking = JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
-    without = refit(fit, lacking, most=1) if stay else refit(fit, lacking)
-    return try_effect(without, other, best_start(Background.of(without), other))
+    found: list[Trial] = []
+    for most in (1, 60):
+        without = refit(fit, lacking, most=most)
+        found.append(try_effect(without, other, best_start(Background.of(without), other)))
+        if found[-1].fit.sse <= (1.0 + LEAST_GAIN) * fit.sse:
+            break
+    return min(found, key=lambda trial: trial.fit.sse)
 
 
 def impossible(fit: JointFit, effect: Effect) -> str | None:

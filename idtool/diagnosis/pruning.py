@@ -172,13 +172,9 @@ def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[st
                 continue
             tell(f"trying {name} in place of {effect.name}")
             fit = selection.fit
-            most = (1.0 + LEAST_GAIN) * left_out_error(fit)
-            for stay in (False, True):
-                swapped = swap(fit, effect, by_name[name], stay=stay)
-                after = left_out_error(swapped.fit)
-                if after <= most:
-                    break
-            else:
+            swapped = swap(fit, effect, by_name[name])
+            before, after = left_out_error(fit), left_out_error(swapped.fit)
+            if after > (1.0 + LEAST_GAIN) * before:
                 continue
             selection.fit = swapped.fit
             loser, winner = selection.candidates[effect.name], selection.candidates[name]
