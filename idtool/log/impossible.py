@@ -5,8 +5,10 @@ within three rows. A reading is impossible if it lies further from that median t
 median itself ever moves in a row, with what noise and the steps of the sensor add: no motion of this
 recording would have brought the axis there and back. Where position and speed are both read, what one of
 them says is taken off the other first, so that motion cancels and the same bound is much tighter; and a
-position that jumps further than the axis travels in the time is impossible however long it stays there. A
-torque may jump and stay; of one that stays only what is far beyond the range of all others is impossible.
+position that jumps further than the axis travels in the time, or darts at a speed that the axis does not get
+to and back, is impossible however long it stays there. A time that leaves the clock of the rows around it,
+while the position does not, is none. A torque may jump and stay; of one that stays only what is far beyond
+the range of all others is impossible.
 
 Source: Hampel, J. Amer. Stat. Assoc. 69, 1974 (the median as reference); Davies & Gather, J. Amer. Stat.
 Assoc. 88, 1993 (a scale that outliers do not inflate).
@@ -112,6 +114,43 @@ def find(
         if not any(rows.any() for rows in fresh.values()):
             break
     return Impossible(bad["position"], bad["velocity"], bad["effort"], slips, kept)
+
+
+def stamps(time: Array, first: Rows, position: Array) -> tuple[Rows, Array]:
+    """Rows whose time is not when their position was read, and the times without them, shape (rows,).
+
+    Such a time leaves the even clock of the rows around it and comes back, and the way that the axis went
+    meanwhile is that of the even clock. Where it is that of the time as it stands, the row was read late.
+
+    Args:
+        time: s, rising inside a trial, shape (rows,).
+        first: True at the first row of each trial.
+        position: a reading, shape (rows,).
+    """
+    clock = _Clock(time, first)
+    off = np.asarray(time - clock.period * np.arange(len(time)))
+    odd = np.zeros(len(time), dtype=bool)
+    for width in (_WIDTH, _WIDE):
+        middle = _running_median(off, first, width)
+        away = np.abs(off - middle)
+        jitter = _NOISE * np.quantile(away, _SHARE) + np.quantile(np.abs(np.diff(middle)), _SHARE)
+        odd |= away > _BEYOND * jitter + (GAP - 1.0) * clock.period / _BEYOND
+    if not odd.any():
+        return odd, time
+    kept, bad = {"time": time.copy()}, {"time": np.zeros(len(time), dtype=bool)}
+    row = np.arange(len(time), dtype=float)
+    _fill_in(kept, bad, {"time": odd}, row, first)
+    for run in np.split(np.flatnonzero(odd), np.flatnonzero(np.diff(np.flatnonzero(odd)) > 1) + 1):
+        ends = np.array([run[0] - 1, run[-1] + 1])
+        inside = ends[0] >= 0 and ends[1] < len(time) and not first[run[0] : ends[1] + 1].any()
+        far = [
+            float(np.abs(position[run] - np.interp(clocked[run], clocked[ends], position[ends])).max())
+            for clocked in (time, kept["time"])
+            if inside
+        ]
+        if not inside or far[0] <= _BEYOND * far[1] + resolution(position):
+            odd[run] = False
+    return odd, np.where(odd, kept["time"], time)
 
 
 def beyond(values: Array, first: Rows, width: int = _WIDTH, step: float = 0.0) -> Rows:
@@ -245,7 +284,11 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
         speed = top if speed < _MISTAKEN * top and top < _MISTAKEN * max(speed, 1e-300) else max(speed, top)
     # the instant of a reading is known to within a row
     bound = _JUMP * (speed * (held + clock.period) + 2.0 * resolution(position))
-    jumps = (np.flatnonzero(np.abs(change) > bound) + 1).tolist()
+    # or goes on as before after one row at a speed that the axis does not get to and back in that time
+    grain = resolution(position) / clock.period
+    darts = beyond(np.concatenate([rate[:1], rate]), clock.breaks, width=3, step=grain)[1:]
+    darts &= ~ndimage.binary_dilation(clock.breaks, iterations=_HELD)[1:]  # there is none to go on from
+    jumps = (np.flatnonzero((np.abs(change) > bound) | darts) + 1).tolist()
 
     def slip(row: int) -> float:
         """The jump without the motion of that row, which is much as that of the row before."""

@@ -25,10 +25,18 @@ IMPOSSIBLE = {
     "effort": "impossible torque",
 }
 _SLIPPED = "position slipped"
+_MISDATED = "impossible time"
 #: So many impossible readings of a column are told one by one; the rest are counted.
 _TOLD = 3
 #: Rows further apart than this, s, are no recording of a servo's friction: the clock counts something else.
 _SLOWEST = 1.0
+#: What loads the axis, by how much it may change from row to row while the axis moves, and why.
+_TILTED = (0.1, "no frame is tilted that far from one row to the next")
+_LOADS = {
+    "payload": (0.0, "nobody hangs a weight on a moving axis"),
+    "tilt_alpha": _TILTED,
+    "tilt_beta": _TILTED,
+}
 #: Rows on either side of a gap that tell which way the axis went.
 _BESIDE = 5
 _FASTEST = 1e-6
@@ -100,6 +108,10 @@ def repair(
     _refuse_odd_clock(log, time, first)
     _refuse_dead_encoder(log, columns)
     remarks: list[str] = []
+    readings: list[Reading] = []
+    misdated = _set_clock(log, columns, first, remarks, readings)
+    time = columns["time"]
+    assert time is not None
     columns["trial"] = trial = _cut_at_gaps(log, columns, time, first, remarks)
     remarks += _missing_rows(log, time, first)
     position = columns["position"]
@@ -109,7 +121,7 @@ def repair(
             remarks.append(
                 f"{log.source}: the position wraps {wraps} times by whole turns; it was made continuous."
             )
-    faulty, readings = _leave_out_impossible(log, columns, effort_read, time, first, remarks)
+    faulty = misdated | _leave_out_impossible(log, columns, effort_read, time, first, remarks, readings)
     faulty |= effort_read.unfit
     blank = {
         role: faulty[reason] for role, reason in IMPOSSIBLE.items() if role in STUCK and reason in faulty
@@ -125,7 +137,7 @@ def repair(
     contradictions = wiring.contradictions(
         time, first, position, velocity, effort, log.column("current"), told
     )
-    contradictions += _payload_in_motion(log, columns, time, first)
+    contradictions += _load_in_motion(log, columns, time, first)
     faulty[SATURATED] = sensor_faults.clipped(effort)
     dropped: dict[str, int] = {}
     whole = np.zeros(len(time), dtype=bool)
@@ -155,22 +167,25 @@ def repair(
             for reason, rows in dropped.items()
         ]
     said = tuple(f"{log.source}: {sentence}." for sentence in contradictions)
-    return Repaired(columns, faulty, dropped, tuple(remarks), readings, said)
+    readings.sort(key=lambda one: one.row)
+    return Repaired(columns, faulty, dropped, tuple(remarks), tuple(readings), said)
 
 
-def _payload_in_motion(
+def _load_in_motion(
     log: Log, columns: dict[str, Array | None], time: Array, first: NDArray[np.bool_]
 ) -> list[str]:
-    payload, position = columns["payload"], columns["position"]
-    if payload is None or position is None:
-        return []
-    rows = wiring.changed_in_motion(payload, position, time, first)
-    if not len(rows):
-        return []
-    return [
-        f"another payload is told while the axis moves, first on {log.place(int(rows[0]))} ({len(rows)} "
-        "such): nobody hangs a weight on a moving axis"
-    ]
+    position, said = columns["position"], []
+    for role, (least, why) in _LOADS.items():
+        told = columns[role]
+        if told is None or position is None:
+            continue
+        rows = wiring.changed_in_motion(told, position, time, first, least)
+        if len(rows):
+            said.append(
+                f"another {role.split('_')[0]} is told while the axis moves, first on "
+                f"{log.place(int(rows[0]))} ({len(rows)} such): {why}"
+            )
+    return said
 
 
 def _refuse_odd_clock(log: Log, time: Array, first: NDArray[np.bool_]) -> None:
@@ -192,6 +207,32 @@ def _refuse_odd_clock(log: Log, time: Array, first: NDArray[np.bool_]) -> None:
         file=log.source,
         remedy=f"if it counts {guess}, say so: `ffc-id import --unit time=ms` (or us, ns)",
     )
+
+
+def _set_clock(
+    log: Log,
+    columns: dict[str, Array | None],
+    first: NDArray[np.bool_],
+    remarks: list[str],
+    readings: list[Reading],
+) -> dict[str, NDArray[np.bool_]]:
+    """Put the clock of the rows around into `columns` where a time is none of a reading; reason -> rows."""
+    time, position = columns["time"], columns["position"]
+    assert time is not None
+    if position is None:
+        return {}
+    rows, even = impossible.stamps(time, first, position)
+    if not rows.any():
+        return {}
+    columns["time"] = even
+    name = columns_of(log.axis.kind)["time"]
+    readings += [Reading(int(k), name, float(time[k]), float(even[k])) for k in np.flatnonzero(rows)]
+    worst = int(np.argmax(np.abs(time - even)))
+    remarks.append(
+        f"{log.source}, {log.place(worst)}: {name} is {1e3 * (time - even)[worst]:+.3g} ms off the clock "
+        f"of the rows around it, and the axis was where that clock says ({int(rows.sum())} such); left out."
+    )
+    return {_MISDATED: rows}
 
 
 def _refuse_dead_encoder(log: Log, columns: dict[str, Array | None]) -> None:
@@ -283,15 +324,15 @@ def _leave_out_impossible(
     time: Array,
     first: NDArray[np.bool_],
     remarks: list[str],
-) -> tuple[dict[str, NDArray[np.bool_]], tuple[Reading, ...]]:
-    """Put what the rows around say into `columns` where a reading cannot be; reason -> rows, and each one."""
+    readings: list[Reading],
+) -> dict[str, NDArray[np.bool_]]:
+    """Put what the rows around say into `columns` where a reading cannot be; reason -> rows."""
     effort = columns["effort"]
     assert effort is not None
     found = impossible.find(time, first, columns["position"], columns["velocity"], effort)
     names = columns_of(log.axis.kind)
     names["effort"] = effort_read.column
     faulty: dict[str, NDArray[np.bool_]] = {}
-    readings: list[Reading] = []
     for role, reason in IMPOSSIBLE.items():
         rows = getattr(found, role)
         if not rows.any():
@@ -307,7 +348,7 @@ def _leave_out_impossible(
         readings += several
     if found.slips:
         faulty[_SLIPPED] = _undo_slips(log, columns, first, found.slips, remarks)
-    return faulty, tuple(sorted(readings, key=lambda one: one.row))
+    return faulty
 
 
 def _tell(log: Log, several: list[Reading]) -> list[str]:

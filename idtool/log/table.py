@@ -325,6 +325,8 @@ def _check_ranges(frame: pd.DataFrame, text: LogText | None, file: Path) -> None
 ROUNDING = 1e-3
 #: No tilt is beyond a turn, rad.
 _TURN = 2.0 * math.pi + ROUNDING
+#: No winding is whole at this temperature, degC (copper melts at 1085).
+_HOTTEST = 1000.0
 #: Column, the least and the most that it may hold, what it should hold, and what to do.
 _RANGES = (
     (
@@ -336,7 +338,7 @@ _RANGES = (
     ),
     ("drive_on", 0.0, 1.0, "0 (off) or 1 (on)", "correct it"),
     ("payload_kg", 0.0, math.inf, "a mass", "write what hangs on the axis, 0 where nothing does"),
-    ("temperature_degc", -273.15, math.inf, "a temperature", "correct it, or remove the column"),
+    ("temperature_degc", -273.15, _HOTTEST, "a temperature", "correct it, or remove the column"),
     *(
         (
             f"tilt_{which}_rad",

@@ -85,20 +85,21 @@ def contradictions(
 
 
 def changed_in_motion(
-    payload: Array, position: Array, time: Array, first: NDArray[np.bool_]
+    told: Array, position: Array, time: Array, first: NDArray[np.bool_], least: float = 0.0
 ) -> NDArray[np.intp]:
-    """Rows at which another payload is told while the axis is on its way, shape (changes,).
+    """Rows at which another load is told while the axis is on its way, shape (changes,).
 
     Args:
-        payload: kg, shape (rows,).
+        told: payload, kg, or tilt, rad, shape (rows,).
         position: rad (m), shape (rows,).
         time: s.
         first: True at the first row of each trial.
+        least: a change from row to row up to this may be.
     """
     way = np.where(first[1:], 0.0, np.abs(np.diff(position)) / np.diff(time))
     moving = way > _MOVING * float(np.quantile(way, 0.999))
     around = moving & np.append(moving[1:], False) & np.insert(moving[:-1], 0, False)
-    return np.flatnonzero(~first[1:] & (np.diff(payload) != 0.0) & around) + 1
+    return np.flatnonzero(~first[1:] & (np.abs(np.diff(told)) > least) & around) + 1
 
 
 def _computed(effort: Array, told: Mapping[str, Array]) -> list[str]:

@@ -123,6 +123,10 @@ BAD = {
     "NaN": (HEAD + NAMES + ROWS + "1,0.03,nan,1\n", 'line 10: column "velocity_rad_s" is empty or NaN'),
     "empty cell": (HEAD + NAMES + ROWS + "1,0.03,0.1,\n", 'line 10: column "current_a" is empty or NaN'),
     "infinite": (HEAD + NAMES + ROWS + "1,0.03,0.1,1e999\n", "line 10"),
+    "molten": (
+        HEAD + NAMES.replace("current_a", "current_a,temperature_degc") + "0,0,0.1,1,25\n0,0.01,0.1,1,1e30\n",
+        'line 8: column "temperature_degc" holds 1e+30, not a temperature',
+    ),
     "empty trial": (HEAD + NAMES + ",0,0.1,1\n", 'line 7: column "trial" is empty'),
     "time back": (
         HEAD + NAMES + ROWS + "1,0.01,0.1,1\n",

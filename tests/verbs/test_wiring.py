@@ -117,6 +117,14 @@ def test_another_payload_while_the_axis_moves(session: list[Log]) -> None:
     assert f"another payload is told while the axis moves, first on {place} (1 such)" in said
 
 
+def test_another_tilt_while_the_axis_moves(session: list[Log]) -> None:
+    frame = session[0].frame
+    row = int(np.flatnonzero(np.abs(frame["velocity_rad_s"]) > 0.1)[50])
+    moved = np.where(frame.index == row, 1.2, 0.01 * np.sin(frame.index / 300.0))
+    (said,) = record([replace(session[0], frame=frame.assign(tilt_alpha_rad=moved))]).wiring[0]
+    assert f"another tilt is told while the axis moves, first on {session[0].place(row)} (2 such)" in said
+
+
 @pytest.mark.parametrize(
     ("column", "factor", "lever"), [("payload_kg", 1000.0, "4.3e-05 m"), ("current_a", 1000.0, "43 m")]
 )
