@@ -39,6 +39,10 @@ _SHARE = 0.1
 #: friction takes more than this share of the power, unless the load is twenty times the friction.
 _ONE_SIGN = 0.995
 _NO_POWER = 0.05
+#: A torque of one sign on every row turns round at zero if more of the moving rows than this share are within
+#: that share of its range of zero.
+_ZERO = 0.03
+_TURNS = 0.001
 #: Less of its variance than this is chance in any torque that was measured.
 _FOLLOWS = 0.01
 #: A way made of less than this share of all the ways to and fro is a dither.
@@ -184,6 +188,14 @@ def _power(steps: Array, together: NDArray[np.bool_], position: Array, effort: A
         return [
             "the torque pushes along with the motion, so that friction would drive the axis: the current or "
             "the position is inverted, or something else moved the axis"
+        ]
+    # one that takes away what the load gives may have one sign too, but then it does not turn round at zero
+    size = np.abs(torque)
+    folded = float(np.mean(size < _ZERO * np.quantile(size, _USUAL))) > _TURNS
+    if folded and abs(int(np.sum(np.sign(torque)))) == np.count_nonzero(torque):
+        return [
+            "the torque has one sign whichever way the axis moves, and turns round at zero: the current was "
+            "recorded without its sign"
         ]
     one_way = max(float(np.mean(torque > 0)), float(np.mean(torque < 0))) > _ONE_SIGN
     if one_way and abs(mean) < _NO_POWER * float(np.mean(np.abs(torque * w))):

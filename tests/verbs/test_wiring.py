@@ -117,6 +117,22 @@ def test_another_payload_while_the_axis_moves(session: list[Log]) -> None:
     assert f"another payload is told while the axis moves, first on {place} (1 such)" in said
 
 
+@pytest.mark.parametrize(
+    ("name", "effort"),
+    [
+        ("emps/emps_identification.csv.gz", "force_n"),
+        ("ur10e/joint_2.csv.gz", "current_a"),
+        ("dfki_pendulum_ak80/pd_system_identification.csv.gz", "torque_nm"),
+    ],
+)
+def test_a_torque_without_its_sign_where_inertia_or_gravity_outweigh_friction(
+    measured: Path, name: str, effort: str
+) -> None:
+    log = import_recording(measured / name, **RECORDINGS[name]).log
+    (said,) = record([replace(log, frame=log.frame.assign(**{effort: log.frame[effort].abs()}))]).wiring[0]
+    assert said.endswith("the current was recorded without its sign.")
+
+
 def test_another_tilt_while_the_axis_moves(session: list[Log]) -> None:
     frame = session[0].frame
     row = int(np.flatnonzero(np.abs(frame["velocity_rad_s"]) > 0.1)[50])
