@@ -116,6 +116,8 @@ def import_recording(
         chosen["trial"] = Meaning(trial_by, "trial")
     _drop_empty(chosen, table, notes)
     _require(chosen, table, axis_kind, file)
+    # a role ("current") says no unit, a column of a log ("current_a") does
+    given -= {column for left, column in (mapping or {}).items() if left == role_of(left)[0]}
     taken = _units(chosen, given, units or {}, source.presumed, axis_kind, table, file)
     frame, kept = _convert(table, taken, axis_kind, unwrap, file, notes)
     axis = _axis(axis_kind, torque_constant, old_axis)

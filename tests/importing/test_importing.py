@@ -484,3 +484,16 @@ def test_recordings_of_real_machines(measured: Path, tmp_path: Path, case: str) 
         assert found is not None
         steps = np.abs(np.diff(found))[np.diff(log.frame["trial"]) == 0]
         assert steps.max() < 12.5
+
+
+def test_a_role_without_a_unit_is_said_to_be_presumed(tmp_path: Path) -> None:
+    """A column of the log names its unit; "current" does not, and neither does "cur_cnt"."""
+    rows = "".join(f"{0.01 * k},{0.001 * k},{k % 7}\n" for k in range(60))
+    file = tmp_path / "counts.csv"
+    file.write_text("time_s,position_rad,cur_cnt\n" + rows)
+    bare = import_recording(file, mapping={"current": "cur_cnt"})
+    assert any('presumed: "cur_cnt" A; if not so, give --unit current=UNIT' in note for note in bare.notes)
+    for mapping, units in (({"current_a": "cur_cnt"}, {}), ({"current": "cur_cnt"}, {"current": "mA"})):
+        assert not any(
+            "presumed" in note for note in import_recording(file, mapping=mapping, units=units).notes
+        )
