@@ -13,7 +13,7 @@ from idtool.io.toml import is_finite, short
 from idtool.model.units import Units, file_key
 
 #: No coefficient of a machine, in SI, comes near (the stiffness of a ball screw is 1e8 N/m).
-_MOST = 1e12
+MOST = 1e12
 #: Keys of what is known of a parameter that is not determined.
 _LIMITS = ("at_least", "at_most")
 #: What rounding may leave between a value and its bound.
@@ -105,9 +105,9 @@ def _parameter(value: Any, place: str, file: Path) -> Parameter:
     if "value" not in value:
         raise InputError("is missing", file=file, place=f"{place}.value", remedy="expected a finite number")
     number = finite(value["value"], f"{place}.value", file)
-    if abs(number) > _MOST:
+    if abs(number) > MOST:
         raise InputError(
-            f"expected a number of a machine, below {_MOST:g}, found {number:g}",
+            f"expected a number of a machine, below {MOST:g}, found {number:g}",
             file=file,
             place=f"{place}.value",
             remedy="correct it, or fit it again",

@@ -18,7 +18,7 @@ from idtool.parameters.contents import (
     EffectEntry,
 )
 from idtool.parameters.drive import LOOP, Drive, check_drive, dimensions
-from idtool.parameters.parameter import Parameter, finite, no_strangers, read_parameters, table_at
+from idtool.parameters.parameter import MOST, Parameter, finite, no_strangers, read_parameters, table_at
 from idtool.parameters.physics import within_bounds
 
 
@@ -122,9 +122,10 @@ def read_controller(table: Any, kind: Units, file: Path) -> Controller | None:
                 "is missing", file=file, place=f"controller.{key}", remedy="expected a number > 0"
             )
         values[name] = finite(table[key], f"controller.{key}", file)
-        if values[name] <= 0:
+        if not 0 < values[name] <= MOST:
+            wanted = "> 0" if values[name] <= 0 else f"below {MOST:g}"
             raise InputError(
-                f"expected a number > 0, found {values[name]:g}",
+                f"expected a number {wanted}, found {values[name]:g}",
                 file=file,
                 place=f"controller.{key}",
                 remedy="correct it",

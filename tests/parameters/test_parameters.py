@@ -28,6 +28,7 @@ SLOW = settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
+GAIN = st.floats(min_value=1e-300, max_value=1e12)
 POSITIVE = st.floats(min_value=1e-300, allow_nan=False, allow_infinity=False)
 
 GOOD = """schema = "ffc-id/params/1"
@@ -224,6 +225,11 @@ BAD: dict[str, tuple[str, str, str]] = {
         "effects: expected a list of tables; write it as [[effects]]",
     ),
     "controller key": ("period_s", "period", 'controller.period: unknown key; did you mean "period_s"'),
+    "controller of no machine": (
+        "period_s = 0.01",
+        "period_s = 1e300",
+        "controller.period_s: expected a number below 1e+12, found 1e+300",
+    ),
     "controller": ("period_s = 0.01", "period_s = 0", "controller.period_s: expected a number > 0, found 0"),
     "controller gone": ("period_s = 0.01", "", "controller.period_s: is missing"),
     "no TOML": ("[gravity]", "[gravity", "is not TOML ("),
@@ -313,7 +319,7 @@ def parameter_sets(draw: Any) -> Parameters:
         static=draw(st.just({}) | part(STATIC)),
         dynamic=draw(st.just({}) | part(DYNAMIC)),
         effects=tuple(EffectEntry(name, draw(part_of(name))) for name in effects),
-        controller=draw(st.none() | st.builds(Controller, POSITIVE, POSITIVE, POSITIVE)),
+        controller=draw(st.none() | st.builds(Controller, GAIN, GAIN, GAIN)),
         provenance=draw(st.dictionaries(st.text(max_size=6), TREE, max_size=3)),
     )
 
