@@ -46,6 +46,8 @@ _LOW_WINDOWS = 5.0
 #: where this share of the rows has it.
 _ALIKE = 0.15
 _HARDLY_OTHER = 0.8
+#: Parameters whose errors are judged here.
+_JUDGED = (*STATIC, *DYNAMIC, "inertia.inertia")
 #: Effects that look like friction in one direction.
 _ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
 #: An axis whose speed falls below this share of the top speed of its trial starts, stops or turns there.
@@ -95,6 +97,8 @@ def _about_parameters(fit: JointFit) -> list[Shortcoming]:
     judged = [one_payload, one_direction, one_speed, low_speeds, no_reversal, presliding, at_bound]
     found = [one for judge in judged if (one := judge(fit)) is not None]
     told = {name for one in found for name in one.parameters}
+    found += [one for one in [carried(fit, told)] if one is not None]
+    told |= {name for one in found for name in one.parameters}
     return [*found, *vague(fit, told)]
 
 
@@ -314,6 +318,42 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
         "do not use the number (an effect that the model lacks can do this: `ffc-id identify` looks for one)",
         by_error=True,
         limits={_in_file(name, fit): _from_bound(fit, name) for name in stuck},
+    )
+
+
+def carried(fit: JointFit, told: Collection[str] = ()) -> Shortcoming | None:
+    """Parameters that would leave their intervals if one that sits at a bound were as far from it as the data
+    allow: their errors, which take it for known there, say too little.
+
+    Args:
+        fit: any fit.
+        told: parameters of which something else was said already.
+    """
+    stuck = [name for name in fit.model.names if fit.at_bound[name] and name not in fit.held]
+    free = [name for name, is_free in zip(fit.model.names, fit.free, strict=True) if is_free]
+    found: dict[str, str] = {}
+    for name in stuck:
+        reach = fit.reach_from_bound(name)
+        if not math.isfinite(reach):
+            continue
+        column = fit.jacobian[:, fit.model.names.index(name)]
+        moves = reach * np.abs(np.linalg.lstsq(fit.jacobian[:, fit.free], column, rcond=None)[0])
+        for other, moved in zip(free, moves.tolist(), strict=True):
+            half = float(fit.quantile[fit.model.names.index(other)]) * _error(fit, other)
+            if moved > half and other in _JUDGED and _in_file(other, fit) not in told:
+                found.setdefault(_in_file(other, fit), name)
+    if not found:
+        return None
+    words = ", ".join(name.removeprefix("effects.").rpartition(".")[2].replace("_", " ") for name in found)
+    them = ", ".join(dict.fromkeys(name.partition(".")[0].replace("_", " ") for name in found.values()))
+    return Shortcoming(
+        "carried",
+        tuple(dict.fromkeys(name.partition(".")[0] for name in found)),
+        tuple(found),
+        f"{words}: cannot be told from {them}, which is not found",
+        "give runs at several speeds and with reversals too (`ffc-id run-sweep -o sweep.csv`)",
+        "ffc-id run-sweep",
+        by_error=True,
     )
 
 

@@ -336,3 +336,14 @@ def test_a_parameter_at_its_bound_is_never_reported_as_found(
     assert "short_presliding" in {one["code"] for one in result.diagnosis["findings"]}
     assert any("lower bound only" in note for note in result.diagnosis["notes"])
     assert all(p.at_bound and not p.identified for p in result.parameters.dynamic.values())
+
+
+def test_what_cannot_be_told_from_a_number_at_its_bound_is_not_found(measured: Path) -> None:
+    """At one speed viscous friction ends at 0, and the bristle's damping took its 0.11 for certain."""
+    log = Log.read(measured.parent / "sessions/clean/sweep.csv.gz")
+    trial = log.frame["trial"].unique()[3]
+    result = identify([replace(log, frame=log.frame[log.frame["trial"] == trial].reset_index(drop=True))])
+    assert result.parameters.static["viscous"].at_bound
+    assert not result.parameters.dynamic["bristle_damping"].identified
+    assert result.parameters.effects[0].parameters["inertia"].identified
+    assert any("cannot be told from viscous, which is not found" in note for note in result.notes)
