@@ -28,8 +28,10 @@ _GREEK = {
 _FUNCTIONS = ("exp", "sin", "cos", "sgn")
 _SIGNS = {"-": "−", "*": "·"}
 _POWERS = {"²": "2", "³": "3"}
-_TOKEN = re.compile(r"\s+|[A-Za-zα-ω]+(?:_[A-Za-z]+|\d+)?|\d+(?:\.\d+)?|\.\.\.|.")
-_SYMBOL = re.compile(r"(?P<base>[A-Za-zα-ω]+?)(?:_(?P<below>[A-Za-z]+)|(?P<digits>\d+))?")
+#: A word with an apostrophe or a hyphen is one token: the latter is no minus.
+_COMPOUND = r"[A-Za-z]{2,}(?:'s|(?:-[A-Za-z]{2,})+)"
+_TOKEN = re.compile(rf"\s+|{_COMPOUND}|[A-Za-zα-ω]+(?:_(?:[A-Za-z]+|\d+)|\d+)?|\d+(?:\.\d+)?|\.\.\.|.")
+_SYMBOL = re.compile(r"(?P<base>[A-Za-zα-ω]+?)(?:_(?P<below>[A-Za-z]+)|_?(?P<digits>\d+))?")
 
 
 def typeset(formula: str) -> str:
@@ -50,7 +52,7 @@ def _runs(tokens: list[str]) -> Iterator[tuple[bool, list[str]]]:
             space = " "
             continue
         inside = depth > 0 or bars % 2 == 1
-        word = _is_word(token, tokens[index + 1 :]) or (token in ",;" and not inside)
+        word = _is_word(token, tokens[index + 1 :]) or (token in ",;:" and not inside)
         depth += (token == "(") - (token == ")")
         bars += token == "|"
         wanted = inside or not word
@@ -80,6 +82,8 @@ def _runs(tokens: list[str]) -> Iterator[tuple[bool, list[str]]]:
 
 
 def _is_word(token: str, following: list[str]) -> bool:
+    if re.fullmatch(_COMPOUND, token):
+        return True
     if not token.isalpha() or token in _FUNCTIONS or token in _GREEK or _differential(token):
         return False
     if token == "a":  # the acceleration, unless a word comes next

@@ -63,12 +63,21 @@ class Errors:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SmoothCorrection:
+    """What `correction.toml` holds: torque over one variable, and the held-out error without and with it."""
+
+    variable: str
+    held_out: Pair = Pair()
+
+
+@dataclass(frozen=True, kw_only=True)
 class Unexplained:
     """Structure that no effect accounts for."""
 
     share: Number = None
     depends_on: tuple[str, ...] = ()
     note: str = ""
+    correction: SmoothCorrection | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,6 +101,23 @@ class NextExperiment:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Validated:
+    """The error of one experiment of logs that no fit saw, over all its rows."""
+
+    rmse: Number = None
+    relative_percent: Number = None
+    rows: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation:
+    """What `identify --validate` found: the logs, and the errors by experiment."""
+
+    logs: tuple[str, ...] = ()
+    errors: dict[str, Validated] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Diagnosis:
     """`diagnosis.json`."""
 
@@ -103,6 +129,7 @@ class Diagnosis:
     left: Left = Left()
     candidates: tuple[Candidate, ...] = ()
     next_experiment: NextExperiment | None = None
+    validation: Validation | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

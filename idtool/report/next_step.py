@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from idtool.diagnosis.summary import LOOKS_LIKE
 from idtool.guiding.hand import travel_per_position
 from idtool.parameters import Parameters
+from idtool.presentation.text import change, words
 from idtool.report.facts import Diagnosis, Facts, read_facts
-from idtool.report.result_folder import NEXT_RECIPE
+from idtool.report.result_folder import CORRECTION, NEXT_RECIPE
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,7 @@ def next_step(
         return Step(reason, ("run", "--recipe", recipe, "--rig", "SPEC", "-o", "next.csv"))
     parameters = str(folder / "params.toml")
     if diagnosis.verdict == "unexplained":
-        reason = "Something is left that no effect explains: see whether it is there on another day too."
-        return Step(reason, ("predict", "OTHER-DAY.csv", "-p", parameters, "-o", "predicted.csv"))
+        return _after_unexplained(diagnosis, facts, folder)
     if file.axis.effort != "torque":
         reason = "The model explains these logs, in the units of the drive: a known load tells the torque."
         return Step(reason, ("calibrate", "LOADED.csv", "--mass", "KG", "--lever", "M", "-p", parameters))
@@ -51,6 +52,25 @@ def next_step(
     if travel_per_position(file) is None:
         return Step(f"{reason} Say at which lever, in metres, it pushes.", (*feel, "--lever", "M"))
     return Step(reason, feel)
+
+
+def _after_unexplained(diagnosis: Diagnosis, facts: Facts, folder: Path) -> Step:
+    """What is left is of use only if it comes again: a log of another day, with the correction if any."""
+    predict = ("predict", "OTHER-DAY.csv", "-p", str(folder / "params.toml"))
+    correction = diagnosis.unexplained and diagnosis.unexplained.correction
+    shape = next((note for note in facts.notes if note.startswith(LOOKS_LIKE)), "").rstrip(".")
+    what = (
+        f"No effect of the library explains {shape}" if shape else "Something is left that no effect explains"
+    )
+    if not correction:
+        reason = f"{what}: see whether it is there on another day too."
+        return Step(reason, (*predict, "-o", "predicted.csv"))
+    gain = change(correction.held_out.before, correction.held_out.after)
+    reason = (
+        f"{what}, but a smooth correction over the {words(correction.variable)} was found (error on "
+        f"held-out trials {gain}): see whether it helps on another day too; `teach` takes it as well."
+    )
+    return Step(reason, (*predict, "--correction", str(folder / CORRECTION), "-o", "predicted.csv"))
 
 
 def next_step_of(folder: Path, logs: Sequence[str] = ()) -> Step:

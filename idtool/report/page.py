@@ -37,7 +37,6 @@ from idtool.report.gallery import Plate
 from idtool.report.guiding import read_guiding
 from idtool.report.next_step import next_step
 from idtool.report.plates import all_plates
-from idtool.report.residual_gallery import SIGNIFICANT
 from idtool.report.verdict import left_sentence, sentence, summarise
 from idtool.version import __version__
 
@@ -189,8 +188,9 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         next_experiment=_next(evidence),
         groups=tables.parameter_groups(evidence),
         errors=_errors(evidence),
+        validation=_validation(evidence),
         position=_position(evidence),
-        dependences=tables.dependence_rows(evidence, SIGNIFICANT),
+        dependences=tables.dependence_rows(evidence),
         candidates=_candidates(evidence),
         guiding=read_guiding(evidence.folder),
         sections={
@@ -253,7 +253,7 @@ def _errors(evidence: Evidence) -> list[ErrorRow]:
     error = evidence.diagnosis.error
     pairs: dict[str, Pair] = {"held out": error.held_out, "training": error.training}
     pairs |= {text.words(name): pair for name, pair in error.by_experiment.items()}
-    return [
+    rows = [
         ErrorRow(
             name,
             text.number(pair.before, 3),
@@ -263,6 +263,31 @@ def _errors(evidence: Evidence) -> list[ErrorRow]:
         for name, pair in pairs.items()
         if pair.before is not None or pair.after is not None
     ]
+    validation = evidence.diagnosis.validation
+    return rows + [
+        ErrorRow(
+            f"validation: {text.words(name)}" if name not in ("", "validation") else "validation",
+            "–",
+            text.number(one.rmse, 3),
+            "–",
+        )
+        for name, one in (validation.errors if validation else {}).items()
+    ]
+
+
+def _validation(evidence: Evidence) -> str:
+    """What the rows of validation are, as a sentence; empty where no log was given for it."""
+    validation = evidence.diagnosis.validation
+    if validation is None:
+        return ""
+    errors = validation.errors.values()
+    sizes = text.listed([share(e.relative_percent) for e in errors if e.relative_percent is not None])
+    rows = sum(e.rows or 0 for e in errors)
+    logs = text.listed([Path(log).name for log in validation.logs])
+    return (
+        f"Validation is every row ({rows}) of {logs}, which no fit saw, predicted with the extended model: "
+        f"off by {sizes} of the {torque_name(evidence.kind)}."
+    )
 
 
 def _card(evidence: Evidence, effect: Found) -> EffectCard:

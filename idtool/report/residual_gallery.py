@@ -27,8 +27,10 @@ from idtool.report.spectrum_figures import (
     periodogram_figure,
 )
 
-#: Below this, a test counts as having found a dependence.
+#: Below this, a test counts as having found a dependence ...
 SIGNIFICANT = 0.01
+#: ... unless it explains less of the residual's variance: no picture shows that, however certain it is.
+_VISIBLE = 0.01
 
 #: variable -> (dimension, what to look for)
 _AGAINST = {
@@ -91,17 +93,19 @@ def _tested(evidence: Evidence, variable: str) -> str:
     after = next((test for test in tests.after if test.variable == variable), None)
     if before is None or after is None:
         return ""
-    if not _depends(before) and not _depends(after):
+    if not depends(before) and not depends(after):
         return "No dependence found, before or after. "
-    if not _depends(after):
+    if not depends(after):
         return f"Before: {_strength(before)}. After: gone (p = {text.p_text(after.p_value)}). "
-    if not _depends(before):
+    if not depends(before):
         return f"After: {_strength(after)}, which was not so before. "
     return f"Before: {_strength(before)}. After: still {_strength(after)}. "
 
 
-def _depends(test: ResidualTest) -> bool:
-    return test.p_value is not None and test.p_value < SIGNIFICANT
+def depends(test: ResidualTest) -> bool:
+    """Whether a test found a dependence that is worth a look."""
+    certain = test.p_value is not None and test.p_value < SIGNIFICANT
+    return certain and (test.share is None or test.share >= _VISIBLE)
 
 
 def _strength(test: ResidualTest) -> str:

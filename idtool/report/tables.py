@@ -10,6 +10,7 @@ from idtool.model.units import Units, file_key, is_linear, unit_text
 from idtool.parameters import CONTROLLER_KEYS, DYNAMIC, GRAVITY_MODELS, STATIC, Parameter
 from idtool.presentation import text
 from idtool.report.evidence import Evidence
+from idtool.report.residual_gallery import depends
 
 #: base name -> (symbol, meaning)
 _MEANINGS = {
@@ -167,7 +168,7 @@ def remark_on(parameter: Parameter) -> tuple[str, bool]:
     return "", False
 
 
-def dependence_rows(evidence: Evidence, significant: float) -> list[Dependence]:
+def dependence_rows(evidence: Evidence) -> list[Dependence]:
     """The residual tests side by side, in the order of the file."""
     tests = evidence.facts.residual_tests
     if tests is None:
@@ -177,15 +178,14 @@ def dependence_rows(evidence: Evidence, significant: float) -> list[Dependence]:
     rows = []
     for variable in dict.fromkeys([*before, *after]):
         first, second = before.get(variable), after.get(variable)
-        p_after = second.p_value if second else None
         rows.append(
             Dependence(
                 text.words(variable),
                 text.p_text(first.p_value if first else None),
                 text.percent(first.share if first else None),
-                text.p_text(p_after),
+                text.p_text(second.p_value if second else None),
                 text.percent(second.share if second else None),
-                p_after is not None and p_after < significant,
+                second is not None and depends(second),
             )
         )
     return rows

@@ -11,7 +11,7 @@ from idtool.effects import registry
 from idtool.model.units import torque_name, unit_text
 from idtool.presentation import text
 from idtool.report.evidence import Evidence
-from idtool.report.residual_gallery import SIGNIFICANT
+from idtool.report.residual_gallery import SIGNIFICANT, depends
 
 Mark = Literal["good", "care", "bad"]
 
@@ -246,7 +246,7 @@ def _residual_check(evidence: Evidence) -> Iterator[Check]:
     tests = evidence.facts.residual_tests
     if tests is None or not tests.after:
         return
-    left = [text.words(t.variable) for t in tests.after if t.p_value is not None and t.p_value < SIGNIFICANT]
+    left = [text.words(t.variable) for t in tests.after if depends(t)]
     if left:
         yield Check("care", f"The residual still depends on {text.listed(left)} (p below {SIGNIFICANT}).")
     else:

@@ -24,12 +24,15 @@ _MEASURE = """
 const result = {};
 function measure(frame, width) {
   const page = frame.contentDocument, root = page.documentElement;
+  page.querySelectorAll("details").forEach(fold => { fold.open = true; });
   const inScroller = e => e.closest(".scroll, .frame, pre, .sr, figure h3") !== null;
   const wide = [...page.body.querySelectorAll("*")].filter(
     e => !inScroller(e) && e.getBoundingClientRect().right > width + 0.5);
   result[width] = {
     scroll: root.scrollWidth,
     wide: wide.map(e => e.tagName + " " + e.className).slice(0, 5),
+    tables: [...page.querySelectorAll(".scroll")].filter(e => e.scrollWidth > e.clientWidth)
+      .map(e => e.getAttribute("aria-label")),
     images: page.images.length,
     broken: [...page.images].filter(i => !i.complete || i.naturalWidth === 0).length,
     smallest: Math.min(...[...page.querySelectorAll("p, td, th, li, dd, figcaption")]
@@ -90,6 +93,7 @@ def test_nothing_overflows_and_nothing_is_requested(drawn: Path, tmp_path: Path)
         measured = result[str(width)]
         assert measured["scroll"] <= width, (width, measured["wide"])
         assert measured["wide"] == []
+        assert measured["tables"] == [], width
         assert measured["images"] == 22  # 20 figures, and two pictures of the one effect
         assert measured["broken"] == 0
         assert measured["requested"] == []

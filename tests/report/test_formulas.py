@@ -31,5 +31,15 @@ def test_subscripts_powers_and_words() -> None:
     assert typeset("b, held") == "<math><mi>b</mi></math>, held"
 
 
+def test_a_sentence_with_symbols_in_it() -> None:
+    """Meanings of parameters: words with an apostrophe or a hyphen stay, a colon belongs to the words."""
+    assert typeset("coefficient of T_2") == ("coefficient of <math><msub><mi>T</mi><mn>2</mn></msub></math>")
+    ripple = typeset("n, waves per turn: sin(n q); on a linear axis per metre")
+    assert ripple.startswith("<math><mi>n</mi></math>, waves per turn: <math><mi ")
+    assert ripple.endswith("</math>; on a linear axis per metre")
+    for words in ("time constant of the warm-up", "share of the bristle's torque"):
+        assert "<math>" not in typeset(words)
+
+
 def test_markup_in_a_formula_stays_text() -> None:
     assert "<script" not in typeset("<script>alert(1)</script> & so on")

@@ -13,6 +13,7 @@ from idtool.parameters.axis import Axis
 from idtool.report.next_step import next_step_of
 from tests.report import folder as synthetic
 
+CORRECTION = {"variable": "position", "with_direction": False, "held_out": {"before": 0.01, "after": 0.006}}
 CASES: list[tuple[dict[str, Any], list[str], str, str]] = [
     ({"verdict": "effect_found", "next_experiment": None}, [], "choose how", "tune -p result/params.toml"),
     (
@@ -20,6 +21,12 @@ CASES: list[tuple[dict[str, Any], list[str], str, str]] = [
         [],
         "another day",
         "predict OTHER-DAY.csv -p result/params.toml",
+    ),
+    (
+        {"verdict": "unexplained", "next_experiment": None, "unexplained": {"correction": CORRECTION}},
+        [],
+        "a smooth correction over the position was found (error on held-out trials −40 %)",
+        "predict OTHER-DAY.csv -p result/params.toml --correction result/correction.toml",
     ),
     ({}, [], "", "run --recipe result/next_experiment.toml --rig SPEC"),
     # no other run cures a column that is wrong
@@ -45,6 +52,16 @@ def test_the_gravest_reason_decides(
     step = next_step_of(folder, ["logs/gravity.csv", "logs/sweep.csv"])
     assert why in step.reason
     assert " ".join(step.words).startswith(command)
+
+
+def test_a_shape_without_a_name_is_named(tmp_path: Path) -> None:
+    folder = synthetic.make(tmp_path / "result")
+    found = synthetic.read_json(folder, "diagnosis") | {"verdict": "unexplained", "next_experiment": None}
+    synthetic.write_json(folder, "diagnosis", found)
+    evidence = synthetic.read_json(folder, "evidence")
+    evidence["notes"] = ["what is left looks like this: bump over the position: +0.05 N m at -0.1 rad."]
+    synthetic.write_json(folder, "evidence", evidence)
+    assert "bump over the position: +0.05 N m at -0.1 rad: see whether" in next_step_of(folder).reason
 
 
 def test_a_step_can_be_taken(tmp_path: Path) -> None:

@@ -14,6 +14,8 @@ from PIL import Image
 
 from idtool.report import write_report
 from idtool.report.effect_pictures import since_reversal
+from idtool.report.evidence import read_evidence
+from idtool.report.folding import quiet
 
 from . import folder as synthetic
 from .html import Page
@@ -104,12 +106,45 @@ def test_figures_without_a_finding_are_folded(page: Page) -> None:
     folds = re.findall(r'<details class="quiet">(.*?)</details>', page.source, re.DOTALL)
     folded = set(re.findall(r'id="figure-(\w+)"', "".join(folds)))
     assert {"residual_histogram", "correlation"} <= folded
+    assert "residual_payload" not in folded, "nobody tested the load"
     assert folded.isdisjoint(
         {"residual_time", "residual_position", "spectrum_angle", "stribeck", "prediction"}
     )
 
 
+@pytest.mark.parametrize(
+    ("p_value", "share", "is_folded"), [(0.4, 0.3, True), (1e-9, 0.002, True), (1e-9, 0.2, False)]
+)
+def test_a_payload_is_judged_by_the_load(folder: Path, p_value: float, share: float, is_folded: bool) -> None:
+    """A share that no picture shows is no finding, however certain."""
+    evidence = synthetic.read_json(folder, "evidence")
+    for tests in evidence["residual_tests"].values():
+        tests.append({"variable": "load", "p_value": p_value, "share": share})
+    synthetic.write_json(folder, "evidence", evidence)
+    read = read_evidence(folder)
+    assert quiet(read, "residual_payload") == quiet(read, "residual_load") == is_folded
+
+
+@pytest.mark.usefixtures("quick")
+def test_logs_for_validation_stand_in_the_table_of_errors(folder: Path) -> None:
+    diagnosis = synthetic.read_json(folder, "diagnosis")
+    diagnosis["validation"] = {
+        "logs": ["other/day2.csv"],
+        "errors": {
+            "sweep": {"rmse": 0.00539, "relative_percent": 1.15, "rows": 9600},
+            "": {"rmse": 0.00641, "relative_percent": 2.5, "rows": 400},
+        },
+    }
+    synthetic.write_json(folder, "diagnosis", diagnosis)
+    text = Page(write_report(folder)).text
+    assert "validation: sweep – 0.00539 –" in text
+    assert "validation – 0.00641 –" in text
+    assert "every row (10000) of day2.csv, which no fit saw" in text
+    assert "off by 1.1 % and 2.5 % of the torque" in text
+
+
 def test_formulas_are_typeset(page: Page) -> None:
+    assert "sin(n q)" not in page.source
     assert page.source.count("<math>") >= 4
     assert "sigma" not in page.source.split("<main>")[1].split("</table>")[0]
 
