@@ -81,7 +81,8 @@ def print_parameters(console: Console, parameters: Parameters, parts: tuple[str,
         interval = f"{one.ci95[0]:.5g} to {one.ci95[1]:.5g}" if one.ci95 else one.limits("{:.2g}".format)
         error = f"{one.stderr:.2g}" if one.stderr is not None else ""
         name = row.name.replace("_", " ")
-        name = name if row.part in ("gravity", "static", "dynamic") else f"{row.part}: {name}"
+        base = row.part in ("gravity", "static", "dynamic", "inertia")
+        name = name if base else f"{row.part}: {name}"
         rows.append((name, f"{one.value:.5g}", error, interval, row.unit, row.remark))
     print_table(console, ("parameter", ">value", ">std error", ">95 % interval", "unit", ""), rows)
 

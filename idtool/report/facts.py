@@ -131,6 +131,11 @@ class Diagnosis:
     next_experiment: NextExperiment | None = None
     validation: Validation | None = None
 
+    @property
+    def tried(self) -> tuple[Candidate, ...]:
+        """The candidates besides inertia, which belongs to the base model."""
+        return tuple(candidate for candidate in self.candidates if candidate.name != "inertia")
+
 
 @dataclass(frozen=True, kw_only=True)
 class PositionErrors:

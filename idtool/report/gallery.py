@@ -269,7 +269,7 @@ def _one_of_each(segments: tuple[Segment, ...]) -> list[Segment]:
 
 def _candidates(evidence: Evidence) -> Iterator[Plate]:
     error = evidence.diagnosis.error
-    scored = [(c, c.held_out) for c in evidence.diagnosis.candidates if c.held_out is not None]
+    scored = [(c, c.held_out) for c in evidence.diagnosis.tried if c.held_out is not None]
     if not scored:
         return
     taken = [text.effect_title(c.name) for c, _ in scored if c.accepted]
@@ -304,7 +304,7 @@ def _correlation(evidence: Evidence) -> Iterator[Plate]:
     if len(correlation.matrix) != count or any(len(row) != count for row in correlation.matrix):
         return
     matrix = np.nan_to_num(np.array([array(row) for row in correlation.matrix]))
-    names = [text.words(name).replace(".", ": ") for name in correlation.names]
+    names = [_of_effect(name) for name in correlation.names]
     size = np.abs(np.triu(matrix, 1))
     row, column = np.unravel_index(int(np.argmax(size)), size.shape)
     strongest = f"{names[row]} and {names[column]} ({text.number(float(matrix[row, column]), 2)})"
@@ -318,6 +318,12 @@ def _correlation(evidence: Evidence) -> Iterator[Plate]:
         f"Heat map of the correlation between {count} parameter estimates; the strongest is {strongest}.",
         lambda: correlation_figure(names, matrix),
     )
+
+
+def _of_effect(name: str) -> str:
+    """A parameter as words: "position_ripple.cycles" as "position ripple: cycles", an inertia as itself."""
+    effect, _, own = text.words(name).rpartition(".")
+    return f"{effect}: {own}" if effect not in ("", own) else own
 
 
 def _stiffness(evidence: Evidence) -> Iterator[Plate]:

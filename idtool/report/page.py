@@ -318,7 +318,7 @@ def _candidates(evidence: Evidence) -> list[dict[str, Any]]:
             "accepted": candidate.accepted,
             "why": candidate.why,
         }
-        for candidate in evidence.diagnosis.candidates
+        for candidate in evidence.diagnosis.tried
     ]
 
 

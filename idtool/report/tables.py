@@ -94,12 +94,14 @@ def _groups(evidence: Evidence) -> Iterator[ParameterGroup]:
     if parameters.dynamic:
         formula = "σ0 z + σ1 dz/dt + σ2 ω,  dz/dt = ω − σ0 |ω| z / g(ω)"
         yield ParameterGroup("Bristle dynamics", formula, tuple(_rows(parameters.dynamic, DYNAMIC, kind)))
-    for entry in parameters.effects:
+    for entry in sorted(parameters.effects, key=lambda entry: entry.name != "inertia"):
         effect = registry.get(entry.name)
         dimensions = {p.name: p.dimension for p in effect.parameters}
         meanings = {p.name: ("", p.meaning) for p in effect.parameters}
         rows = tuple(_rows(entry.parameters, dimensions, kind, meanings))
-        yield ParameterGroup(f"Effect: {text.effect_title(entry.name)}", effect.formula, rows)
+        base = entry.name == "inertia"  # which every moving axis has
+        title = effect.title if base else f"Effect: {text.effect_title(entry.name)}"
+        yield ParameterGroup(title, effect.formula, rows)
     if parameters.controller:
         controller = parameters.controller
         rows = tuple(

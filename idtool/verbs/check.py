@@ -301,5 +301,6 @@ def _determine(
     )
     for effect in registry.library():
         reason = effect.missing(motion)
-        judge(f"effect: {effect.name}", [f"effects.{effect.name}"], "testable", reason or "", effect.reveals)
+        what = effect.name if effect.name == "inertia" else f"effect: {effect.name}"
+        judge(what, [f"effects.{effect.name}"], "testable", reason or "", effect.reveals)
     return can, cannot, rest

@@ -8,7 +8,7 @@ from idtool.cli.tables import print_parameters
 from rich.console import Console
 
 from idtool import Axis, Parameters
-from idtool.parameters import Parameter
+from idtool.parameters import EffectEntry, Parameter
 
 
 def test_a_parameter_that_is_not_determined_has_no_interval() -> None:
@@ -26,3 +26,17 @@ def test_a_parameter_that_is_not_determined_has_no_interval() -> None:
     assert not any(part in stiffness for part in ("0.68", "56.1", "59"))
     assert "at least 40" in stiffness
     assert "0.58 to 0.62" in damping
+
+
+def test_inertia_is_no_effect_of_its_own() -> None:
+    """It belongs to the base model, whichever part of a file keeps it."""
+    effects = (
+        EffectEntry("inertia", {"inertia": Parameter(0.0099)}),
+        EffectEntry("torque_offset", {"offset": Parameter(0.01)}),
+    )
+    screen = Console(file=io.StringIO(), width=100)
+    print_parameters(screen, Parameters(axis=Axis(), effects=effects), ("effects",))
+    assert isinstance(screen.file, io.StringIO)
+    _, first, second, *_ = screen.file.getvalue().splitlines()
+    assert first.startswith("inertia  ")
+    assert second.startswith("torque_offset: offset  ")

@@ -33,7 +33,7 @@ def test_the_tutorial_runs_and_prints_what_it_says(tmp_path: Path) -> None:
     [
         ("5.93 N moves it", "5.95 N  moves it", True),
         ("5.93 N moves it", "7.93 N moves it", False),
-        ("effect: inertia", "effect: backlash", False),
+        ("effect: thermal_drift", "effect: backlash", False),
         ("std error 6.5e-05", "std error 6.6e-05", True),
     ],
 )

@@ -16,6 +16,8 @@ from idtool.report import write_report
 from idtool.report.effect_pictures import since_reversal
 from idtool.report.evidence import read_evidence
 from idtool.report.folding import quiet
+from idtool.report.gallery import certainty_plates
+from idtool.report.tables import parameter_groups
 
 from . import folder as synthetic
 from .html import Page
@@ -63,6 +65,25 @@ def test_says_how_to_reproduce(page: Page) -> None:
         "zero-phase, 20 Hz",
     ):
         assert word in page.text
+
+
+def test_inertia_belongs_to_the_base_model(folder: Path) -> None:
+    diagnosis = synthetic.read_json(folder, "diagnosis")
+    diagnosis["candidates"].append({"name": "inertia", "held_out": 0.01, "accepted": True, "why": "needed"})
+    synthetic.write_json(folder, "diagnosis", diagnosis)
+    evidence = synthetic.read_json(folder, "evidence")
+    evidence["correlation"]["names"][2] = "inertia.inertia"
+    synthetic.write_json(folder, "evidence", evidence)
+    read = read_evidence(folder)
+    titles = [group.title for group in parameter_groups(read)]
+    assert titles[-3:-1] == ["Inertia", "Effect: position ripple"]
+    assert [candidate.name for candidate in read.diagnosis.tried] == [
+        "position_ripple",
+        "thermal_drift",
+        "tilt_misalignment",
+    ]
+    captions = {plate.name: plate.caption for plate in certainty_plates(read)}
+    assert captions["candidates"].startswith("Accepted: position ripple. ")
 
 
 def test_candidates_have_their_reasons(page: Page) -> None:

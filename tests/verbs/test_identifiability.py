@@ -240,7 +240,7 @@ def test_check_determines_nothing_where_nothing_can_be_fitted(tmp_path: Path) ->
     found = check([replace(log, frame=log.frame.iloc[:60])])
     assert [one.code for one in found.findings] == ["no_fit"]
     assert found.can == []
-    assert any(one.what == "effect: inertia" for one in found.cannot)
+    assert any(one.what == "inertia" for one in found.cannot)
 
 
 def test_check_leaves_to_identify_what_a_missing_effect_hides(tmp_path: Path) -> None:
