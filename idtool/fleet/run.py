@@ -100,17 +100,18 @@ def run_fleet(
     rows_of_all = table(fleet)
     with atomic_write(out / "summary.csv") as stream:
         rows_of_all.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
-    _write_parquet(rows_of_all, out / "summary.parquet")
+    _write_parquet(rows_of_all, out / "summary.parquet", tell)
     write_json(out / "summary.json", document(fleet))
     with atomic_write(out / PAGE) as stream:
         stream.write(page(fleet, out.resolve().name))
     return fleet
 
 
-def _write_parquet(rows: pd.DataFrame, file: Path) -> None:
+def _write_parquet(rows: pd.DataFrame, file: Path, tell: Callable[[str], None]) -> None:
     """The same table for programs that read many; an old one goes where pyarrow is not installed."""
     if find_spec("pyarrow") is None:
         file.unlink(missing_ok=True)
+        tell(f"{file.name} is left out: it needs pyarrow (pip install 'ffc-id[parquet]')")
         return
     with atomic_write(file, "wb") as stream:
         rows.to_parquet(stream, index=False)

@@ -195,3 +195,16 @@ def test_a_large_page_has_pages_and_a_search_and_short_tiles(tmp_path: Path) -> 
     assert script is not None
     digest = base64.b64encode(hashlib.sha256(script[1].encode()).digest()).decode()
     assert f"script-src 'sha256-{digest}'" in html
+
+
+def test_a_table_that_is_left_out_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without pyarrow there is no Parquet, and an old one would be of other sessions."""
+    session(tmp_path / "sessions" / "A0_2026-01-01", seed=0)
+    old = tmp_path / "out" / "summary.parquet"
+    old.parent.mkdir()
+    old.write_bytes(b"old")
+    monkeypatch.setattr("idtool.fleet.run.find_spec", lambda name: None)
+    said: list[str] = []
+    run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1, tell=said.append)
+    assert said[-1] == "summary.parquet is left out: it needs pyarrow (pip install 'ffc-id[parquet]')"
+    assert not old.exists()
