@@ -59,7 +59,7 @@ def list_recordings(catalogue: Path | None, output: Output) -> None:
             click.echo(f"{name}: {entry.title}")
             click.echo(f"  {entry.by}; {entry.licence}" + (f"; {entry.page}" if entry.page else ""))
             for source in entry.files:
-                click.echo(f"  {source.name}: SHA-256 {source.sha256 or 'not published'}")
+                click.echo(f"  {source.name}: SHA-256 {source.sum_in_words}")
 
     output.result({"recordings": {name: asdict(entry) for name, entry in known.items()}}, show)
     output.next("data", "get", next(iter(known), "sample"))
@@ -78,9 +78,10 @@ def get_recording(
 ) -> None:
     """Bring a recording into a folder: its source, licence and checksum are shown.
 
-    A download that was cut short goes on where it stopped. Where the source publishes no checksum, that of
-    the first download is kept in SHA256SUMS of the folder, and a later one must agree with it. Public
-    recordings are no logs yet: the command that makes logs of them is told at the end.
+    A download that was cut short goes on where it stopped. It must agree with the checksum of the catalogue,
+    which is that of our first copy where the source publishes none; where there is neither, that of the
+    first download is kept in SHA256SUMS of the folder, and a later one must agree with it. Public recordings
+    are no logs yet: the command that makes logs of them is told at the end.
 
     \b
     ffc-id data get sample

@@ -28,12 +28,21 @@ class Source:
     Attributes:
         url: where it is; with the commit in it, so that it stays what it is.
         name: what it is called here.
-        sha256: of its bytes, where the source tells it; "" if not: then that of the first download is kept.
+        sha256: of its bytes; "" where nobody tells it: then that of the first download is kept.
+        published: whether the source publishes that sum; if not, it is that of our own first copy.
     """
 
     url: str
     name: str
     sha256: str = ""
+    published: bool = False
+
+    @property
+    def sum_in_words(self) -> str:
+        """The checksum, and whose it is."""
+        if not self.sha256:
+            return "none published; that of your first download is kept"
+        return self.sha256 if self.published else f"{self.sha256} (of our first copy; none is published)"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,12 +9,13 @@ import threading
 from collections.abc import Iterator
 from http.server import HTTPServer, SimpleHTTPRequestHandler
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.io
 
-from idtool.importing.catalogue import read_catalogue
+from idtool.importing.catalogue import Source, read_catalogue
 from idtool.log import Log
 
 from .support import ffc_id
@@ -72,6 +73,19 @@ def test_every_recording_says_source_and_licence() -> None:
         for file in entry.files:
             assert file.url.startswith("https://")
             assert any(len(part) == 40 for part in file.url.split("/")), "the address holds no commit"
+            assert f"{file.name}: SHA-256 {file.sum_in_words}" in told
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        ({}, "none published; that of your first download is kept"),
+        ({"sha256": "ab"}, "ab (of our first copy; none is published)"),
+        ({"sha256": "ab", "published": True}, "ab"),
+    ],
+)
+def test_whose_checksum_it_is_is_said(told: dict[str, Any], words: str) -> None:
+    assert Source(url="https://a.b/c", name="c", **told).sum_in_words == words
 
 
 def test_a_public_recording_is_fetched_and_its_sum_shown(tmp_path: Path, source: str) -> None:
@@ -96,6 +110,23 @@ def test_a_public_recording_is_fetched_and_its_sum_shown(tmp_path: Path, source:
     assert "is not the file that was expected" in again.stderr
     assert (tmp_path / "mine" / "run.csv").read_bytes() == content
     assert Log.read(tmp_path / "log.csv").frame["torque_nm"].tolist() == [0.1, 0.1, 0.1]
+
+
+def test_the_import_of_a_servo_reads_duty_and_supply(tmp_path: Path) -> None:
+    """What `data get xl330` tells to do next, on a file with the keys of the real one."""
+    entries = [
+        {"position": 0.01 * k, "speed": 1.0, "load": 65536 - k, "input_volts": 7.3, "temp": 28,
+         "timestamp": 0.01 * k, "goal_position": 0.0, "torque_enable": True}
+        for k in range(1, 50)
+    ]  # fmt: skip
+    run = {"mass": 0.49, "length": 0.1, "kp": 100, "vin": 7.4, "motor": "xl330", "trajectory": "sin_sin"}
+    (tmp_path / "xl330").mkdir()
+    (tmp_path / "xl330" / "sin_sin.json").write_text(json.dumps({**run, "entries": entries}))
+    done = ffc_id(*read_catalogue().get("xl330").next.split(), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    log = Log.read(tmp_path / "sin_sin.csv")
+    assert {"duty", "supply_voltage_v"} <= set(log.frame)
+    assert log.frame["duty"].iloc[0] == pytest.approx(-1 / 885)
 
 
 def test_the_import_of_the_benchmark_reads_its_variables(tmp_path: Path) -> None:
