@@ -69,7 +69,7 @@ STEPS = (
     "true constant",
     "`identify`",
     "Coulomb level, true",
-    "static level, true",
+    "stiction, true",
     "`simulate sine.csv`",
     "`teach`",
     "`play --speed 0.5`",

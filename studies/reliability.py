@@ -236,7 +236,7 @@ def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
         *lines,
         "",
         "Where the servo can no longer be reached, its settings stay, and its own watchdog has stopped it.",
-        "Where the torque goes off the bent bristles spring back by some milliradians, which counts as",
+        "Where the torque goes off the deflected bristles spring back by some milliradians, which counts as",
         "motion:",
         "after a silence of 0.6 s that happens when the servo is reached again and let go.",
     ]

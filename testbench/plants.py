@@ -88,7 +88,7 @@ def random_plant(rng: np.random.Generator) -> Plant:
 
 
 def either_bristle(plant: Plant, rng: np.random.Generator) -> Plant:
-    """The same axis with a bristle as soft as the paper's (it bends 1.4 rad) as often as with a stiff one."""
+    """The same axis with a bristle as soft as the paper's (1.4 rad) as often as with a stiff one."""
     bends = between(rng, 0.4, 1.5) if rng.random() < 0.5 else between(rng, 0.005, 0.05)
     return replace(plant, bristle_stiffness=max(plant.coulomb, plant.static) / bends)
 

@@ -30,7 +30,7 @@ class Load:
 
     Attributes:
         gravity: gravity torque.
-        elastic, damping: LuGre friction: what the bent bristle holds, and what goes with speed.
+        elastic, damping: LuGre friction: what the deflected bristle holds, and what goes with speed.
         effects: additive effects, inertia among them.
         level: friction level g at the present speed, effects included.
         saturation: relative loss of motor torque per torque, 1/(N m).

@@ -5,7 +5,7 @@
 filtered once, inertia included, which makes it a momentum observer (De Luca & Mattone, ICRA 2003) where
 the file knows the inertia.
 
-At rest an encoder cannot see how far the bristle is bent, to within a few counts times the bristle
+At rest an encoder cannot see how far the bristle is deflected, to within a few counts times the bristle
 stiffness. Within that band, and never beyond what friction can hold, friction is taken to be what
 leaves no hand. A soft bristle so keeps its tracked value and a light hand is felt before anything
 slides; a stiff one must break away first; neither creeps after a stop.
@@ -63,7 +63,7 @@ class HandSense:
         self._mean += (self._remainder(sample)[0] - self._mean) / self._samples
 
     def settle(self) -> None:
-        """End of listening: bend the bristle to what was heard, as far as friction can be bent; what is left
+        """End of listening: deflect the bristle to what was heard, as far as friction allows; what is left
         is a load that nobody told of and moves the zero."""
         bound = self._model.friction_bound
         held = self._model.bristle_stiffness * self._model.bristle - self._mean

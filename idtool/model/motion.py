@@ -35,7 +35,7 @@ class Motion:
         load: gravity torque that the axis carries, from the gravity model identified so far.
         load_upright: the same at zero tilt.
         torque_constant: K, N m/A (N/A), or None where the torque itself was logged.
-        restart: last rows of a rest, after which nobody knows how far the bristle bends: friction at rest
+        restart: last rows of a rest, after which nobody knows the deflection of the bristle: friction at rest
             is whatever the drive pushes with.
     """
 

@@ -30,10 +30,10 @@ def positive(
 def some_friction(
     static: dict[str, Parameter], dynamic: dict[str, Parameter], kind: Units, file: Path
 ) -> None:
-    """A bristle needs a level to bend against: LuGre divides by it."""
+    """A bristle needs a level that limits its deflection: LuGre divides by it."""
     if dynamic and static and static["coulomb"].value == 0 and static["static"].value == 0:
         raise InputError(
-            "both levels of the friction are 0, against which no bristle bends",
+            "both levels of the friction are 0, against which no bristle is deflected",
             file=file,
             place=f"friction.static.{file_key('coulomb', 'torque', kind)}.value",
             remedy="expected a number > 0, or no [friction.dynamic]",

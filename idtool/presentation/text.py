@@ -8,6 +8,8 @@ from idtool.effects import registry
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SMALLEST_P = 1e-16
+#: Where a key of a file is not the word of the field.
+_FIELD_NAMES = {"static": "stiction", "order": "run order"}
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -93,6 +95,15 @@ def change(before: float | None, after: float | None) -> str:
 def words(name: str) -> str:
     """A name of a file as words: "position_ripple" as "position ripple"."""
     return name.replace("_", " ")
+
+
+def quantity(name: str) -> str:
+    """A parameter or a logged quantity as the field calls it; its key in files stays what it is.
+
+    >>> quantity("static"), quantity("order"), quantity("stribeck_velocity")
+    ('stiction', 'run order', 'stribeck velocity')
+    """
+    return _FIELD_NAMES.get(name, words(name))
 
 
 def effect_title(name: str) -> str:

@@ -33,7 +33,7 @@ class Plate:
 
     Attributes:
         name: of its files in figures/.
-        section: "model", "prediction", "residual" or "certainty".
+        section: "model", "prediction", "residual" or "uncertainty".
         title: a few words, the heading over it.
         caption: what to see.
         alt: what the figure shows, for those who do not see it.
@@ -58,7 +58,7 @@ def model_plates(evidence: Evidence) -> Iterator[Plate]:
     yield from _predictions(evidence)
 
 
-def certainty_plates(evidence: Evidence) -> Iterator[Plate]:
+def uncertainty_plates(evidence: Evidence) -> Iterator[Plate]:
     """Candidates, correlation of the parameters, cost over the bristle stiffness."""
     yield from _candidates(evidence)
     yield from _correlation(evidence)
@@ -281,7 +281,7 @@ def _candidates(evidence: Evidence) -> Iterator[Plate]:
     )
     yield Plate(
         "candidates",
-        "certainty",
+        "uncertainty",
         "Candidate effects",
         caption,
         f"Bar chart of the held-out error with each of {text.counted(len(scored), 'candidate effect')}.",
@@ -310,7 +310,7 @@ def _correlation(evidence: Evidence) -> Iterator[Plate]:
     strongest = f"{names[row]} and {names[column]} ({text.number(float(matrix[row, column]), 2)})"
     yield Plate(
         "correlation",
-        "certainty",
+        "uncertainty",
         "Correlation of the parameters",
         f"The strongest pair is {strongest}. Near ±1, the data fix only a combination of the two: a run "
         "that moves "
@@ -322,8 +322,8 @@ def _correlation(evidence: Evidence) -> Iterator[Plate]:
 
 def _of_effect(name: str) -> str:
     """A parameter as words: "position_ripple.cycles" as "position ripple: cycles", an inertia as itself."""
-    effect, _, own = text.words(name).rpartition(".")
-    return f"{effect}: {own}" if effect not in ("", own) else own
+    effect, _, own = name.rpartition(".")
+    return f"{text.words(effect)}: {text.words(own)}" if effect not in ("", own) else text.quantity(own)
 
 
 def _stiffness(evidence: Evidence) -> Iterator[Plate]:
@@ -341,7 +341,7 @@ def _stiffness(evidence: Evidence) -> Iterator[Plate]:
         caption = "A clear valley means that the data determine the stiffness. "
     yield Plate(
         "bristle_stiffness",
-        "certainty",
+        "uncertainty",
         "Error over the bristle stiffness",
         caption
         + "Flat to the right, only a lower bound is known: the bristle is stiffer than the sensors resolve.",

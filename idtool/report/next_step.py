@@ -9,7 +9,7 @@ from pathlib import Path
 from idtool.diagnosis.summary import LOOKS_LIKE
 from idtool.guiding.hand import travel_per_position
 from idtool.parameters import Parameters
-from idtool.presentation.text import change, words
+from idtool.presentation.text import change, quantity
 from idtool.report.facts import Diagnosis, Facts, read_facts
 from idtool.report.result_folder import CORRECTION, NEXT_RECIPE
 
@@ -67,7 +67,7 @@ def _after_unexplained(diagnosis: Diagnosis, facts: Facts, folder: Path) -> Step
         return Step(reason, (*predict, "-o", "predicted.csv"))
     gain = change(correction.held_out.before, correction.held_out.after)
     reason = (
-        f"{what}, but a smooth correction over the {words(correction.variable)} was found (error on "
+        f"{what}, but a smooth correction over the {quantity(correction.variable)} was found (error on "
         f"held-out trials {gain}): see whether it helps on another day too; `teach` takes it as well."
     )
     return Step(reason, (*predict, "--correction", str(folder / CORRECTION), "-o", "predicted.csv"))

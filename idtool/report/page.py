@@ -195,7 +195,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         guiding=read_guiding(evidence.folder),
         sections={
             section: [picture for picture in pictures if picture.plate.section == section]
-            for section in ("model", "prediction", "residual", "certainty")
+            for section in ("model", "prediction", "residual", "uncertainty")
         },
         facts=facts,
         constant=_constant(evidence),

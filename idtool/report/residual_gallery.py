@@ -182,7 +182,7 @@ def _spectra_over(evidence: Evidence) -> Iterator[Plate]:
         yield Plate(
             "residual_autocorrelation",
             "residual",
-            "Memory of the residual",
+            "Autocorrelation of the residual",
             "What falls into the grey band at once is noise. The first few lags are the filter's own; a "
             "tail or a swing "
             "beyond them is structure that is left.",

@@ -90,7 +90,7 @@ def _groups(evidence: Evidence) -> Iterator[ParameterGroup]:
         yield ParameterGroup("Gravity", formula, tuple(_rows(parameters.gravity, dimensions, kind)))
     if parameters.static:
         formula = "g(ω) sgn ω + σ2 ω,  g(ω) = τc + (τs − τc) exp(−(ω/ωs)²)"
-        yield ParameterGroup("Static friction", formula, tuple(_rows(parameters.static, STATIC, kind)))
+        yield ParameterGroup("Friction over speed", formula, tuple(_rows(parameters.static, STATIC, kind)))
     if parameters.dynamic:
         formula = "σ0 z + σ1 dz/dt + σ2 ω,  dz/dt = ω − σ0 |ω| z / g(ω)"
         yield ParameterGroup("Bristle dynamics", formula, tuple(_rows(parameters.dynamic, DYNAMIC, kind)))
@@ -120,9 +120,7 @@ def _groups(evidence: Evidence) -> Iterator[ParameterGroup]:
             if getattr(controller, name) is not None
         )
         paper = controller.mode == "paper"
-        law = (
-            "q_d = K_r (K_c τ_ext − dq/dt) + q" if paper else "ω = K_c (τ_ext less what is not certain of it)"
-        )
+        law = "q_d = K_r (K_c τ_ext − dq/dt) + q" if paper else "ω = K_c (τ_ext less its uncertainty)"
         yield ParameterGroup("Controller" if paper else "Controller, light mode", law, rows)
 
 
@@ -182,7 +180,7 @@ def dependence_rows(evidence: Evidence) -> list[Dependence]:
         first, second = before.get(variable), after.get(variable)
         rows.append(
             Dependence(
-                text.words(variable),
+                text.quantity(variable),
                 text.p_text(first.p_value if first else None),
                 text.percent(first.share if first else None),
                 text.p_text(second.p_value if second else None),

@@ -94,7 +94,7 @@ def left_sentence(evidence: Evidence) -> str:
     if left is None:
         return ""
     unexplained = evidence.diagnosis.unexplained
-    depends = [text.words(name) for name in unexplained.depends_on] if unexplained else []
+    depends = [text.quantity(name) for name in unexplained.depends_on] if unexplained else []
     on = f"; it depends on {text.listed(depends)}" if depends else ""
     floor = "" if noise is None else f" (sensor noise {share(noise)})"
     return f"{share(left)} of the {torque_name(evidence.kind)} is left{floor}{on}."
@@ -159,7 +159,7 @@ def _story(evidence: Evidence) -> str:
     if left is None:
         return f"What is left of the {effort} is not noise, and no effect in the library accounts for it."
     share = "" if left.share is None else f" ({text.percent(left.share)} of its variance)"
-    on = f" with {text.listed([text.words(name) for name in left.depends_on])}" if left.depends_on else ""
+    on = f" with {text.listed([text.quantity(name) for name in left.depends_on])}" if left.depends_on else ""
     more = next((note for note in evidence.facts.notes if note.startswith(LOOKS_LIKE)), "")
     if not left.depends_on:
         more = left.note
@@ -228,8 +228,8 @@ def _parameter_check(evidence: Evidence) -> Check:
     groups = [parameters.gravity, parameters.static, parameters.dynamic]
     groups += [entry.parameters for entry in parameters.effects]
     named = [(name, parameter) for group in groups for name, parameter in group.items()]
-    at_bound = [text.words(name) for name, p in named if p.at_bound]
-    unknown = [text.words(name) for name, p in named if not (p.identified or p.at_bound)]
+    at_bound = [text.quantity(name) for name, p in named if p.at_bound]
+    unknown = [text.quantity(name) for name, p in named if not (p.identified or p.at_bound)]
     if at_bound or unknown:
         parts = []
         if at_bound:
@@ -246,11 +246,11 @@ def _residual_check(evidence: Evidence) -> Iterator[Check]:
     tests = evidence.facts.residual_tests
     if tests is None or not tests.after:
         return
-    left = [text.words(t.variable) for t in tests.after if depends(t)]
+    left = [text.quantity(t.variable) for t in tests.after if depends(t)]
     if left:
         yield Check("care", f"The residual still depends on {text.listed(left)} (p below {SIGNIFICANT}).")
     else:
-        tested = text.listed([text.words(test.variable) for test in tests.after], "or")
+        tested = text.listed([text.quantity(test.variable) for test in tests.after], "or")
         yield Check("good", f"The residual does not depend on {tested}.")
 
 

@@ -68,7 +68,7 @@ class SimulatedRig(Rig):
     def prepare(self, setup: TrialSetup) -> None:
         """Bring the axis to rest, holding its position; the clock runs on by what that takes.
 
-        The way there is not computed: the axis stands at the start in balance, its bristles bent by an
+        The way there is not computed: the axis stands at the start in balance, its bristles deflected by an
         amount that nobody knows, and the drive then holds it for the rest.
         """
         self._open()

@@ -19,7 +19,7 @@ _GRAINS = 1.5
 _SHARE = 2e-5
 _WINDOW_S = 0.5
 #: Where the torque swings by this share of what moves the axis and the position shows nothing, the bristle
-#: bends by less than the position can hide: nothing is known of it until the axis leaves.
+#: is deflected by less than the position can hide: nothing is known of it until the axis leaves.
 _SWING = 1.0
 #: Rows over which the torque is averaged for that, against its noise.
 _CALMED = 15

@@ -337,7 +337,7 @@ def _about_friction(fit: JointFit) -> list[str]:
     if fit.model.spec.friction != "coulomb" and static["static"].identified:
         falls = static["static"].value > static["coulomb"].value
         notes.append(
-            "the Stribeck curve falls from the static to the Coulomb level with speed."
+            "the Stribeck curve falls from stiction to the Coulomb level with speed."
             if falls
             else "the Stribeck curve RISES with speed: the stiction is below the Coulomb level."
         )

@@ -139,7 +139,7 @@ The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned light
   payload as their prior. It is not used if its two cycles differ (something touched the axis), if more is
   left than the model explains, if a hand is felt when it begins, or if it finds more load than the tolerance
   of the payload that was told (0.04 kg): the note then says so.
-- **Uncertainty.** D is two standard deviations of the model at this very motion: the covariance of o, b, v,
+- **Model uncertainty.** D is two standard deviations of the model at this very motion: the covariance of o, b, v,
   and what the tare could not explain. It is at least 1.8 noises of the current. It is taken at every other
   sample, in turns with the lead T, and at rest it is that of the last motion.
 - **Zero.** At rest the bristle of a stiff axis may hold what no encoder count shows: one count is 0.2 to
@@ -201,10 +201,10 @@ tare.
 
 Not met on every axis, and why:
 
-- *Break-away below 1 N.* On a stiff axis friction carries the first 0.2 to 0.4 N of a hand, which bend the
+- *Break-away below 1 N.* On a stiff axis friction carries the first 0.2 to 0.4 N of a hand, which deflect the
   bristle by less than an encoder count, and no motor feels them; what a stop leaves there unseen (1.5 counts)
   has to be exceeded as well. On a soft one D is 0.4 to 0.7 N: 0.4 N are the tolerance of the payload (two
-  standard deviations of 20 g), which a tare of 9 mm cannot tell from the start of a bristle that bends over
+  standard deviations of 20 g), which a tare of 9 mm cannot tell from the start of a bristle deflected by
   50 mm. A file whose fit is unsure of one of the friction levels (stiff-3, stiff-23) costs 0.4 N more.
 - *Force below 2 N.* The gain is for {least} N on the day of the file, and friction is another one on every
   day: half of the axes are lighter, half are heavier. A higher gain is refused by `tune`.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -12,11 +13,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from idtool.parameters import Parameters
 from idtool.report import write_report
 from idtool.report.effect_pictures import since_reversal
 from idtool.report.evidence import read_evidence
 from idtool.report.folding import quiet
-from idtool.report.gallery import certainty_plates
+from idtool.report.gallery import uncertainty_plates
 from idtool.report.tables import parameter_groups
 
 from . import folder as synthetic
@@ -82,7 +84,7 @@ def test_inertia_belongs_to_the_base_model(folder: Path) -> None:
         "thermal_drift",
         "tilt_misalignment",
     ]
-    captions = {plate.name: plate.caption for plate in certainty_plates(read)}
+    captions = {plate.name: plate.caption for plate in uncertainty_plates(read)}
     assert captions["candidates"].startswith("Accepted: position ripple. ")
 
 
@@ -144,6 +146,22 @@ def test_a_payload_is_judged_by_the_load(folder: Path, p_value: float, share: fl
     synthetic.write_json(folder, "evidence", evidence)
     read = read_evidence(folder)
     assert quiet(read, "residual_payload") == quiet(read, "residual_load") == is_folded
+
+
+@pytest.mark.usefixtures("quick")
+def test_words_are_those_of_the_field(folder: Path) -> None:
+    """Keys of files stay what they are."""
+    file = Parameters.read(folder / "params.toml")
+    unknown = replace(file.static["static"], at_bound=True)
+    replace(file, static={**file.static, "static": unknown}).write(folder / "params.toml", force=True)
+    evidence = synthetic.read_json(folder, "evidence")
+    evidence["residual_tests"]["after"].append({"variable": "order", "p_value": 1e-9, "share": 0.2})
+    synthetic.write_json(folder, "evidence", evidence)
+    page = Page(write_report(folder))
+    assert "Stiction and bristle stiffness sit at a bound" in page.text
+    assert "still depends on run order" in page.text
+    assert "static_nm" in page.text
+    assert any(section.get("id") == "uncertainty" for section in page.all("section"))
 
 
 @pytest.mark.usefixtures("quick")

@@ -304,7 +304,7 @@ def brake(c: Any, s: Any, velocity: float) -> float:
 
 @numba.njit(cache=True)
 def listen(c: Any, s: Any) -> float:
-    """The first moment, hands off: what the model leaves is a bend of the bristle that nobody saw."""
+    """The first moment, hands off: what the model leaves is a deflection of the bristle that nobody saw."""
     s.since += 1
     s.sum += s.raw
     s.hand = 0.0

@@ -209,7 +209,7 @@ def uncertainty_after_tare(parameters: Parameters, speed: float, period: float) 
         kernel.act(c, s, now, pace, 0.0, 0.0, load.elastic, load.damping, load.kept)
         place, k = now, k + 1
     s["unexplained"] = _UNEXPLAINED * law.settings.noise
-    # and a push of a second at the speed, in which the bristle bends over
+    # and a push of a second at the speed, in which the bristle is deflected
     worst = 0.0
     for j in range(round(1.0 / period)):
         place += speed * period
