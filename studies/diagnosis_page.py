@@ -15,7 +15,8 @@ from testbench.outcomes import Result
 
 _HEAD = """# What the diagnosis finds, and what it finds that is not there
 
-You get: how often each effect is named when it is there, and how often a spurious effect is: one that is not there.
+You get: how often each effect is named when it is there, and how often a spurious effect is,
+one that is not there.
 
 Made by `{command}`. Axes are of two kinds. Ours: random axes of the simulated rig
 (`testbench/plants.py`), the packaged gravity, sweep and sine runs (in some the run with pauses too, in some

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from idtool.effects import registry
+from idtool.model.units import Units, is_linear
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SMALLEST_P = 1e-16
@@ -104,6 +105,15 @@ def quantity(name: str) -> str:
     ('stiction', 'run order', 'stribeck velocity')
     """
     return _FIELD_NAMES.get(name, words(name))
+
+
+def meaning_on(kind: Units, meaning: str) -> str:
+    """A meaning without what it says of a linear axis, on a rotary one.
+
+    >>> meaning_on("rotary", "waves per turn; on a linear axis per metre")
+    'waves per turn'
+    """
+    return meaning if is_linear(kind) else meaning.partition("; on a linear axis")[0]
 
 
 def effect_title(name: str) -> str:

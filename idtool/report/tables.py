@@ -97,7 +97,7 @@ def _groups(evidence: Evidence) -> Iterator[ParameterGroup]:
     for entry in sorted(parameters.effects, key=lambda entry: entry.name != "inertia"):
         effect = registry.get(entry.name)
         dimensions = {p.name: p.dimension for p in effect.parameters}
-        meanings = {p.name: ("", p.meaning) for p in effect.parameters}
+        meanings = {p.name: ("", text.meaning_on(kind, p.meaning)) for p in effect.parameters}
         rows = tuple(_rows(entry.parameters, dimensions, kind, meanings))
         base = entry.name == "inertia"  # which every moving axis has
         title = effect.title if base else f"Effect: {text.effect_title(entry.name)}"

@@ -113,7 +113,9 @@ def _findings(evidence: Evidence) -> Iterator[Finding]:
             unit = unit_text(known.dimension, evidence.kind)
             spread = "" if stderr == "–" else f" ± {stderr}"
             of = "" if each > 1 else f"{text.effect_title(entry.name)}: "
-            yield Finding(f"{of}{known.meaning}", f"{value}{spread} {unit}".strip())
+            yield Finding(
+                f"{of}{text.meaning_on(evidence.kind, known.meaning)}", f"{value}{spread} {unit}".strip()
+            )
 
 
 def _headline(evidence: Evidence) -> str:

@@ -139,9 +139,9 @@ The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned light
   payload as their prior. It is not used if its two cycles differ (something touched the axis), if more is
   left than the model explains, if a hand is felt when it begins, or if it finds more load than the tolerance
   of the payload that was told (0.04 kg): the note then says so.
-- **Model uncertainty.** D is two standard deviations of the model at this very motion: the covariance of o, b, v,
-  and what the tare could not explain. It is at least 1.8 noises of the current. It is taken at every other
-  sample, in turns with the lead T, and at rest it is that of the last motion.
+- **Model uncertainty.** D is two standard deviations of the model at this very motion: the covariance of o,
+  b, v, and what the tare could not explain. It is at least 1.8 noises of the current. It is taken at every
+  other sample, in turns with the lead T, and at rest it is that of the last motion.
 - **Zero.** At rest the bristle of a stiff axis may hold what no encoder count shows: one count is 0.2 to
   0.4 N. If the hand was seen to leave, what is felt in the next 12 samples is that, up to the bound B of a
   stop. If it eased off, nothing is taken, as it may lean there still. B is two standard deviations of what a

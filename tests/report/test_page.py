@@ -184,6 +184,7 @@ def test_logs_for_validation_stand_in_the_table_of_errors(folder: Path) -> None:
 
 def test_formulas_are_typeset(page: Page) -> None:
     assert "sin(n q)" not in page.source
+    assert "on a linear axis" not in page.text
     assert page.source.count("<math>") >= 4
     assert "sigma" not in page.source.split("<main>")[1].split("</table>")[0]
 
