@@ -175,7 +175,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         style=package.joinpath("page.css").read_text("utf-8"),
         name=evidence.folder.resolve().name,
         version=__version__,
-        kind=evidence.kind,
+        kind=evidence.parameters.axis.kind,
         effort=torque_name(evidence.kind),
         unit=unit_text("torque", evidence.kind),
         summary=summarise(evidence),

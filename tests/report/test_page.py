@@ -165,6 +165,15 @@ def test_words_are_those_of_the_field(folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("quick")
+def test_an_axis_in_ampere_is_called_by_its_kind(folder: Path) -> None:
+    file = Parameters.read(folder / "params.toml")
+    replace(file, axis=replace(file.axis, effort="current")).write(folder / "params.toml", force=True)
+    text = Page(write_report(folder)).text
+    assert "· rotary axis" in text
+    assert "Prediction error, A rms" in text
+
+
+@pytest.mark.usefixtures("quick")
 def test_logs_for_validation_stand_in_the_table_of_errors(folder: Path) -> None:
     diagnosis = synthetic.read_json(folder, "diagnosis")
     diagnosis["validation"] = {
