@@ -42,13 +42,9 @@ class Given:
             UsageError: both options give a torque constant.
             InputError: a file that cannot be read, or is of another axis than the axis file.
         """
-        from idtool.errors import UsageError
         from idtool.log import Log
-        from idtool.parameters.axis_file import AxisFile
 
-        axis = AxisFile.read(self.file).axis if self.file is not None else None
-        if self.constant is not None and axis is not None and axis.torque_constant is not None:
-            raise UsageError("--axis says the torque constant already; leave --torque-constant away.")
+        axis = self.axis()
         last = known.torque_constant if known is not None else None
         constant = self.constant or (None if axis is not None and axis.torque_constant else last)
         read = [Log.read(path, torque_constant=constant, axis=axis) for path in logs]
@@ -56,6 +52,21 @@ class Given:
             if log.incomplete:
                 output.warn(f"{log.source} was cut short; it is used up to its last whole row.")
         return read
+
+    def axis(self) -> Axis | None:
+        """The axis of the file; None without one.
+
+        Raises:
+            UsageError: both options give a torque constant.
+            InputError: a file that cannot be read.
+        """
+        from idtool.errors import UsageError
+        from idtool.parameters.axis_file import AxisFile
+
+        axis = AxisFile.read(self.file).axis if self.file is not None else None
+        if self.constant is not None and axis is not None and axis.torque_constant is not None:
+            raise UsageError("--axis says the torque constant already; leave --torque-constant away.")
+        return axis
 
 
 def constant_option(command: F) -> F:

@@ -132,6 +132,9 @@ def identify(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Result folder."
 )
 @friction_option
+@without_option
+@tolerance_option
+@validate_option
 @axis_options
 @seed_option
 @force_option
@@ -141,6 +144,9 @@ def diagnose(
     params: Path,
     folder: Path,
     friction: str,
+    without: tuple[str, ...],
+    tolerance: float | None,
+    validate: tuple[Path, ...],
     given: Given,
     seed: int,
     force: bool,
@@ -159,10 +165,19 @@ def diagnose(
     from idtool.verbs.identify import diagnose_from
 
     known = Parameters.read(params)
-    read = given.read(logs, output, known.axis)
+    read, unseen = (given.read(some, output, known.axis) for some in (logs, validate))
     with result_folder(folder, force):
         with Progress(output) as progress:
-            result = diagnose_from(read, known, friction=friction, seed=seed, tell=progress.say)
+            result = diagnose_from(
+                read,
+                known,
+                friction=friction,
+                seed=seed,
+                without=without,
+                tolerance=tolerance,
+                validate=unseen,
+                tell=progress.say,
+            )
         finish(result, folder, seed, output)
 
 

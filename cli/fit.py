@@ -217,10 +217,18 @@ def fit_dynamic(
     from dataclasses import replace
 
     from idtool.effects import registry
+    from idtool.errors import InputError
     from idtool.fit.results import dynamic_parameters, effect_entry
     from idtool.fit.staged import fit_dynamic as fit
 
     recording, known = _read(logs, params, given, output)
+    if not known.static:
+        why = (
+            "has no [friction.static] yet"
+            if params.exists()
+            else "no such file, which holds [friction.static]"
+        )
+        raise InputError(why, file=params, remedy="run ffc-id fit-static first, or ffc-id identify")
     result = fit(recording, known, optimizer=optimizer, seed=seed)
     fitted, notes = _doubted(result.fit)
     parameters = replace(known, dynamic=dynamic_parameters(fitted))

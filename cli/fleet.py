@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .axis import constant_option
+from .axis import Given, axis_options
 from .common import Output, output_options, seed_option
-from .diagnose import gravity_option
+from .diagnose import gravity_option, tolerance_option, without_option
 from .fit import friction_option, optimizer_option
 from .progress import Progress
 
@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 @friction_option
 @gravity_option
 @optimizer_option
-@constant_option
+@without_option
+@tolerance_option
+@axis_options
 @seed_option
 @output_options
 def fleet(
@@ -44,7 +46,9 @@ def fleet(
     friction: str,
     gravity: str,
     optimizer: str,
-    torque_constant: float | None,
+    without: tuple[str, ...],
+    tolerance: float | None,
+    given: Given,
     seed: int,
     output: Output,
 ) -> None:
@@ -64,7 +68,7 @@ def fleet(
 
     if scheduler and workers:
         raise click.UsageError("--workers is for this machine, --scheduler for a cluster; give one of them.")
-    options = Options(friction, gravity, optimizer, seed, torque_constant)
+    options = Options(friction, gravity, optimizer, seed, given.constant, without, tolerance, given.axis())
     with Progress(output, "identifying") as progress:
         result = run_fleet(
             sessions,

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Self
 from .common import Output, console
 
 if TYPE_CHECKING:
-    from rich.progress import ProgressColumn
+    from rich.console import RenderableType
+    from rich.progress import Task
 
 #: Below so many columns there is room for words only, not for a bar.
 _ROOM_FOR_BAR = 70
@@ -33,6 +34,7 @@ class Progress:
             return
         from rich.progress import (
             BarColumn,
+            ProgressColumn,
             SpinnerColumn,
             TaskProgressColumn,
             TextColumn,
@@ -42,12 +44,20 @@ class Progress:
         from rich.progress import Progress as Bar
         from rich.table import Column
 
-        words = Column(overflow="fold", no_wrap=False)
+        class Known(ProgressColumn):
+            """A bar where it is known how much there is to do; its room is left to the words elsewhere."""
+
+            bar = BarColumn(bar_width=24)
+
+            def render(self, task: Task) -> RenderableType:
+                return "" if task.total is None else self.bar.render(task)
+
+        words = Column(overflow="ellipsis", no_wrap=True)
         columns: list[ProgressColumn] = [TextColumn("{task.description}", markup=False, table_column=words)]
         if timed:
             columns = [SpinnerColumn(), *columns, TimeElapsedColumn()]
         if not self.narrow:
-            columns.insert(-1 if timed else 0, BarColumn(bar_width=24))
+            columns.insert(-1 if timed else 0, Known())
         # nothing is shown where nobody knows how much there is to do
         columns.insert(-1, TaskProgressColumn("{task.percentage:.0f} %", text_format_no_percentage=""))
         if timed:

@@ -118,8 +118,17 @@ class ForceFreeController:
             correction: smooth correction to compensate as well; off unless given.
 
         Raises:
-            InputError: the file lacks the torque constant, gravity or static friction; an unknown mode.
+            InputError: no parameters, or without torque constant, gravity or static friction; unknown mode;
+                a period that is no time.
         """
+        if not isinstance(parameters, Parameters):
+            raise InputError(
+                f"is {type(parameters).__name__}, not Parameters",
+                argument="parameters",
+                remedy="give Parameters.read(...) of the file",
+            )
+        if period_s is not None and not 0.0 < period_s < math.inf:
+            raise InputError(f"is {period_s} s", argument="period_s", remedy="give the period in seconds")
         self.model = OnlineModel(parameters, correction)
         self.model.drop("external_periodic", "its phase is not known once the clock restarts")
         kind = parameters.axis.kind

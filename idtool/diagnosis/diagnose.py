@@ -255,7 +255,7 @@ def diagnose(
     Args:
         recording: all trials.
         starts: fits of the base model to these data, the one to trust most first; the others are looked at
-            where that leaves something.
+            where that leaves something, or they predict better without any effect.
         library: the effects to consider.
         tell: called with a sentence on what is being tried.
         given: the library is a model that somebody chose; its effects need not explain everything.
@@ -263,9 +263,10 @@ def diagnose(
     """
     parts = split(with_load(recording, starts[0]))
     best: tuple[JointFit, Selection, dict[Unnamed, str], int] | None = None
-    for place, start in enumerate(starts):
-        tell("fitting the base model")
-        base = refit(start, JointModel.build(thin(parts.training), start.model.spec))
+    tell("fitting the base model")
+    training = thin(parts.training)
+    bases = [refit(start, JointModel.build(training, start.model.spec)) for start in starts]
+    for place, base in enumerate(bases):
         selection, wanted = begun(base, library), library
         while True:
             extend(selection, wanted, tell, given=given, tolerance=tolerance)
@@ -275,7 +276,8 @@ def diagnose(
                 break
         if best is None or predicts_better(selection.fit, best[1].fit):
             best = base, selection, unnamed, place
-        if not unnamed and not any(test.depends for test in test_residual(selection.fit)):
+        done = not unnamed and not any(test.depends for test in test_residual(selection.fit))
+        if done and not any(predicts_better(other, selection.fit) for other in bases[place + 1 :]):
             break
     assert best is not None
     base, selection, unnamed, place = best
@@ -324,8 +326,7 @@ def _without_unnamed(selection: Selection) -> dict[Unnamed, str]:
     """Take the shapes without a name out of the model; those, and each in words."""
     fit = selection.fit
     shapes = [effect for effect in fit.model.spec.effects if isinstance(effect, Unnamed)]
-    units = fit.model.recording.axis.units
-    told = {shape: shape.told(fit.model.effect_values(fit.x, shape), units) for shape in shapes}
+    told = {shape: shape.told(fit.model.effect_values(fit.x, shape), fit.model.recording) for shape in shapes}
     if shapes:
         model, spec = selection.fit.model, selection.fit.model.spec
         for shape in shapes:

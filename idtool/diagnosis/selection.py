@@ -30,7 +30,7 @@ from idtool.diagnosis.candidates import (
 )
 from idtool.diagnosis.evidence import Background
 from idtool.diagnosis.holm import holm
-from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify
+from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify, without
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
@@ -218,13 +218,13 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         if not apart and (place >= _REFITTED or behind):
             _tell_why(selection, item.effect, "its score was behind that of the effects that were refitted")
             continue
-        tell(f"trying {item.effect.title.lower()}")
+        tell(f"trying {item.effect.title.lower()} ({place + 1} of at most {min(len(promising), _REFITTED)})")
         trial = try_effect(item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.is_lag)
         if item.fit is not fit and trial.fit.sse > fit.sse:  # the bristle did not find back
             trial = replace(try_effect(fit, item.effect, item.plain, far=True), p_value=item.start.p_value)
-        if _passes(selection, trial):
-            passed.append(trial)
-            promised = min(promised, item.left())
+        passing = _passing(selection, trial)
+        passed += passing
+        promised = min(promised, item.left()) if passing else promised
     for item in scored if lag else ():
         if item.effect.is_lag and item not in promising:
             # what damping and inertia do in its place bends a fit so far that no score from there tells
@@ -247,7 +247,7 @@ def _in_full(
     if trial.p_value > _ALPHA / len(library):
         _tell_why(selection, effect, "its relation to the residual may be chance")
         return []
-    return [trial] if _passes(selection, trial) else []
+    return _passing(selection, trial)
 
 
 def _to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
@@ -295,14 +295,13 @@ def _tell_why(selection: Selection, effect: Effect, why: str) -> None:
 
 def _accept(selection: Selection, winner: Trial) -> None:
     """Take an effect in and finish its fit."""
-    for absorbed in winner.effect.absorbs:
-        if absorbed in selection.candidates and selection.candidates[absorbed].accepted:
-            selection.candidates[absorbed].accepted = False
-            selection.candidates[
-                absorbed
-            ].why = f"is a special case of {winner.effect.name}, which took its place"
-            selection.alternatives.pop(absorbed, None)
-            selection.p_values.pop(absorbed, None)
+    stays = {effect.name for effect in winner.fit.model.spec.effects}
+    for name, candidate in selection.candidates.items():
+        if candidate.accepted and name not in stays:
+            how = "is a special case of" if name in winner.effect.absorbs else "cannot be beside"
+            candidate.accepted, candidate.why = False, f"{how} {winner.effect.name}, which took its place"
+            selection.alternatives.pop(name, None)
+            selection.p_values.pop(name, None)
     selection.fit = settle(solve(winner.fit.model, winner.fit.x, bend=winner.fit.bend))
     selection.fit = _with_its_own_load(selection.fit)
     if isinstance(winner.effect, Unnamed):
@@ -347,14 +346,33 @@ def _promising(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
     return sorted(passed, key=_Scored.left)
 
 
-def _passes(selection: Selection, trial: Trial) -> bool:
+def _passing(selection: Selection, trial: Trial) -> list[Trial]:
+    """The trial, in a list, if it passes. What cannot be beside its effect goes if it passes without."""
     old, new = left_out_error(selection.fit), left_out_error(trial.fit)
     candidate = _candidate(selection, trial.effect)
     if not candidate.accepted:
         candidate.held_out = new
     why = _why_not(selection, trial, old, new)
+    if why is None and (pushed := _pushed_out(selection, trial)):
+        for other in pushed:
+            if other.name != "inertia":  # every axis has it
+                trial = replace(trial, fit=without(trial.fit, other))
+        if _pushed_out(selection, trial) or _why_not(selection, trial, old, left_out_error(trial.fit)):
+            why = f"it would stand for {pushed[0].title.lower()}, which then cannot be"
     _tell_why(selection, trial.effect, why or "another effect lowers the left-out error more")
-    return why is None
+    return [] if why else [trial]
+
+
+def _pushed_out(selection: Selection, trial: Trial) -> list[Effect]:
+    """The effects of the model that cannot be any more beside that of a trial."""
+    return [
+        other
+        for other in selection.fit.model.spec.effects
+        if other.name != trial.effect.name
+        and other in trial.fit.model.spec.effects
+        and impossible(trial.fit, other)
+        and not impossible(selection.fit, other)
+    ]
 
 
 def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str | None:
@@ -371,10 +389,6 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
     evidence = gain_in_evidence(selection.fit, trial.fit)
     if trial.effect.is_lag and evidence < _LEAST_EVIDENCE:
         return f"the penalised likelihood gains {evidence:.1f} only"
-    for other in selection.fit.model.spec.effects:
-        stays = other.name != trial.effect.name and other in trial.fit.model.spec.effects
-        if stays and impossible(trial.fit, other) and not impossible(selection.fit, other):
-            return f"it would stand for {other.title.lower()}, which then cannot be"
     return None
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
-from idtool.model.units import Units, unit_text
+from idtool.model.units import unit_text
+from idtool.signals import Recording
 
 #: Places, and widths as shares of the range, from which a search starts.
 _PLACES = 32
@@ -95,9 +96,12 @@ class Unnamed(Effect):
             for place in range(_PLACES)
         ]
 
-    def told(self, values: Values, units: Units) -> str:
-        """What it looks like, in words."""
-        size = f"{values['height']:+.2g} {unit_text('torque', units)}"
+    def told(self, values: Values, recording: Recording) -> str:
+        """What it looks like, in words. Its size is what it comes to on rows that are compared: its place may
+        lie beyond them."""
+        there, units = self.variable(recording.motion)[recording.row], recording.axis.units
+        most = np.max(self.shape(there, values["place"], values["log_width"]), initial=0.0)
+        size = f"{values['height'] * float(most):+.2g} {unit_text('torque', units)}"
         place = f"{values['place']:.3g} {unit_text(_VARIABLES[self.follows[0]][0], units)}"
         return f"{self.title.lower()}: {size} {self.preposition} {place}"
 

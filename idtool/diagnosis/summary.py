@@ -34,8 +34,9 @@ def summary_lines(diagnosis: Mapping[str, Any]) -> list[str]:
     before, after = f"{held_out['before']:.4g} {unit}", f"{held_out['after']:.4g} {unit}"
     lines.append(f"error on held-out trials: {before} before, {after} after")
     for name, validated in diagnosis.get("validation", {}).get("errors", {}).items():
+        of = f", {name}" if name not in ("", "validation") else ""
         lines.append(
-            f"validation, {name or 'log'}: {validated['rmse']:.4g} {unit}, "
+            f"validation{of}: {validated['rmse']:.4g} {unit}, "
             f"{validated['relative_percent']:.3g} % of the torque, {validated['rows']} rows that no fit saw"
         )
     if diagnosis["unexplained"]:

@@ -7,14 +7,19 @@ products of a column and what the hypothesis leaves. A slow remainder then hides
 products forget soon; and an effect that follows the residual in some places only by chance has blocks that
 contradict each other.
 
-Source: cluster-robust Wald test, Liang & Zeger, Biometrika 73, 1986; its F distribution as Hotelling's T2.
+What acts in few places rests on few blocks, whose variance says little of itself: it is drawn towards what
+noise as everywhere else would give, and the degrees of freedom are those of blocks that know as much.
+
+Sources: cluster-robust Wald test, Liang & Zeger, Biometrika 73, 1986; its F distribution as Hotelling's T2
+with degrees of freedom from the blocks, Pustejovsky & Tipton, J. Business & Economic Statistics 36, 2018; a
+variance drawn towards a common one, Smyth, Statistical Applications in Genetics 3, 2004.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
+from scipy import fft, special
 
 from idtool.fit.basis import beyond
 from idtool.fit.covariance import block_starts, correlation_rows
@@ -22,6 +27,8 @@ from idtool.model.motion import Array
 
 #: Blocks beyond what columns need, at least.
 _SPARE = 8
+#: What all rows tell of the variance counts for so many blocks beside those in which the columns act.
+_PRIOR = 8.0
 
 
 def p_value(left: Array, trial: NDArray[np.intp], residual: Array, known: Array, columns: Array) -> float:
@@ -42,13 +49,59 @@ def p_value(left: Array, trial: NDArray[np.intp], residual: Array, known: Array,
     memory = max(correlation_rows(column, trial) for column in products.T)
     starts = block_starts(trial, memory, fewest=2 * count + _SPARE)
     blocks = np.add.reduceat(products, starts, axis=0)
-    spare = len(blocks) - count
-    if spare < 1:
-        return 1.0
     # what the columns took away of each block hides in what they left
     leverage = np.add.reduceat(basis**2, starts, axis=0)
     blocks = blocks / np.sqrt(1.0 - np.minimum(leverage, 0.9))
-    meat = blocks.T @ blocks
+    # as many equal blocks as those in which the columns act would know their variance no better
+    equal = _equal_blocks(np.add.reduceat(basis[:, :, None] * basis[:, None, :], starts, axis=0))
+    spare = equal + _PRIOR - count + 1.0
+    if spare <= 0.0:
+        return 1.0
+    alike = _if_alike(left, trial, basis, int(np.ceil(len(left) / len(starts))))
+    meat = (equal * (blocks.T @ blocks) + _PRIOR * alike) / (equal + _PRIOR)
     along = basis.T @ residual
     wald = max(float(along @ np.linalg.lstsq(meat, along, rcond=1e-12)[0]), 0.0)
-    return float(special.fdtrc(count, spare, wald * spare / count / len(blocks)))
+    return float(special.fdtrc(count, spare, wald * spare / (count * (equal + _PRIOR))))
+
+
+def _equal_blocks(information: Array) -> float:
+    """How many equal blocks would know a variance as well as these.
+
+    Args:
+        information: products of the columns with themselves in each block, shape (blocks, n, n); their sum
+            is the unit matrix.
+    """
+    count = information.shape[1]
+    traces = np.trace(information, axis1=1, axis2=2)
+    return float(count * (count + 1.0) / (np.sum(information**2) + np.sum(traces**2)))
+
+
+def _if_alike(left: Array, trial: NDArray[np.intp], columns: Array, longest: int) -> Array:
+    """Covariance of the columns' products with noise that has the memory of `left`, and is alike everywhere.
+
+    Args:
+        left: shape (rows,).
+        trial: shape (rows,).
+        columns: shape (rows, n).
+        longest: lag beyond which there is no memory, rows.
+    """
+    # trials are set apart by as many zeros, so that none meets its neighbour
+    place = np.arange(len(left)) + longest * np.cumsum(np.diff(trial, prepend=trial[0]) != 0)
+    size = fft.next_fast_len(int(place[-1]) + 1 + longest, real=True)
+    padded = np.zeros((size, columns.shape[1] + 1))
+    padded[place, :-1], padded[place, -1] = columns, left
+    spectra = fft.rfft(padded, axis=0)
+    memory = fft.irfft(np.abs(spectra[:, -1]) ** 2, size)
+    lag = np.minimum(np.arange(size), size - np.arange(size)) / longest
+    power = fft.rfft(memory * _parzen(lag)).real / len(left)
+    twice = np.where((np.arange(len(power)) == 0) | (2 * np.arange(len(power)) == size), 1.0, 2.0)
+    weighted = spectra[:, :-1] * (twice * np.maximum(power, 0.0))[:, None]
+    return np.asarray((spectra[:, :-1].conj().T @ weighted).real / size)
+
+
+def _parzen(lag: Array) -> Array:
+    """Parzen's window, which leaves no spectrum below zero (Ann. Math. Statist. 32, 1961); 0 from 1 on."""
+    near = 1.0 - 6.0 * lag**2 * (1.0 - lag)
+    return np.asarray(
+        np.where(lag < 0.5, near, np.where(lag < 1.0, 2.0 * (1.0 - np.minimum(lag, 1.0)) ** 3, 0.0))
+    )

@@ -28,6 +28,7 @@ from idtool.fleet.session import find_sessions, load
 from idtool.fleet.summary import Fleet, SessionRow, document, summarise, table
 from idtool.fleet.work import Outcome
 from idtool.io.atomic import atomic_write
+from idtool.parameters.axis import Axis
 from idtool.presentation.text import counted
 from idtool.report.result_folder import FILES, OPTIONAL_FILES, make_folder, write_json
 from idtool.version import __version__
@@ -50,6 +51,9 @@ class Options:
     optimizer: str = "direct"
     seed: int = 0
     torque_constant: float | None = None
+    without: tuple[str, ...] = ()
+    tolerance: float | None = None
+    axis: Axis | None = None
 
 
 def run_fleet(

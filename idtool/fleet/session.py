@@ -45,7 +45,9 @@ class Task:
 
     def fingerprint(self, version: str) -> str:
         """Of all that the result depends on: a session that has not changed need not be done again."""
-        whole = hashlib.sha256(json.dumps([version, dict(self.options)], sort_keys=True).encode())
+        whole = hashlib.sha256(
+            json.dumps([version, dict(self.options)], sort_keys=True, default=str).encode()
+        )
         for name, content in (*sorted(self.logs.items()), (FACTS, self.facts)):
             whole.update(f"{name}:{len(content)}:".encode())
             whole.update(content)

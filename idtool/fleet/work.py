@@ -9,6 +9,7 @@ from pathlib import Path
 from idtool.errors import FfcIdError
 from idtool.fleet.session import Task, identity
 from idtool.log import Log
+from idtool.parameters.axis import Axis
 from idtool.report.result_folder import write_results
 from idtool.verbs.identify import identify
 from idtool.version import __version__
@@ -55,7 +56,7 @@ def version() -> str:
 
 def _identify(task: Task) -> Outcome:
     options = dict(task.options)
-    constant = options.pop("torque_constant", None)
+    constant, axis = options.pop("torque_constant", None), options.pop("axis", None)
     with tempfile.TemporaryDirectory(prefix="ffc-id-") as place:
         # folders named as the user's are, so that messages name the user's files
         folder = Path(place) / task.name
@@ -64,7 +65,7 @@ def _identify(task: Task) -> Outcome:
         for name, content in task.logs.items():
             (folder / name).write_bytes(content)
             try:
-                log = Log.read(folder / name, torque_constant=constant)
+                log = Log.read(folder / name, torque_constant=constant, axis=Axis(**axis) if axis else None)
             except FfcIdError as error:
                 return Outcome(str(error).replace(f"{place}/", ""))
             logs.append(replace(log, source=f"{task.name}/{name}"))

@@ -27,6 +27,7 @@ from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, he
 from idtool.log.table import check_rows, parse_rows, read_text
 from idtool.log.writer import LogWriter
 from idtool.parameters.axis import Axis, check_constant
+from idtool.presentation.text import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 __all__ = ["LOG_VERSION", "Log", "LogWriter", "columns_of", "header_text"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Log:
     """One experiment.
 
@@ -56,6 +57,14 @@ class Log:
     source: str = "log"
     incomplete: bool = False
     first_line: int = 0
+
+    def __repr__(self) -> str:
+        what = f"{self.experiment}, " if self.experiment else ""
+        columns = ", ".join(map(str, self.frame.columns))
+        return (
+            f"<Log {self.source}: {what}{self.axis.kind} axis, {counted(len(self.frame), 'row')}, "
+            f"{counted(len(self.trials), 'trial')}; {columns}>"
+        )
 
     def place(self, row: int) -> str:
         """Where a row, counted from 0, is to be found: "line 12" of a file, "row 3" of a table."""

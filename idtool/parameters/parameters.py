@@ -48,7 +48,7 @@ SCHEMA = "ffc-id/params/1"
 MAX_BYTES = 1 << 20
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Parameters:
     """Everything the parameter file holds. A part that was not fitted yet is empty (or None)."""
 
@@ -61,6 +61,15 @@ class Parameters:
     controller: Controller | None = None
     provenance: dict[str, Any] = field(default_factory=dict)
     drive: Drive | None = None
+
+    def __repr__(self) -> str:
+        table = self.to_frame()
+        numbers = (
+            table.to_string(na_rep="", float_format="{:.5g}".format)
+            if len(table)
+            else "nothing is fitted yet"
+        )
+        return f"<Parameters of a {self.axis.kind} axis>\n{numbers}"
 
     def effect(self, name: str) -> EffectEntry | None:
         """The entry of an effect, or None."""

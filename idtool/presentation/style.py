@@ -118,7 +118,8 @@ def into(axes: Axes) -> Iterator[None]:
     Raises:
         InputError: the axes were not made by `subplots`, so that they have no cell to give.
     """
-    cell = axes.get_subplotspec()
+    given = getattr(axes, "get_subplotspec", None)
+    cell = given() if given is not None else None
     if cell is None:
         raise InputError(
             "these axes have no cell in a grid", argument="ax", remedy="make them with matplotlib's subplots"

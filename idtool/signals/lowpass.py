@@ -104,6 +104,11 @@ def design(bandwidth: float, rate: float) -> Filter:
     return Filter(rate / half, rate / decimation, 2 * half - 1)
 
 
+def window(chosen: Filter) -> Array:
+    """Weights of the rows around one, shape (taps,)."""
+    return np.asarray(np.hanning(chosen.taps + 2)[1:-1])
+
+
 def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> sparse.csr_matrix:
     """Filter and decimation as one matrix, shape (filtered rows, rows); no row is blurred across stretches.
 
@@ -112,7 +117,7 @@ def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> spars
     half = (chosen.taps + 1) // 2
     decimation = max(half // 2, 1)
     offsets = np.arange(-half + 1, half)
-    weights = np.hanning(chosen.taps + 2)[1:-1]
+    weights = window(chosen)
     ends = np.append(motion.starts[1:], len(motion))
     centres = np.concatenate(
         [np.arange(start, end, decimation) for start, end in zip(motion.starts, ends, strict=True)]

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from idtool.model.motion import Motion
+from idtool.model.motion import Array, Motion
 from idtool.signals import lowpass
 from idtool.signals.recording import Recording
 
@@ -45,7 +45,12 @@ def thin(recording: Recording) -> Recording:
     if motion.restart is not None:  # at the first row that is left of it
         left = np.searchsorted(rows, np.flatnonzero(motion.restart))
         arrays["restart"] = np.isin(np.arange(len(rows)), left)
-    weights = signal.savgol_coeffs(length, 3)
+    chosen = lowpass.design(recording.filter.bandwidth_hz, rate / every)
+    # neighbours share rows of the average: their noise is told as white noise that passes the filter as much
+    shared = _overlap(signal.savgol_coeffs(length, 3))[::every]
+    window = _overlap(lowpass.window(chosen))
+    passed = window[: len(shared)] * shared[: len(window)]
+    variance = (2.0 * passed.sum() - passed[0]) / window[0]
     return replace(
         recording,
         motion=replace(motion, **arrays),
@@ -53,6 +58,11 @@ def thin(recording: Recording) -> Recording:
         usable=recording.usable[rows],
         at_rest=recording.at_rest[rows],
         fold=None if recording.fold is None else recording.fold[rows],
-        noise=recording.noise * float(np.sqrt(weights @ weights)),
-        filter=lowpass.design(recording.filter.bandwidth_hz, rate / every),
+        noise=recording.noise * float(np.sqrt(variance)),
+        filter=chosen,
     )
+
+
+def _overlap(weights: Array) -> Array:
+    """Products of weights with themselves, shifted by 0, 1, ... rows."""
+    return np.correlate(weights, weights, "full")[len(weights) - 1 :]

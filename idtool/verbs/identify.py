@@ -37,6 +37,7 @@ from idtool.log import Log
 from idtool.model.units import unit_text
 from idtool.parameters import Parameters
 from idtool.parameters.drive import Drive
+from idtool.parameters.rows import rows_of
 from idtool.parameters.scaling import in_torque, with_constant
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
@@ -217,6 +218,12 @@ def identify(
     result = Identification(
         recording, evidence, notes, options, reasons, drive=drive, calibration=calibration, logs=tuple(logs)
     )
+    if not any(row.parameter.identified for row in rows_of(result.parameters)):
+        notes.insert(
+            0,
+            "these logs determine no parameter at all: the numbers are those of a fit to little but noise, "
+            "or to something that the model does not know; look at the logs with `ffc-id plot` first.",
+        )
     if calibration is not None:
         notes += calibration.notes
     if weigh == "position":
@@ -384,9 +391,12 @@ def diagnose_from(
     *,
     friction: str = "lugre",
     seed: int = 0,
+    without: Sequence[str] = (),
+    tolerance: float | None = None,
+    validate: Sequence[Log] = (),
     tell: Callable[[str], None] = lambda _: None,
 ) -> Identification:
-    """Diagnose the model of a parameter file on logs.
+    """Diagnose the model of a parameter file on logs; the options are those of `identify`.
 
     The file gives the gravity model and, where it says that the friction law stepped down, that law;
     parameters are fitted anew on the training trials, since a diagnosis must not see the others.
@@ -399,7 +409,7 @@ def diagnose_from(
             "the parameter file has no [friction.static]",
             remedy="run ffc-id fit-static first, or ffc-id identify",
         )
-    for log in logs:
+    for log in (*logs, *validate):
         if not log.axis.agrees(known.axis):
             raise InputError(
                 "is of another axis than the parameter file (kind or torque constant differs)",
@@ -409,4 +419,13 @@ def diagnose_from(
             )
     law = friction if known.dynamic or friction != "lugre" else "stribeck"
     gravity = known.gravity_model or "auto"
-    return identify(logs, seed=seed, friction=law, gravity=gravity, tell=tell)
+    return identify(
+        logs,
+        seed=seed,
+        friction=law,
+        gravity=gravity,
+        without=without,
+        tolerance=tolerance,
+        validate=validate,
+        tell=tell,
+    )

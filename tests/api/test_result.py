@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 from threadpoolctl import threadpool_info
 
 import idtool
-from idtool import InputError, Log, Result, identify
+from idtool import InputError, Log, Parameters, Result, identify
 from idtool.importing.catalogue import fetch, read_catalogue
 
 matplotlib.use("Agg")
@@ -70,7 +71,7 @@ def test_a_result_prints_its_summary(result: Result, told: list[str]) -> None:
     assert "coulomb" in text
     assert f"verdict: {result.diagnosis['verdict']}" in text
     assert "of the torque; sensor noise" in text
-    assert "validation, validation:" in text
+    assert "\nvalidation: " in text
     page = result._repr_html_()
     assert page.count("<table") == 1
     assert "verdict:" in page
@@ -108,8 +109,22 @@ def test_every_figure_is_drawn_alone_and_into_axes(result: Result) -> None:
     loose = figure.add_axes((0.1, 0.1, 0.2, 0.2))
     with pytest.raises(InputError, match=r"^ax: these axes have no cell"):
         result.plot("prediction", ax=loose)
+    with pytest.raises(InputError, match=r"^ax: these axes have no cell"):
+        result.plot("prediction", ax="left")  # type: ignore[arg-type]
     pyplot.close(figure)
     pyplot.close(small)
+
+
+def test_logs_and_parameters_say_what_they_are(result: Result, sample: Path) -> None:
+    log = repr(Log.read(sample / "gravity.csv.gz"))
+    assert re.search(
+        r"^<Log \S+gravity.csv.gz: gravity, rotary axis, [\d]+ rows, \d+ trials; trial, time_s, ", log
+    )
+    shown = repr(result.parameters)
+    assert "\n" in shown
+    assert "coulomb" in shown
+    assert len(shown) < 4000
+    assert repr(Parameters()) == "<Parameters of a rotary axis>\nnothing is fitted yet"
 
 
 def test_a_log_draws_itself(sample: Path) -> None:

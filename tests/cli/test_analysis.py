@@ -93,10 +93,14 @@ def test_predict_writes_the_four_columns(logs: Path, result: Path) -> None:
 def test_diagnose_starts_from_a_parameter_file(logs: Path, result: Path) -> None:
     done = ffc_id(
         "diagnose", "sweep.csv", "sine.csv", "-p", "result/params.toml", "-o", "diagnosis", "--json",
-        cwd=logs,
+        "--without", "backlash", "--tolerance", "1", "--validate", "gravity.csv", cwd=logs,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["verdict"] == "adequate"
+    document = json.loads(done.stdout)
+    assert document["verdict"] == "adequate"
+    assert set(document["validation"]["errors"]) == {"gravity"}
+    assert "left out as asked: backlash." in document["notes"]
+    assert Parameters.read(logs / "diagnosis" / "params.toml").provenance["tolerance_percent"] == 1.0
     assert (logs / "diagnosis" / "params.toml").exists()
 
 

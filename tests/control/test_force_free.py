@@ -11,7 +11,7 @@ import pytest
 
 from idtool.control import ForceFreeController, State
 from idtool.control.force_free import COMMAND_GAIN, LOOP_GAIN, gains
-from idtool.errors import RigFault
+from idtool.errors import InputError, RigFault
 from idtool.guiding import ConstantForceHand, ImpedanceHand, Push, TeachResult, teach
 from idtool.guiding.hand import travel_per_position
 from idtool.model.units import STANDARD_GRAVITY
@@ -161,3 +161,11 @@ def test_a_missing_temperature_is_said_once() -> None:
     for _ in range(3):
         controller.step(0.0, 0.0, 0.1)
     assert controller.status.notes == ("thermal_drift is not compensated: no temperature was given",)
+
+
+def test_arguments_that_cannot_be_are_told_by_name() -> None:
+    with pytest.raises(InputError, match=r"^parameters: is str, not Parameters; give Parameters.read"):
+        ForceFreeController("params.toml")  # type: ignore[arg-type]
+    for period in (-0.01, 0.0, float("nan"), float("inf")):
+        with pytest.raises(InputError, match=r"^period_s: is \S+ s; give the period in seconds"):
+            ForceFreeController(parameters(), period)

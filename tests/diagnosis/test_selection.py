@@ -12,6 +12,7 @@ from scipy.ndimage import gaussian_filter1d
 from idtool import Log, identify
 from idtool.diagnosis import diagnose as diagnosis
 from idtool.diagnosis import selection
+from idtool.diagnosis.candidates import Candidate
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
 from idtool.effects.base import Coordinate, Effect, Values
@@ -138,3 +139,42 @@ def test_an_effect_that_shows_more_under_its_own_load(tmp_path: Path) -> None:
     after = selection._with_its_own_load(before)
     assert [name for name in after.model.names if name not in before.model.names] == ["under_load.loaded"]
     assert len(after.x) == len(after.model.names)
+
+
+class _LikeAnOffset(Effect):
+    """Nearly constant over the stroke, so that it stands for an offset in part."""
+
+    name, title, follows = "like_an_offset", "Like an offset", ("position",)
+    formula = reveals = citation = ""
+    parameters = ()
+    coordinates = (Coordinate("size"),)
+
+    def contribute(self, motion: Motion, values: Values) -> Contribution:
+        return Contribution(torque=values["size"] * (1.0 + 0.8 * np.sin(3.0 * motion.position)))
+
+    def implausible(self, values: Values, of_fit: Values) -> str:
+        return "there is too little of it" if values["size"] < 0.005 else ""
+
+
+def test_what_came_in_for_another_effect_makes_room_for_it(tmp_path: Path) -> None:
+    """It cannot be beside the true one, of which it had taken a part; that does not speak against that."""
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(800)
+    trials = []
+    for k in range(6):
+        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
+        q = 0.01 * np.cumsum(w)
+        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + 0.001 * rng.normal(size=len(t))
+        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
+    pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
+    (fit, *_), *_ = begin(record([Log.read(tmp_path / "log.csv")]), "coulomb", "none")
+    offset = registry.get("torque_offset")
+    chosen = selection.begun(fit, [offset])
+    wrong = JointModel.build(fit.model.recording, fit.model.spec.adding(_LikeAnOffset()))
+    chosen.fit = refit(fit, wrong, {"like_an_offset.size": 0.0})
+    chosen.candidates["like_an_offset"] = Candidate("like_an_offset", accepted=True)
+    selection.extend(chosen, [offset], given=True)
+    assert {effect.name for effect in chosen.fit.model.spec.effects} == {"torque_offset", "inertia"}
+    assert not chosen.candidates["like_an_offset"].accepted
+    assert "took its place" in chosen.candidates["like_an_offset"].why
+    assert chosen.fit.values["torque_offset.offset"] == pytest.approx(0.03, rel=0.05)

@@ -106,6 +106,14 @@ def test_a_width_between_those_that_are_tried(bumpy: Recording) -> None:
     assert found["unnamed_bump_in_position.height"] == pytest.approx(HEIGHT, rel=0.05)
 
 
+def test_its_size_is_that_on_rows_that_were_seen(bumpy: Recording) -> None:
+    (bump,) = (shape for shape in UNNAMED if shape.name == "unnamed_bump_in_position")
+    high = float(np.max(bumpy.motion.position[bumpy.row]))
+    beyond = {"height": 1e6, "place": high + 6.0 * WIDTH, "log_width": np.log(WIDTH)}
+    size = float(bump.told(beyond, bumpy).partition(": ")[2].partition(" ")[0])
+    assert size == pytest.approx(1e6 * np.exp(-0.5 * 6.0**2), rel=0.3)
+
+
 @pytest.mark.parametrize(
     ("what", "words", "place"),
     [

@@ -36,6 +36,29 @@ def test_chance_passes_as_often_as_it_says(memory: float, slow: bool) -> None:
     assert 0.02 < np.mean(found < 0.05) < 0.09  # 0.05 +- 3.6 standard errors
 
 
+def at_few_places(seed: int) -> Array:
+    """A column that acts on ten rows after three moments."""
+    rng = np.random.default_rng(seed)
+    column = np.zeros(ROWS)
+    for begin in rng.integers(0, ROWS - 10, 3):
+        column[begin : begin + 10] += rng.standard_normal() * np.exp(-np.arange(10) / 3.0)
+    return column
+
+
+def test_what_acts_at_few_places_passes_no_more_often_by_chance() -> None:
+    found = np.array([judged(noise(seed, 0.5), at_few_places(seed + 10_000)) for seed in range(1000)])
+    assert np.mean(found < 0.05) < 0.08
+    assert np.mean(found < 1e-3) < 0.004  # it was 0.05 when only the blocks told their own variance
+
+
+def test_what_acts_at_few_places_shows_where_it_is_large() -> None:
+    found = []
+    for seed in range(50):
+        column = at_few_places(seed + 10_000)
+        found.append(judged(noise(seed, 0.5) + 12.0 * column / np.abs(column).max(), column))
+    assert np.mean(np.array(found) < 1e-3) > 0.9
+
+
 def test_a_slow_remainder_hides_no_fast_effect() -> None:
     fast = np.sin(0.7 * np.arange(ROWS))
     found = [judged(5.0 * noise(seed, 0.97) + 3.0 * fast, fast) for seed in range(50)]

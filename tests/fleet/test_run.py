@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -19,6 +20,7 @@ from idtool.fleet.summary import Fleet, SessionRow
 from idtool.fleet.work import identify_session
 from idtool.log import Log
 from idtool.parameters import Parameters
+from idtool.parameters.axis import Axis
 from testbench.fleet import QUICK, session
 from tests.fleet.doubles import broken, dies_of, pid_of
 
@@ -143,6 +145,21 @@ def test_whose_session_it_is_and_when(
 def test_facts_that_cannot_be_used_fail_that_session(tmp_path: Path, facts: str, expected: str) -> None:
     outcome = identify_session(task_of("A", facts=facts, folder=tmp_path))
     assert outcome.error.startswith(expected)
+
+
+def test_options_are_those_of_identify(tmp_path: Path) -> None:
+    session(tmp_path / "sessions" / "A")
+    axis = Axis(extra={"lever_m": 0.2})
+    options = replace(QUICK, without=("torque_offset",), tolerance=3.0, axis=axis)
+    fleet = run_fleet(tmp_path / "sessions", tmp_path / "out", options, workers=1)
+    assert not fleet.failed
+    written = Parameters.read(tmp_path / "out" / "sessions" / "A" / "params.toml")
+    assert written.provenance["without"] == ["torque_offset"]
+    assert written.provenance["tolerance_percent"] == 3.0
+    assert written.axis.extra["lever_m"] == 0.2
+    told: list[str] = []
+    run_fleet(tmp_path / "sessions", tmp_path / "out", options, workers=1, tell=told.append)
+    assert told == ["1 of 1 sessions were done before"]
 
 
 def test_a_fingerprint_is_of_all_that_matters(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -39,3 +41,15 @@ def test_what_passes_the_filter_stays() -> None:
 def test_nothing_to_thin() -> None:
     few = thin(recording())
     assert thin(few) is few
+
+
+def test_noise_is_told_as_it_passes_the_filter() -> None:
+    whole = recording()
+    few = []
+    for seed in range(20):
+        noise = 0.01 * np.random.default_rng(seed).standard_normal(len(whole.motion))
+        few.append(thin(replace(whole, torque=noise, noise=0.01)))
+    filtered = np.concatenate([one.filtered(one.torque) for one in few])
+    operator = few[0].operator
+    gain = np.sqrt(operator.multiply(operator).sum() / operator.shape[0])
+    assert np.std(filtered) == pytest.approx(few[0].noise * gain, rel=0.03)

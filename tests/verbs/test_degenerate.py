@@ -95,3 +95,16 @@ def test_nothing_is_found_that_the_log_cannot_tell(name: str, tmp_path: Path) ->
             assert not truth > (one.at_most or math.inf), n
     if code:
         assert code in {one["code"] for one in result.diagnosis["findings"]}
+
+
+def test_logs_that_determine_nothing_say_so_first(tmp_path: Path) -> None:
+    log = record(SINE, tmp_path / "noise.csv")
+    noise = 0.1 * np.random.default_rng(0).standard_normal(len(log.frame))
+    log = replace(log, frame=log.frame.assign(current_a=noise))
+    notes = identify([log]).diagnosis["notes"]
+    assert any(note.startswith("these logs determine no parameter at all") for note in notes[:2]), notes
+
+
+def test_logs_that_determine_something_do_not(tmp_path: Path) -> None:
+    notes = identify([record(SINE, tmp_path / "sine.csv")]).diagnosis["notes"]
+    assert not any("no parameter at all" in note for note in notes)
