@@ -43,11 +43,19 @@ class Uncertainty:
     friction: float
     noise: float
 
+    @property
+    def most(self) -> float:
+        """All of them where the file hardly knows its gravity, N m (N).
+
+        Such a file explains any load, and an axis that took what it does not know for a hand would drive off:
+        the file's errors explain no more than friction, which keeps the axis where it is, and the noise may.
+        """
+        return math.sqrt(self.payload**2 + 2.0 * self.friction**2 + self.noise**2)
+
     def of(self, payload: float) -> float:
-        """All of them, the payload being so many kg."""
-        return math.sqrt(
-            self.gravity**2 + self.payload**2 + (self.per_payload * payload) ** 2 + self.friction**2
-        )
+        """All of them, the payload being so many kg, N m (N)."""
+        file = self.gravity**2 + (self.per_payload * payload) ** 2
+        return min(math.sqrt(file + self.payload**2 + self.friction**2), self.most)
 
 
 def gravity_error(gravity: Mapping[str, Parameter]) -> float:

@@ -169,6 +169,7 @@ def _enabling(c: ForceFreeController) -> Groups:
     elif c.limits.mismatch is None:
         error = uncertainty.of(0.0)
         numbers["LOAD_ERROR"] = error**2 if uncertainty.per_payload > 0.0 else rest_load.SIGMAS * error
+        numbers["MOST_LOAD_ERROR"] = uncertainty.most**2
         numbers["PER_PAYLOAD_ERROR"] = uncertainty.per_payload
         numbers["SIGMAS"] = rest_load.SIGMAS
     limits = c.limits

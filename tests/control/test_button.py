@@ -168,6 +168,18 @@ def test_a_typed_gravity_is_a_fault_before_anything_moves(mode: str, values: dic
 
 
 @MODES
+@pytest.mark.parametrize("base", [3.0, 0.55, -0.1])
+def test_a_gravity_that_the_file_is_not_sure_of_is_one_too(mode: str, base: float) -> None:
+    """The light law drove to its limit at 2 rad/s, nobody touching it."""
+    vague = {"base": Parameter(base, 5.0), "per_payload": Parameter(0.42, 5.0)}
+    s = Session(mode, dict(BENCH), parameters=replace(file(mode, BENCH), gravity=vague))
+    s.run(3.0, lambda t: True)
+    assert s.controller.status.fault is not None
+    assert s.controller.status.fault.reason is Reason.MISMATCH
+    assert s.moved(0.1, 3.0) < 6 * COUNT
+
+
+@MODES
 def test_a_mismatch_while_the_button_is_up_waits_for_it(mode: str) -> None:
     wrong = {"base": Parameter(0.9), "per_payload": Parameter(0.4455)}
     held = Session(mode, parameters=replace(file(mode), gravity=wrong)).run(3.0, lambda t: t > 10.0)
@@ -222,7 +234,7 @@ def test_a_load_counts_once_it_stays() -> None:
 
 def test_the_allowance_is_friction_and_two_standard_deviations() -> None:
     rest = RestLoad(20, 0.07, UNCERTAINTY, None)
-    for left, payload in ((0.0, 0.0), (0.1, 2.0)):
+    for left, payload in ((0.0, 0.0), (0.1, 1.0)):
         rest.listen(left)
         rest.judge(payload, 0.0, 0.0, button=False)
         assert rest.allowed == pytest.approx(0.07 + 2 * np.sqrt(0.03**2 + 0.01**2 + (0.01 * payload) ** 2))

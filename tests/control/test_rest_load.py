@@ -26,14 +26,19 @@ def heard(load: RestLoad, left: float, *, button: bool = True, weight: float = W
 
 def test_every_uncertainty_counts_and_that_of_a_kilogram_by_the_payload() -> None:
     assert Uncertainty(3.0, 4.0, 0.0, 12.0, 99.0).of(1.0) == pytest.approx(13.0)
-    assert Uncertainty(0.0, 3.0, 2.0, 0.0, 0.0).of(2.0) == pytest.approx(5.0)
+    assert Uncertainty(0.0, 3.0, 2.0, 0.0, 99.0).of(2.0) == pytest.approx(5.0)
     assert gravity_error({"base": Parameter(1.0, 0.3), "per_payload": Parameter(1.0, 9.0)}) == 0.3
     assert gravity_error({"sin": Parameter(1.0, 0.3), "cos": Parameter(1.0, 0.4)}) == pytest.approx(0.5)
     assert gravity_error({"base": Parameter(1.0)}) == 0.0
 
 
+def test_a_file_that_does_not_know_its_gravity_explains_no_more_than_friction_and_noise_do() -> None:
+    for vague in (Uncertainty(1e6, 3.0, 0.0, 2.0, 1.0), Uncertainty(0.0, 3.0, 1e6, 2.0, 1.0)):
+        assert vague.of(2.0) == vague.most == pytest.approx(math.sqrt(9.0 + 4.0 + 4.0 + 1.0))
+
+
 def test_two_standard_deviations_are_no_disagreement() -> None:
-    load = RestLoad(10, 0.07, Uncertainty(0.03, 0.04, 0.0, 0.0, 0.008), None)
+    load = RestLoad(10, 0.07, Uncertainty(0.03, 0.04, 0.0, 0.0, 0.04), None)
     heard(load, 0.169)
     assert (load.allowed, load.excess) == (pytest.approx(0.17), 0.0)
     heard(load, 0.171)

@@ -57,13 +57,13 @@ def pressed(parameters: Parameters, values: dict[str, float], seed: int, rows: i
 
 @pytest.mark.parametrize("values", [PAPER, BENCH], ids=["paper", "bench"])
 @pytest.mark.parametrize("mode", ["paper", "light"])
-@pytest.mark.parametrize("errors", [False, True], ids=["typed", "identified"])
+@pytest.mark.parametrize("errors", [0.0, 0.02, 5.0], ids=["typed", "identified", "vague"])
 def test_presses_and_loads_as_python_does(
-    mode: str, values: dict[str, float], errors: bool, tmp_path: Path
+    mode: str, values: dict[str, float], errors: float, tmp_path: Path
 ) -> None:
     parameters = file(mode, values)
     if errors:
-        gravity = {name: replace(p, stderr=0.02) for name, p in parameters.gravity.items()}
+        gravity = {name: replace(p, stderr=errors) for name, p in parameters.gravity.items()}
         parameters = replace(parameters, gravity=gravity)
     program = compile_c(parameters, tmp_path, limits=LIMITS)
     seen: set[str] = set()
