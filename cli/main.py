@@ -28,7 +28,7 @@ USAGE = 2
 
 def main(argv: list[str] | None = None) -> NoReturn:
     """Run the command line; every error ends as one sentence and an exit code."""
-    with _stop_signals() as stopped:
+    with _stop_signals(to_the_end=argv is None) as stopped:
         try:
             try:
                 code = _run(argv)
@@ -65,10 +65,11 @@ def _run(argv: list[str] | None) -> int:
 
 
 @contextmanager
-def _stop_signals() -> Iterator[list[int]]:
+def _stop_signals(*, to_the_end: bool) -> Iterator[list[int]]:
     """A closed terminal and a polite kill end the program as Ctrl-C does; the signals that came.
 
-    One that is ignored, as by nohup, stays so.
+    One that is ignored, as by nohup, stays so. The program itself keeps them `to_the_end`: one that comes while
+    the interpreter takes itself apart finds the work done or undone already, and nothing to say.
     """
     came: list[int] = []
 
@@ -87,7 +88,11 @@ def _stop_signals() -> Iterator[list[int]]:
         yield came
     finally:
         for number, had in before.items():
-            signal.signal(number, had)
+            signal.signal(number, _leave if to_the_end else had)
+
+
+def _leave(*_: Any) -> NoReturn:
+    os._exit(INTERRUPTED)
 
 
 def _told(error: Exception) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -80,6 +81,24 @@ def test_while_results_are_written(tmp_path: Path, file: str) -> None:
     )
     assert told.strip() == "interrupted."
     assert not list(tmp_path.rglob("*.part"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_while_the_interpreter_ends(number: signal.Signals) -> None:
+    """What was printed is printed, and the exit code is the one of the documentation."""
+    program = (
+        f"import atexit, os; atexit.register(lambda: os.kill(os.getpid(), {int(number)}))\n"
+        "from idtool.cli.main import main; main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, "recipes", "list", "--json"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (130, "")
+    assert json.loads(done.stdout)
 
 
 def test_no_worker_outlives_a_program_that_is_killed_outright() -> None:
