@@ -115,11 +115,12 @@ def jog(
         usual_step, usual_speed = (STEP_RAD, SPEED_RAD_S) if ratio is None else (STEP_M, SPEED_M_S)
         scale = 1.0 if ratio is None else 1.0 / ratio
         low, high = device.limits.position
+        place, remedy = "jog", "run it in a terminal, or move the axis by `play` and a file of waypoints"
+        with TerminalKeys(place, remedy):  # no keys: told before anything is asked or moves
+            pass
         setup = setup_of(load, tilted, device, inside(device, output, move=move_inside))
         with (
-            TerminalKeys(
-                "jog", "run it in a terminal, or move the axis by `play` and a file of waypoints"
-            ) as keys,
+            TerminalKeys(place, remedy) as keys,
             live_page(live, device, output) as watch,
             Progress(output, "hands off, it listens", timed=False) as bar,
         ):

@@ -68,8 +68,8 @@ def _run(argv: list[str] | None) -> int:
 def _stop_signals(*, to_the_end: bool) -> Iterator[list[int]]:
     """A closed terminal and a polite kill end the program as Ctrl-C does; the signals that came.
 
-    One that is ignored, as by nohup, stays so. The program itself keeps them `to_the_end`: one that comes while
-    the interpreter takes itself apart finds the work done or undone already, and nothing to say.
+    One that is ignored, as by nohup, stays so. The program itself keeps them `to_the_end`: one that comes
+    while the interpreter takes itself apart finds the work done or undone already, and nothing to say.
     """
     came: list[int] = []
 

@@ -162,9 +162,13 @@ def _show(screen: Console, played: Played, ratio: float | None, kind: Kind, log:
     error = (
         f"{1e3 * played.rms_error:.2f} mrad" if ratio is None else f"{1e3 * ratio * played.rms_error:.3f} mm"
     )
-    screen.print(
-        f"played; position off by {error} rms (loop's lag {1e3 * played.lag_s:.0f} ms, led by that)."
-    )
+    lag = f"(loop's lag {1e3 * played.lag_s:.0f} ms, led by that)"
+    if not len(played.time):
+        screen.print("ended on the way to the path.")
+    elif played.interrupted or played.stopped is not None:
+        screen.print(f"played in part; position off by {error} rms {lag}.")
+    else:
+        screen.print(f"played; position off by {error} rms {lag}.")
     if played.stopped is not None:
         show_stop(screen, played.stopped, kind)
     if log is not None:

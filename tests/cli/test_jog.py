@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
+from idtool.cli.main import main
 
 from idtool.guiding.jog import STEP_RAD
 from idtool.log import Log
@@ -50,6 +51,16 @@ def test_without_a_terminal_it_is_refused_in_a_sentence(tmp_path: Path) -> None:
     assert "play" in done.stderr
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "way.csv").exists()
+
+
+def test_without_a_terminal_nothing_is_asked_or_said_to_move(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("idtool.cli.jog.inside", lambda *_, **__: pytest.fail("it was brought inside"))
+    with pytest.raises(SystemExit) as stop:
+        main(["jog", "--rig", "sim:bench", "--move-inside"])
+    assert stop.value.code == 3
+    assert "no terminal" in capsys.readouterr().err
 
 
 def test_a_contact_without_a_model_is_a_mistake() -> None:

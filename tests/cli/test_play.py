@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import json
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from idtool.cli.play import _show
+from rich.console import Console
 
+from idtool.guiding.playback import Played
 from idtool.log import Log
 from idtool.parameters import Parameters
 
@@ -43,6 +47,23 @@ def test_plays_what_was_taught(taught: Path, tmp_path: Path) -> None:
     hand = Log.read(taught / "taught.csv").frame["position_rad"]
     repeated = Log.read(tmp_path / "played.csv").frame["position_rad"]
     assert np.ptp(repeated) == pytest.approx(np.ptp(hand), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("samples", "interrupted", "told"),
+    [
+        (0, True, "ended on the way to the path.\n"),
+        (2, True, "played in part; position off by 1.00 mrad rms (loop's lag 50 ms, led by that).\n"),
+        (2, False, "played; position off by 1.00 mrad rms (loop's lag 50 ms, led by that).\n"),
+    ],
+)
+def test_what_was_not_played_has_no_error(samples: int, interrupted: bool, told: str) -> None:
+    """It was told as nan."""
+    along = np.zeros(samples)
+    ended = Played(along, along + 1e-3, along, lag_s=0.05, stopped=None, interrupted=interrupted)
+    screen = Console(width=200, file=io.StringIO())
+    _show(screen, ended, None, "rotary", None)
+    assert screen.file.getvalue() == told  # type: ignore[attr-defined]
 
 
 def test_waypoints_can_be_edited_and_played(taught: Path, tmp_path: Path) -> None:
