@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from .common import Output
+from .numbers import Number
 
 if TYPE_CHECKING:
     from idtool.log import Log
@@ -73,7 +74,7 @@ def constant_option(command: F) -> F:
     """`--torque-constant`."""
     return click.option(
         "--torque-constant",
-        type=float,
+        type=Number(),
         metavar="K",
         help="N m/A (N/A on a linear axis), for logs that do not say it.",
     )(command)

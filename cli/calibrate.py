@@ -10,11 +10,12 @@ import click
 
 from .axis import Given, axis_options
 from .common import Output, output_options
+from .numbers import NumberRange
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-_POSITIVE = click.FloatRange(min=0.0, min_open=True)
+_POSITIVE = NumberRange(min=0.0, min_open=True)
 
 
 @click.command()

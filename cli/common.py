@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from .numbers import Number
 from .words import complete_rig
 
 if TYPE_CHECKING:
@@ -172,5 +173,5 @@ def radians(
 
 
 tilt_deg_option = click.option(
-    "--tilt-deg", nargs=2, type=float, metavar="ALPHA BETA", help="Tilt of the axis, degrees."
+    "--tilt-deg", nargs=2, type=Number(), metavar="ALPHA BETA", help="Tilt of the axis, degrees."
 )

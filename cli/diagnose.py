@@ -12,6 +12,7 @@ import click
 from .axis import Given, axis_options
 from .common import Output, force_option, output_options, seed_option
 from .fit import friction_option, optimizer_option
+from .numbers import NumberRange
 from .progress import Progress
 from .words import Choice, complete_effect
 
@@ -44,7 +45,7 @@ validate_option = click.option(
 tolerance_option = click.option(
     "--tolerance",
     metavar="PERCENT",
-    type=click.FloatRange(0.0, 100.0, max_open=True),
+    type=NumberRange(0.0, 100.0, max_open=True),
     help="An error of so many per cent of the torque is good enough: no further effect is looked for then.",
 )
 

@@ -11,6 +11,7 @@ import click
 
 from .common import Output, force_option, output_options
 from .guiding import idle_option, max_speed_option, session_limits
+from .numbers import Number, NumberRange
 from .words import complete_effect
 
 if TYPE_CHECKING:
@@ -38,14 +39,14 @@ if TYPE_CHECKING:
 @click.option(
     "--period",
     metavar="S",
-    type=click.FloatRange(1e-4, 1.0),
+    type=NumberRange(1e-4, 1.0),
     help="Control period (default: the file's, or 0.01).",
 )
 @click.option(
     "--range",
     "reach",
     nargs=2,
-    type=float,
+    type=Number(),
     metavar="LOW HIGH",
     help="Positions that may be commanded, rad or m; must be told, or --any-position.",
 )
@@ -59,7 +60,7 @@ if TYPE_CHECKING:
     "--path-speed",
     default=1.0,
     show_default=True,
-    type=click.FloatRange(0.0, 10.0, min_open=True),
+    type=NumberRange(0.0, 10.0, min_open=True),
     help="Speed of the path, relative to how it was taught.",
 )
 @max_speed_option

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import Output
+from .numbers import Number, NumberRange
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -41,12 +42,12 @@ ENERGY_J = 0.05
 payload_option = click.option(
     "--payload",
     metavar="KG",
-    type=click.FloatRange(0.0),
+    type=NumberRange(0.0),
     help="What the axis carries [simulated: 0.4; a real axis: asked for].",
 )
 
 tilt_option = click.option(
-    "--tilt", nargs=2, type=float, metavar="ALPHA BETA", help="Tilt of the axis, rad [none]."
+    "--tilt", nargs=2, type=Number(), metavar="ALPHA BETA", help="Tilt of the axis, rad [none]."
 )
 move_inside_option = click.option(
     "--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly."
@@ -58,7 +59,7 @@ log_option = click.option(
 contact_option = click.option(
     "--contact",
     metavar="N",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="Stop at this force at the moving part [10 N; needs -p].",
 )
 
@@ -67,7 +68,7 @@ max_speed_option = click.option(
     default=250.0,
     show_default=True,
     metavar="MM_S",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="Speed limit of the session, where the file says how far the axis moves per radian.",
 )
 idle_option = click.option(
@@ -75,7 +76,7 @@ idle_option = click.option(
     default=60.0,
     show_default=True,
     metavar="S",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="Hold the axis after so long without a hand, until the button was up.",
 )
 
@@ -109,7 +110,7 @@ def told_payload(payload: float | None, parameters: Parameters, axis: Rig) -> fl
             "--payload: a real axis is not guided with a payload that nobody told; pass what it carries, kg "
             "(0 for nothing)."
         )
-    return click.prompt("what does the axis carry, kg", type=click.FloatRange(0.0), err=True)
+    return click.prompt("what does the axis carry, kg", type=NumberRange(0.0), err=True)
 
 
 def watching_of(params: Path | None, contact: float | None, log: Path | None, *, force: bool) -> Watching:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from .common import Output, force_option, output_options
+from .numbers import Number
 from .words import Choice
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
 )
 @click.option(
     "--torque-constant",
-    type=float,
+    type=Number(),
     metavar="K",
     help="N m/A (N/A on a linear axis), where current was recorded.",
 )
@@ -82,7 +83,7 @@ def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
 @click.option("--kind", type=Choice(["rotary", "linear"]), help="Kind of axis; else as the units tell.")
 @click.option(
     "--unwrap",
-    type=float,
+    type=Number(),
     metavar="PERIOD",
     help="Undo the wrapping of the position, in the unit of its column.",
 )

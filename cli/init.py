@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import Output, force_option, output_options
+from .numbers import Number
 from .words import Choice
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ _KINDS = ("rotary", "linear")
 @click.option("--kind", type=Choice(_KINDS), help="Kind of axis.")
 @click.option(
     "--torque-constant",
-    type=float,
+    type=Number(),
     metavar="K",
     help="Torque per current at the output shaft, N m/A (N/A on a linear axis).",
 )
@@ -38,10 +39,10 @@ _KINDS = ("rotary", "linear")
     "--name", metavar="TEXT", help="What this unit is called; ffc-id fleet tells units apart by it."
 )
 @click.option(
-    "--range", "reach", nargs=2, type=float, metavar="LOW HIGH", help="Positions it may take, rad (m)."
+    "--range", "reach", nargs=2, type=Number(), metavar="LOW HIGH", help="Positions it may take, rad (m)."
 )
-@click.option("--max-speed", type=float, metavar="W", help="Highest speed, rad/s (m/s).")
-@click.option("--max-current", type=float, metavar="A", help="Highest current, A.")
+@click.option("--max-speed", type=Number(), metavar="W", help="Highest speed, rad/s (m/s).")
+@click.option("--max-current", type=Number(), metavar="A", help="Highest current, A.")
 @force_option
 @output_options
 def init(

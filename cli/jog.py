@@ -32,6 +32,7 @@ from .guiding import (
     watching_of,
 )
 from .live import live_option, live_page
+from .numbers import NumberRange
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -55,13 +56,13 @@ if TYPE_CHECKING:
 @click.option(
     "--step",
     metavar="MM",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="A tap moves so far [0.5 mm]; in mrad where nothing says how the part moves [10 mrad].",
 )
 @click.option(
     "--speed",
     metavar="MM_S",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="A key that is held moves so fast [5 mm/s; else 100 mrad/s].",
 )
 @contact_option

@@ -32,6 +32,7 @@ from .guiding import (
     watching_of,
 )
 from .live import live_option, live_page
+from .numbers import NumberRange
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ if TYPE_CHECKING:
     "--speed",
     default=1.0,
     show_default=True,
-    type=click.FloatRange(0.0, 10.0, min_open=True),
+    type=NumberRange(1e-3, 10.0),
     help="Speed, relative to how it was taught.",
 )
 @click.option("--loop", default=1, show_default=True, metavar="N", type=click.IntRange(1), help="How often.")

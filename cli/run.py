@@ -22,6 +22,7 @@ from .common import (
     told_rig,
 )
 from .live import live_option, live_page
+from .numbers import Number
 from .progress import Progress
 from .words import complete_recipe
 
@@ -141,7 +142,7 @@ def run_gravity(recipe: str, payloads: list[float] | None, options: RunOptions) 
     help="Speeds in place of the recipe's, rad/s (m/s), one trial each.",
 )
 @click.option(
-    "--travel", type=float, metavar="Q", help="Travel of each way in place of the recipe's, rad (m)."
+    "--travel", type=Number(), metavar="Q", help="Travel of each way in place of the recipe's, rad (m)."
 )
 @_shared
 def run_sweep(recipe: str, speeds: list[float] | None, travel: float | None, options: RunOptions) -> int:

@@ -32,6 +32,7 @@ from .guiding import (
 )
 from .guiding import told_payload as ask_payload
 from .live import live_option, live_page
+from .numbers import NumberRange
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ if TYPE_CHECKING:
 @click.option(
     "--told-payload",
     metavar="KG",
-    type=click.FloatRange(0.0),
+    type=NumberRange(0.0),
     help="Simulated: what the controller is told instead of the payload that hangs there.",
 )
 @click.option(
@@ -83,19 +84,19 @@ if TYPE_CHECKING:
     default=19.2,
     show_default=True,
     metavar="MM_S",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="How fast the simulated hand wants to move.",
 )
 @click.option(
     "--hand-force",
     metavar="N",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="Push with this constant force instead.",
 )
 @click.option(
     "--duration",
     metavar="S",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="Stop after so long (default: the simulated hand's sequence; on a real rig, Ctrl-C).",
 )
 @click.option(

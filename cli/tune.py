@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import Output, console, output_options
+from .numbers import NumberRange
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     "--hand-force",
     required=True,
     metavar="N",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="Force of the hand at the moving part.",
 )
 @click.option(
@@ -33,19 +34,19 @@ if TYPE_CHECKING:
     default=19.2,
     show_default=True,
     metavar="MM_S",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="Speed that it shall give there.",
 )
 @click.option(
     "--lever",
     metavar="M",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="How far from the shaft the hand holds it; an arm needs it, a slide's file says it.",
 )
 @click.option(
     "--period",
     metavar="S",
-    type=click.FloatRange(0.0, 1.0, min_open=True),
+    type=NumberRange(1e-4, 1.0),
     help="Control period (default: the file's, or 0.01).",
 )
 @click.option(
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
     default=20.0,
     show_default=True,
     metavar="HZ",
-    type=click.FloatRange(0.0, min_open=True),
+    type=NumberRange(0.0, min_open=True),
     help="Of the drive's velocity loop, for the margins.",
 )
 @click.option("--write", is_flag=True, help="Write the gains into the parameter file without asking.")

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import seed_option
+from .numbers import Number, NumberRange
 from .words import Choice, complete_plant
 
 if TYPE_CHECKING:
@@ -47,14 +48,16 @@ _POLL_S = 0.2
     "--scale",
     default=1.0,
     show_default=True,
-    type=click.FloatRange(0.1, 100.0),
+    type=NumberRange(0.1, 100.0),
     help="Seconds of the servo per second here; give the rig the same scale=.",
 )
-@click.option("--payload", default=0.0, metavar="KG", help="What the axis carries at the start.")
+@click.option(
+    "--payload", default=0.0, type=NumberRange(0.0), metavar="KG", help="What the axis carries at the start."
+)
 @click.option(
     "--tilt",
     nargs=2,
-    type=float,
+    type=Number(),
     default=(0.0, 0.0),
     metavar="ALPHA BETA",
     help="Its tilt at the start, rad.",
