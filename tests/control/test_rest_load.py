@@ -33,8 +33,8 @@ def test_every_uncertainty_counts_and_that_of_a_kilogram_by_the_payload() -> Non
 
 
 def test_a_file_that_does_not_know_its_gravity_explains_no_more_than_friction_and_noise_do() -> None:
-    for vague in (Uncertainty(1e6, 3.0, 0.0, 2.0, 1.0), Uncertainty(0.0, 3.0, 1e6, 2.0, 1.0)):
-        assert vague.of(2.0) == vague.most == pytest.approx(math.sqrt(9.0 + 4.0 + 4.0 + 1.0))
+    for vague in (Uncertainty(1e6, 3.0, 0.0, 2.0, 5.0), Uncertainty(0.0, 3.0, 1e6, 2.0, 5.0)):
+        assert vague.of(2.0) == vague.most == pytest.approx(math.sqrt(9.0 + 4.0 + 4.0 + 25.0))
 
 
 def test_two_standard_deviations_are_no_disagreement() -> None:
