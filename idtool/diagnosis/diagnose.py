@@ -30,6 +30,7 @@ from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
 from idtool.model.units import file_key, unit_suffix
 from idtool.parameters.correction import Correction
+from idtool.presentation.text import quantity
 from idtool.signals import Recording
 from idtool.signals.thin import thin
 
@@ -353,7 +354,7 @@ def _next_experiment(
     for values in (static_parameters(final), dynamic_parameters(final)):
         for name, value in values.items():
             if not value.identified:
-                tell(f"looking for a run that determines {name.replace('_', ' ')}")
+                tell(f"looking for a run that determines {quantity(name)}")
                 if found := for_parameter(final, name):
                     return found
     return None

@@ -21,6 +21,7 @@ from idtool.fit.joint import JointFit
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array, Motion
 from idtool.model.torque import linearise
+from idtool.presentation.text import quantity
 from idtool.signals import Recording
 
 #: Two models are told apart by this many standard errors; less is not worth a run.
@@ -82,7 +83,7 @@ def for_parameter(fit: JointFit, coordinate: str) -> NextExperiment | None:
     if best is None or best[0] > _BETTER:
         return None
     share, document, recipe = best
-    name = coordinate.replace("_", " ").replace(".", ": ")
+    name = quantity(coordinate).replace(".", ": ")
     why = (
         f"{name} is not determined by these logs; this run of {recipe.duration_s:.0f} s "
         f"would make its standard error {_times(share)} smaller."

@@ -21,6 +21,7 @@ from idtool.fit.windows import Window, steady_windows
 from idtool.log.repair import SATURATED
 from idtool.model.units import unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
+from idtool.presentation.text import quantity
 from idtool.signals import Recording
 from idtool.signals.coverage import (
     MOVING,
@@ -305,7 +306,7 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
     named = tuple(_in_file(name, fit) for name in stuck)
     if {"coulomb", "static"} & set(stuck) and "stribeck_velocity" in fit.model.names:
         named = tuple(dict.fromkeys((*named, "static.stribeck_velocity")))  # between two levels, or none
-    words = ", ".join(name.replace("_", " ").replace(".", ": ") for name in stuck)
+    words = ", ".join(quantity(name).replace(".", ": ") for name in stuck)
     parts = tuple(dict.fromkeys(name.split(".")[0] for name in named))
     verb = (
         "sits at the bound of its range and is" if len(stuck) == 1 else "sit at bounds of their range and are"
@@ -344,8 +345,8 @@ def carried(fit: JointFit, told: Collection[str] = ()) -> Shortcoming | None:
                 found.setdefault(_in_file(other, fit), name)
     if not found:
         return None
-    words = ", ".join(name.removeprefix("effects.").rpartition(".")[2].replace("_", " ") for name in found)
-    them = ", ".join(dict.fromkeys(name.partition(".")[0].replace("_", " ") for name in found.values()))
+    words = ", ".join(quantity(name.removeprefix("effects.").rpartition(".")[2]) for name in found)
+    them = ", ".join(dict.fromkeys(quantity(name.partition(".")[0]) for name in found.values()))
     return Shortcoming(
         "carried",
         tuple(dict.fromkeys(name.partition(".")[0] for name in found)),
@@ -392,7 +393,7 @@ def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
             if name in fit.model.names and _in_file(name, fit) not in told and is_vague(fit, name)
         ]
         if lacking:
-            words = ", ".join(name.partition(".")[0].replace("_", " ") for name in lacking)
+            words = ", ".join(quantity(name.partition(".")[0]) for name in lacking)
             experiment = command.removeprefix("run-")
             found.append(
                 Shortcoming(

@@ -232,6 +232,8 @@ def _parameter_check(evidence: Evidence) -> Check:
     named = [(name, parameter) for group in groups for name, parameter in group.items()]
     at_bound = [text.quantity(name) for name, p in named if p.at_bound]
     unknown = [text.quantity(name) for name, p in named if not (p.identified or p.at_bound)]
+    if not any(p.identified for _, p in named):
+        return Check("bad", "The data determine no parameter at all.")
     if at_bound or unknown:
         parts = []
         if at_bound:
@@ -239,8 +241,6 @@ def _parameter_check(evidence: Evidence) -> Check:
         if unknown:
             parts.append(f"the data do not determine {text.listed(unknown)}")
         return Check("care", f"{_capital('; '.join(parts))}.")
-    if not named:
-        return Check("bad", "The parameter file holds no identified parameter.")
     return Check("good", f"The data determine all {len(named)} parameters, none at a bound.")
 
 
