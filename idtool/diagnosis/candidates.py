@@ -20,6 +20,7 @@ from idtool.fit.model import JointModel
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array
 from idtool.model.torque import Direction
+from idtool.signals import Recording
 
 #: An effect must lower the left-out error by this share at least: less is not worth a parameter.
 LEAST_GAIN = 0.01
@@ -95,6 +96,12 @@ class Selection:
     p_values: dict[str, float] = field(default_factory=dict)
     rivals: dict[str, JointFit] = field(default_factory=dict)
     searched: JointFit | None = None
+
+    def onto(self, recording: Recording) -> None:
+        """Fit what was found to other rows, or to the same ones with other weights."""
+        model = self.fit.model
+        self.fit = refit(self.fit, JointModel.build(recording, model.spec, model.constants))
+        self.rivals.clear()
 
 
 @dataclass(frozen=True)

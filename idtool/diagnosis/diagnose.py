@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -21,6 +21,7 @@ from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.smoothing import fit_correction
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.summary import LOOKS_LIKE
+from idtool.diagnosis.weights import weighed
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
@@ -235,7 +236,7 @@ class Diagnosis:
                     "before": _relative(before, filtered_held),
                     "after": _relative(after, filtered_held),
                 },
-                "all_rows_after": 100.0 * self.final.relative,
+                "all_rows_after": _relative(_everywhere(self.final, recording), np.ones_like(filtered_held)),
             },
             "blocks_stand_in_for_trials": self.split.blocks,
             "held_out_trials": list(self.split.held_out),
@@ -264,17 +265,22 @@ def diagnose(
     """
     parts = split(with_load(recording, starts[0]))
     best: tuple[JointFit, Selection, dict[Unnamed, str], int] | None = None
-    tell("fitting the base model")
-    training = thin(parts.training)
-    bases = [refit(start, JointModel.build(training, start.model.spec)) for start in starts]
-    for place, base in enumerate(bases):
-        selection, wanted = begun(base, library), library
+
+    def select(selection: Selection, parts: Split) -> dict[Unnamed, str]:
+        wanted = library
         while True:
             extend(selection, wanted, tell, given=given, tolerance=tolerance)
             unnamed = _without_unnamed(selection)
             wanted = absorbed(veto(selection, lambda fit: held_out_error(fit, parts), tell), library)
             if not wanted:
-                break
+                return unnamed
+
+    tell("fitting the base model")
+    training = thin(parts.training)
+    bases = [refit(start, JointModel.build(training, start.model.spec)) for start in starts]
+    for place, base in enumerate(bases):
+        selection = begun(base, library)
+        unnamed = select(selection, parts)
         if best is None or predicts_better(selection.fit, best[1].fit):
             best = base, selection, unnamed, place
         done = not unnamed and not any(test.depends for test in test_residual(selection.fit))
@@ -282,10 +288,16 @@ def diagnose(
             break
     assert best is not None
     base, selection, unnamed, place = best
+    recording = weighed(parts.recording, selection.fit)
+    if recording is not parts.recording:
+        tell("weighing slow rows by what they leave")
+        as_weighed = replace(parts, recording=recording)
+        selection.onto(thin(as_weighed.training))
+        unnamed = select(selection, as_weighed)
     tell("fitting the final model on all trials")
-    final = _finished(selection, parts.recording)
+    final = _finished(selection, recording)
     while drop_impossible(selection, final):
-        final = _finished(selection, parts.recording)
+        final = _finished(selection, recording)
     notes = []
     if parts.blocks:
         notes.append(
@@ -339,8 +351,10 @@ def _without_unnamed(selection: Selection) -> dict[Unnamed, str]:
 def held_out_error(fit: JointFit, parts: Split) -> float:
     """Root mean square of what plain prediction leaves on the held-out rows: one bristle start per trial."""
     everywhere = _everywhere(fit, parts.recording)
-    rows = parts.recording.usable & parts.held
-    return float(np.sqrt(np.mean(everywhere.full_residual[rows] ** 2)))
+    recording = parts.recording
+    rows = recording.usable & parts.held
+    weight = 1.0 if recording.weight is None else recording.weight[rows]
+    return float(np.sqrt(np.mean((weight * everywhere.full_residual[rows]) ** 2)))
 
 
 def _next_experiment(

@@ -37,6 +37,7 @@ def strongest_line(
         size: the sine is multiplied by, shape (filtered rows,).
     """
     n = len(of)
+    size = size * background.fit.model.recording.row_weight
     residual = size * background.residual[:n]
     from_zero = of - of.min()
     span = float(from_zero.max())

@@ -106,7 +106,7 @@ def generic_columns(fit: JointFit) -> dict[str, Array]:
     columns["direction"] = direction[:, None]
     order = (recording.filtered_trial[:, None] == np.arange(recording.trials)).astype(float)
     columns["order"] = np.hstack([order, direction[:, None] * order])
-    return columns
+    return {name: recording.row_weight[:, None] * values for name, values in columns.items()}
 
 
 def _ranks(values: Array) -> Array:
@@ -120,9 +120,11 @@ def columns_followed(fit: JointFit, name: str) -> Array:
     columns = generic_columns(fit)[name]
     if name != "position":
         return columns
-    values = fit.model.recording.motion.position[fit.model.recording.row]
+    recording = fit.model.recording
+    values = recording.motion.position[recording.row]
     angle = _line(Background.of(fit), values)[0] * values
-    return np.hstack([columns, np.sin(angle)[:, None], np.cos(angle)[:, None]])
+    wave = np.column_stack([np.sin(angle), np.cos(angle)])
+    return np.hstack([columns, recording.row_weight[:, None] * wave])
 
 
 def motion_columns(fit: JointFit) -> Array:
@@ -133,12 +135,14 @@ def motion_columns(fit: JointFit) -> Array:
 
 def _line_test(background: Background, name: str, values: Array) -> ResidualTest:
     """The strongest sine of a variable, from one period over its range to what the rows resolve."""
-    values = values[background.fit.model.recording.row]
+    recording = background.fit.model.recording
+    values = values[recording.row]
     if np.ptp(values) <= 0.0:
         return ResidualTest(name, 0.0, 1.0)
     frequency, looked_at = _line(background, values)
     angle = frequency * values
-    test = _test(background, name, np.column_stack([np.sin(angle), np.cos(angle)]))
+    wave = np.column_stack([np.sin(angle), np.cos(angle)])
+    test = _test(background, name, recording.row_weight[:, None] * wave)
     return ResidualTest(name, test.share, min(1.0, test.p_value * looked_at))
 
 

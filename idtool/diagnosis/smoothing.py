@@ -22,14 +22,14 @@ def fit_correction(fit: JointFit, depends_on: list[str]) -> Correction | None:
     values: Array | None = getattr(motion, variable) if variable else None
     if variable is None or values is None:
         return None
-    rows = fit.model.recording.row
+    rows, weight = fit.model.recording.row, fit.model.recording.row_weight
     worth = len(fit.residual) / correlation_rows(fit.residual, fit.model.recording.filtered_trial)
     best: tuple[float, Correction] | None = None
     low, high = np.quantile(values[rows], [_EDGE, 1.0 - _EDGE])
     for count in _KNOTS:
         knots = np.linspace(low, high, count + 2)
         for directed in (False, True) if variable != "velocity" else (False,):
-            columns = _hats(values[rows], knots)
+            columns = weight[:, None] * _hats(values[rows], knots)
             if directed:
                 columns = columns * np.sign(motion.velocity[rows])[:, None]
             used = np.sum(columns, axis=0) != 0.0

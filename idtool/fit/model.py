@@ -112,7 +112,7 @@ class Scales:
         within = np.maximum.reduceat(motion.position, motion.starts) - np.minimum.reduceat(
             motion.position, motion.starts
         )
-        spread = float(np.std(recording.filtered(recording.torque))) + recording.noise
+        spread = float(np.std(recording.filtered(recording.torque) / recording.row_weight)) + recording.noise
         return cls(
             torque=spread,
             speed=max(top, 1e-9),
@@ -235,7 +235,7 @@ class JointModel:
         target, columns = self.measured, self.recording.filtered(self.gravity_columns)
         if columns.shape[1]:
             target = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]
-        size = np.abs(target)
+        size = np.abs(target / self.recording.row_weight)
         return float(np.median(size)) + 1e-12, float(np.max(size)) + 1e-12
 
     @cached_property

@@ -71,6 +71,7 @@ class Recording:
             trial.
         unseen: how far the axis may move in a rest without its position showing it, rad (m).
         by_voltage: the torque is the motor's voltage, with its back-EMF in it unless the axis tells R.
+        weight: of each row in a fit, one over what models leave there, (rows,); None is the same for all.
     """
 
     axis: Axis
@@ -91,6 +92,7 @@ class Recording:
     fold: NDArray[np.intp] | None = None
     unseen: float = 0.0
     by_voltage: bool = False
+    weight: Array | None = None
 
     @cached_property
     def torque_size(self) -> float:
@@ -99,7 +101,7 @@ class Recording:
 
     @cached_property
     def operator(self) -> sparse.csr_matrix:
-        """The filter and decimation as a matrix, shape (filtered rows, rows)."""
+        """The filter and decimation as a matrix, shape (filtered rows, rows); a weight is in it."""
         matrix = lowpass.operator(self.motion, self.usable, self.filter)
         if not matrix.shape[0]:
             reasons = "".join(f", {reason}: {count}" for reason, count in self.lost.items())
@@ -109,14 +111,19 @@ class Recording:
                 file=", ".join(self.sources),
                 remedy="record at a higher rate, for longer, or move more slowly",
             )
+        if self.weight is not None:
+            matrix.data *= np.repeat(self.weight[_middle(matrix)], np.diff(matrix.indptr))
         return matrix
+
+    @cached_property
+    def row_weight(self) -> Array:
+        """Weight of each filtered row; `filtered` has it in it."""
+        return np.ones(len(self.row)) if self.weight is None else self.weight[self.row]
 
     @cached_property
     def row(self) -> NDArray[np.intp]:
         """The full-rate row at the middle of each filtered row."""
-        columns = self.operator.indices[self.operator.indptr[:-1]]
-        last = self.operator.indices[self.operator.indptr[1:] - 1]
-        return np.asarray((columns + last) // 2, dtype=np.intp)
+        return _middle(self.operator)
 
     @cached_property
     def filtered_trial(self) -> NDArray[np.intp]:
@@ -207,6 +214,7 @@ class Recording:
             usable=self.usable[rows],
             at_rest=self.at_rest[rows],
             fold=None if self.fold is None else self.fold[rows],
+            weight=None if self.weight is None else self.weight[rows],
             experiment=tuple(self.experiment[t] for t in wanted),
             source=tuple(self.source[t] for t in wanted),
         )
@@ -218,6 +226,11 @@ class Recording:
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
         return replace(self, motion=replace(self.motion, load=load, load_upright=upright))
+
+
+def _middle(operator: sparse.csr_matrix) -> NDArray[np.intp]:
+    first, last = operator.indices[operator.indptr[:-1]], operator.indices[operator.indptr[1:] - 1]
+    return np.asarray((first + last) // 2, dtype=np.intp)
 
 
 def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:

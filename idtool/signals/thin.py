@@ -58,6 +58,7 @@ def thin(recording: Recording) -> Recording:
         usable=recording.usable[rows],
         at_rest=recording.at_rest[rows],
         fold=None if recording.fold is None else recording.fold[rows],
+        weight=None if recording.weight is None else recording.weight[rows],
         noise=recording.noise * float(np.sqrt(variance)),
         filter=chosen,
     )

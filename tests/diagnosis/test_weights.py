@@ -1,0 +1,95 @@
+"""What a row is worth where a model leaves more at low speed than in motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from idtool import identify
+from idtool.diagnosis import diagnose as diagnosing
+from idtool.diagnosis.weights import weighed
+from idtool.log import Log
+from idtool.model.contribution import Contribution
+from idtool.model.motion import Array, Motion
+from idtool.model.torque import Friction, predict
+from idtool.signals import record
+from idtool.signals.recording import Recording
+
+TRIALS, ROWS, STEP = 8, 1500, 0.01
+FRICTION = Friction(0.3, 0.35, 0.1, 0.02, 60.0, 0.1)
+
+
+def log(folder: Path, *, grip: float, seed: int = 0) -> Path:
+    """Sines with a ripple of 3 % of the friction, and at low speed a grip that differs from turn to turn."""
+    rng = np.random.default_rng(seed)
+    t = STEP * np.arange(ROWS)
+    frames = []
+    for trial in range(TRIALS):
+        turn = 2.0 * np.pi / (3.0 + 0.37 * trial)
+        q = 3.0 * np.sin(turn * t)
+        w, a = 3.0 * turn * np.cos(turn * t), -3.0 * turn**2 * np.sin(turn * t)
+        at = np.round(turn * t / np.pi - 0.5).astype(int) + 1
+        blocks = grip * rng.standard_normal(at.max() + 1)[at] * np.exp(-((w / 0.25) ** 2))
+        motion = Motion(t, np.zeros(ROWS, dtype=np.intp), q, w, a)
+        effects = Contribution(torque=0.01 * a + 0.009 * np.sin(5.0 * q))
+        torque = predict(motion, FRICTION, effects, np.zeros(1)).torque + blocks
+        torque += 0.01 * rng.standard_normal(ROWS)
+        frames.append(pd.DataFrame({"trial": trial, "time_s": t, "position_rad": q, "torque_nm": torque}))
+    path = folder / "log.csv"
+    pd.concat(frames).to_csv(path, index=False)
+    return path
+
+
+def fit(recording: Recording, residual: Array) -> Any:
+    """As much of a fit as is asked for."""
+    return SimpleNamespace(model=SimpleNamespace(recording=recording), residual=residual)
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Recording:
+    return record([Log.read(log(tmp_path, grip=0.1))])
+
+
+def test_each_kind_of_rows_counts_by_what_is_left_on_it(recording: Recording) -> None:
+    speed = np.abs(recording.motion.velocity[recording.row])
+    slow = speed < 0.05 * np.quantile(np.abs(recording.motion.velocity), 0.98)
+    residual = np.random.default_rng(1).standard_normal(len(slow)) * np.where(slow, 5.0, 1.0)
+    weight = weighed(recording, fit(recording, residual)).row_weight
+    assert weight[~slow].mean() / weight[slow].mean() == pytest.approx(5.0, rel=0.1)
+    assert np.mean(weight**2) == pytest.approx(1.0)
+
+
+def test_rows_that_differ_little_all_count_the_same(recording: Recording) -> None:
+    noise = np.random.default_rng(1).standard_normal(len(recording.row))
+    assert weighed(recording, fit(recording, noise)) is recording
+    speed = np.abs(recording.motion.velocity[recording.row])
+    assert weighed(recording, fit(recording, noise * speed)) is recording
+
+
+def test_a_weighed_row_of_the_filter_is_the_plain_one_times_its_weight(recording: Recording) -> None:
+    speed = np.abs(recording.motion.velocity[recording.row])
+    residual = np.random.default_rng(1).standard_normal(len(speed)) / (0.1 + speed)
+    other = weighed(recording, fit(recording, residual))
+    assert other is not recording
+    expected = other.row_weight * recording.filtered(recording.torque)
+    np.testing.assert_allclose(other.filtered(other.torque), expected, rtol=1e-12)
+    part = other.subset([1, 3])
+    chosen = np.isin(recording.filtered_trial, [1, 3])
+    np.testing.assert_allclose(part.row_weight, other.row_weight[chosen])
+
+
+def test_slow_rows_that_follow_nothing_hide_no_ripple(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = log(tmp_path, grip=0.25)
+    found = identify([path])
+    assert "position_ripple" in found.effects
+    rows = found.evidence.split.recording
+    assert rows.weight is None, "what is shown and written is not weighed"
+    monkeypatch.setattr(diagnosing, "weighed", lambda recording, fit: recording)
+    assert "position_ripple" not in identify([path]).effects
