@@ -13,6 +13,7 @@ from idtool.model.contribution import LEVEL_CHANGE
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
+#: Degrees of the polynomial over the stroke that are tried, the plainest first.
 _DEGREES = (2, 4)
 
 

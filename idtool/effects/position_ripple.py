@@ -14,8 +14,10 @@ from idtool.model.contribution import LEVEL_TORQUE, TORQUE, Contribution
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
+#: Of each family: cogging and gear mesh are no pure sine, and what is higher is a family of its own.
 _HARMONICS = (1, 2)
 _STRENGTHS = ("sin_1", "cos_1", "sin_2", "cos_2", "turned_sin_1", "turned_cos_1")
+#: Poles, slots and the stages of a gear bring a family each.
 _MOST_FAMILIES = 6
 #: A fit asks for a family's waves once for every strength, and for a frequency that it tries.
 _KEPT = _MOST_FAMILIES + 2

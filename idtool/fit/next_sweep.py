@@ -13,6 +13,7 @@ _SETTLED_AFTER = 5.0
 #: Acceleration of the ramps of the bundled sweep, rad/s^2, and by how much their rounding lengthens them.
 _RAMP = 0.1
 _RAMP_SHAPE = 0.5 * math.pi
+#: As many speeds as `fit-static` asks for (`staged`).
 _LEAST_SPEEDS = 3
 
 

@@ -30,6 +30,7 @@ from idtool.parameters import GRAVITY_MODELS, Parameters
 from idtool.presentation.text import counted
 from idtool.signals import Recording
 
+#: Coulomb, viscous and whether the curve bends between them.
 _LEAST_SPEEDS = 3
 #: Evaluations of the fit of four numbers through the windows.
 _CURVE_MOST = 400

@@ -27,6 +27,7 @@ from idtool.fleet.work import Outcome, identify_session, version
 from idtool.io.defer_signals import deferred_signals
 from idtool.presentation.text import counted
 
+#: A scheduler that does not speak by then is given up.
 _START_TIMEOUT_S = 10
 #: How often an interrupt is looked for while sessions run, s.
 _POLL_S = 0.1

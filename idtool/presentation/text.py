@@ -8,6 +8,7 @@ from idtool.effects import registry
 from idtool.model.units import Units, is_linear
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+#: Below this a p-value says more of the rounding of its distribution than of the data.
 _SMALLEST_P = 1e-16
 #: Where a key of a file is not the word of the field.
 _FIELD_NAMES = {"static": "stiction", "order": "run order"}

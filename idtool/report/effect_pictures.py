@@ -20,6 +20,7 @@ from idtool.presentation.style import axis_label, few_colours, look
 from idtool.report.evidence import Evidence
 from idtool.report.residual_figures import residual_against_figure
 
+#: Small pictures inside a page; few colours keep them small.
 _DPI = 100
 _COLOURS = 48
 #: What the effects follow -> the column of the evidence and its dimension.

@@ -24,6 +24,7 @@ from idtool.report.selection_figures import candidates_figure, correlation_figur
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: Trials that are drawn over time: more hide each other.
 _MOST_TRACES = 3
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+#: Registers below this keep their value without power (Feetech, STS3215 memory table).
 EEPROM_END = 40
 SIZE = 87
 
