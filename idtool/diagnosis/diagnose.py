@@ -304,6 +304,11 @@ def diagnose(
             "there are too few trials to hold some out, so contiguous blocks of time stand in for trials: "
             "the error on them tells of other times of the same run, not of another run."
         )
+    if recording.weight is not None:
+        notes.append(
+            f"at low speed the model leaves {recording.weight.max() / recording.weight.min():.0f} times "
+            "as much as in motion; those rows count that much less."
+        )
     notes += filter(None, (_of_the_readings(final, effect) for effect in final.model.spec.effects))
     notes += _not_compared(parts.recording)
     next_experiment = _next_experiment(selection, final, tell)

@@ -89,6 +89,7 @@ def test_slow_rows_that_follow_nothing_hide_no_ripple(
     path = log(tmp_path, grip=0.25)
     found = identify([path])
     assert "position_ripple" in found.effects
+    assert any(note.startswith("at low speed the model leaves") for note in found.diagnosis["notes"])
     rows = found.evidence.split.recording
     assert rows.weight is None, "what is shown and written is not weighed"
     monkeypatch.setattr(diagnosing, "weighed", lambda recording, fit: recording)
