@@ -199,7 +199,8 @@ class Effect(ABC):
         if self.memory:
             return self.resume(motion, values, Past.none(motion, self.memory))
         total: list[Any] = [0.0] * len(FIELDS)
-        self.at.py_func(motion.rows, self.numbers(values), None, total)
+        # of arrays at once; NUMBA_DISABLE_JIT leaves the plain function in place of the compiled one
+        getattr(self.at, "py_func", self.at)(motion.rows, self.numbers(values), None, total)
         return Contribution(*total)
 
     def resume(self, motion: Motion, values: Values, past: Past) -> Contribution:
