@@ -7,6 +7,7 @@ handler, and every error its sentence.
 from __future__ import annotations
 
 import errno
+import gc
 import io
 import os
 import signal
@@ -24,6 +25,8 @@ INTERRUPTED = 130
 PROGRAM_FAULT = 70
 CANNOT_WRITE = 3
 USAGE = 2
+#: Objects between two looks for garbage: imports make many, all of which stay.
+_OBJECTS = 50_000
 
 
 def main(argv: list[str] | None = None) -> NoReturn:
@@ -37,12 +40,15 @@ def main(argv: list[str] | None = None) -> NoReturn:
                 code = _interrupted() if stopped else _told(error)
         except KeyboardInterrupt:
             code = _interrupted()
+    if argv is None:
+        gc.freeze()  # the interpreter would look through all modules for garbage before it ends
     sys.exit(code)
 
 
 def _run(argv: list[str] | None) -> int:
     # The matrices here are tall and thin: more threads of linear algebra only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(_OBJECTS)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that cannot show ± shows ? and no traceback

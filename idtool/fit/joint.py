@@ -39,7 +39,6 @@ class JointFit:
         start: start deflection of each stretch, (stretches,).
         residual: of the filtered rows.
         penalty: of the start deflections, (stretches,).
-        jacobian: projected, (filtered rows + stretches, coordinates).
         evaluations: how often the model was evaluated.
         held: coordinates that were not varied.
         ended: how the search ended; see `outcome`.
@@ -53,7 +52,6 @@ class JointFit:
     start: Array
     residual: Array
     penalty: Array
-    jacobian: Array
     evaluations: int
     held: frozenset[str] = frozenset()
     ended: Outcome = Outcome.CONVERGED
@@ -89,6 +87,11 @@ class JointFit:
     def values(self) -> dict[str, float]:
         """Physical value of each coordinate."""
         return self.model.values(self.x)
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Derivative of -residual and -penalty, projected, (filtered rows + stretches, coordinates)."""
+        return self.model.differentiate(self.x, self.bend, self.start).jacobian
 
     @cached_property
     def full_residual(self) -> Array:
@@ -234,8 +237,6 @@ def solve(
             break
         scale = now
     evaluation = model.evaluate(best, scale)
-    last = model.differentiate(best, scale, evaluation.start)
-    assert last.jacobian is not None
     return JointFit(
         model,
         best,
@@ -243,7 +244,6 @@ def solve(
         evaluation.start,
         evaluation.residual,
         evaluation.penalty,
-        last.jacobian,
         evaluations,
         held,
         Outcome.CONVERGED if found.outcome.converged else found.outcome,
@@ -284,14 +284,12 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
     """The fitted parameters on other data: only the starts of its trials are new."""
     model = settled(model, fit.x, fit.bend)
     evaluation = model.evaluate(fit.x, fit.bend)
-    empty = np.zeros((0, len(fit.x)))
     return replace(
         fit,
         model=model,
         start=evaluation.start,
         residual=evaluation.residual,
         penalty=evaluation.penalty,
-        jacobian=empty,
         evaluations=1,
     )
 
