@@ -91,7 +91,9 @@ class JointFit:
     @cached_property
     def jacobian(self) -> Array:
         """Derivative of -residual and -penalty, projected, (filtered rows + stretches, coordinates)."""
-        return self.model.differentiate(self.x, self.bend, self.start).jacobian
+        jacobian = self.model.differentiate(self.x, self.bend, self.start).jacobian
+        assert jacobian is not None
+        return jacobian
 
     @cached_property
     def full_residual(self) -> Array:
