@@ -64,8 +64,8 @@ MODULES = (
     Module(
         "admittance/constants",
         "its constants",
-        # without a compiler the record of the law has no names of its own
-        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_law.py -k 'not fit_of_both_levels'",
+        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py "
+        f"{_CONTROL}/test_admittance_law.py",
     ),
     Module("load", "the model's torque", f"{_CONTROL}/test_online.py"),
 )

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
 from idtool.control.admittance import kernel
@@ -39,27 +38,13 @@ AXIS = {
     "tare_part": 10.0,
     "tare_apart": 0.02,
     "tare_middle": 0.0,
-    "prior": (0.02, 0.2, 0.2, 0.03),
+    "prior": (0.02, 0.2, 0.25, 0.03),
 }
-
-
-class Row(dict[str, Any]):
-    """A record whose fields are attributes, as the functions want it where they run as plain Python (`make
-    mutants`, which has no time to compile each mutant)."""
-
-    __getattr__ = dict.__getitem__
-    __setattr__ = dict.__setitem__  # type: ignore[assignment]
-
-    @classmethod
-    def of(cls, record: Any) -> Row:
-        return cls({name: record[name] for name in record.dtype.names})
 
 
 def law(state: int = RESTING, **numbers: float) -> tuple[Any, Any]:
     """Constants, and the state of an axis at 0.2 rad that has learned nothing."""
     c, s = constants_of(AXIS), np.zeros(1, kernel.STATE)[0]
-    if numba.config.DISABLE_JIT:
-        c, s = Row.of(c), Row.of(s)
     kernel.reset(c, s)
     kernel.begin(c, s, 0.2)
     s["state"] = state

@@ -48,7 +48,7 @@ def test_the_speed_is_what_was_asked_for_late_and_a_share_of_what_is_measured() 
 
 def test_before_a_tare_two_standard_deviations_are_left_to_the_hand() -> None:
     c, s = law(elastic=0.05, damping=-0.1)
-    expected = 2.0 * math.sqrt(0.02**2 + (0.2 * 0.05) ** 2 + (0.2 * 0.1) ** 2)
+    expected = 2.0 * math.sqrt(0.02**2 + (0.2 * 0.05) ** 2 + (0.25 * 0.1) ** 2)
     assert kernel.uncertainty(c, s) == pytest.approx(expected)
     s["unexplained"] = 0.04
     assert kernel.uncertainty(c, s) == pytest.approx(2.0 * math.hypot(0.5 * expected, 0.04))

@@ -100,6 +100,16 @@ def test_a_file_that_is_unsure_of_its_friction_at_rest_leaves_more_to_the_hand()
     assert axis(stribeck=0.01)["stop_torque"] == pytest.approx(math.hypot(sure, 2.0 * 0.01))
 
 
+def test_unless_told_a_motion_starts_beyond_what_readings_scatter_by() -> None:
+    """1.4 standard deviations of a reading of the current."""
+    law = ForceFreeController(parameters(BENCH), 0.01, mode="light").law
+    assert isinstance(law, AdmittanceLaw)
+    assert law.settings.start_torque == pytest.approx(1.4 * law.settings.noise)
+    told = ForceFreeController(parameters(BENCH), 0.01, mode="light", start_torque=0.05).law
+    assert isinstance(told, AdmittanceLaw)
+    assert told.settings.start_torque == 0.05
+
+
 def test_the_friction_at_rest_is_as_uncertain_as_the_fit_of_both_levels() -> None:
     """But never more than friction changes from day to day, 22 %."""
     file = parameters(BENCH)

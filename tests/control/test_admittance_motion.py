@@ -206,7 +206,7 @@ def test_a_tare_learns_load_level_and_damping() -> None:
     s, path, heard = swept()
     assert len(path) == 2 * 80 + 9
     assert s["outcome"] == kernel.USED
-    assert (s["state"], s["left"]) == (RESTING, 1)
+    assert (s["state"], s["left"], s["turn"]) == (RESTING, 1, 0)  # the uncertainty is known anew at once
     rows, target = heard[:160:2, :4], heard[:160:2, 4]
     weight = 2.0 / (0.03**2 + (0.5 * rows[:, 2]) ** 2)
     information = np.diag(1.0 / np.array(AXIS["prior"]) ** 2) + (rows * weight[:, None]).T @ rows

@@ -75,7 +75,8 @@ _AXIS = (
 )  # fmt: skip
 
 #: The record of the compiled law; `prior` is the standard deviation of load, level, damping and bristle.
-RECORD = np.dtype([(name, "f8") for name in (*CONSTANTS, *_AXIS)] + [("prior", "f8", (4,))])
+#: Its numbers have names without the compiler too.
+RECORD = np.dtype((np.record, [(name, "f8") for name in (*CONSTANTS, *_AXIS)] + [("prior", "f8", (4,))]))
 
 
 def share(time: float, period: float) -> float:

@@ -39,28 +39,26 @@ USED, TOUCHED, NOT_EXPLAINED, OTHER_LOAD = range(4)
 LOAD, LEVEL, DAMPING, BRISTLE = range(4)
 
 #: state; samples in it, and of them when it last moved; samples above the starting torque; whether the hand
-#: seems to leave, and was seen to; what the last tare came to; whether the speed limit cut; whose turn it is;
-#: torques, N m; the motion.
-STATE = np.dtype(
-    [
-        (name, "i8")
-        for name in (
-            "state", "since", "moved", "pushed", "seems", "left", "outcome", "limited", "part", "turn",
-        )
-    ]
-    + [
-        (name, "f8")
-        for name in (
-            "raw", "hand", "least", "least_1", "least_2", "dead", "zero", "zero_before", "zero_variance",
-            "bias", "unexplained", "usual",
-            "elastic", "damping", "plain", "correction",
-            "position", "seen", "nominal", "w", "x", "way", "lead", "anchor", "fast",
-            "fade", "square", "weight", "sum", "load",
-        )
-    ]
-    + [("learned", "f8", (4,)), ("spread", "f8", (4, 4)), ("information", "f8", (4, 4))]
-    + [("moment", "f8", (4,)), ("means", "f8", (PARTS,))]
+#: seems to leave, and was seen to; what the last tare came to; whether the speed limit cut; whose turn it is
+_COUNTS = ("state", "since", "moved", "pushed", "seems", "left", "outcome", "limited", "part", "turn")
+#: torques, N m; the motion; sums of a tare, and of what was heard
+_NUMBERS = (
+    "raw", "hand", "least", "least_1", "least_2", "dead", "zero", "zero_before", "zero_variance",
+    "bias", "unexplained", "usual",
+    "elastic", "damping", "plain", "correction",
+    "position", "seen", "nominal", "w", "x", "way", "lead", "anchor", "fast",
+    "fade", "square", "weight", "tare_sum", "load",
 )  # fmt: skip
+_TABLES = {"learned": (4,), "spread": (4, 4), "information": (4, 4), "moment": (4,), "means": (PARTS,)}
+#: What the law remembers. A record, so that the numbers have names without the compiler too.
+STATE = np.dtype(
+    (
+        np.record,
+        [(name, "i8") for name in _COUNTS]
+        + [(name, "f8") for name in _NUMBERS]
+        + [(name, "f8", shape) for name, shape in _TABLES.items()],
+    )
+)
 
 
 @numba.njit(cache=True)
@@ -81,7 +79,7 @@ def begin(c: Any, s: Any, position: float) -> None:
     s.state = STARTING
     s.since = s.pushed = s.seems = s.left = s.limited = s.turn = 0
     s.raw = s.hand = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
-    s.seen = s.nominal = s.w = s.sum = s.usual = 0.0
+    s.seen = s.nominal = s.w = s.tare_sum = s.usual = 0.0
     forget_push(s)
     s.position = position
     s.x = s.anchor = min(max(position, c.low), c.high)
@@ -306,10 +304,10 @@ def brake(c: Any, s: Any, velocity: float) -> float:
 def listen(c: Any, s: Any) -> float:
     """The first moment, hands off: what the model leaves is a deflection of the bristle that nobody saw."""
     s.since += 1
-    s.sum += s.raw
+    s.tare_sum += s.raw
     s.hand = 0.0
     if s.since >= c.settle_periods:
-        s.zero = min(max(-s.sum / s.since, -c.zero_most), c.zero_most)
+        s.zero = min(max(-s.tare_sum / s.since, -c.zero_most), c.zero_most)
         s.zero_before = s.zero
         s.state = RESTING
     return float(s.anchor)
@@ -333,7 +331,7 @@ def tare(c: Any, s: Any) -> bool:
     s.zero_before = s.zero
     s.zero = s.bias = 0.0
     s.fade = 1.0
-    s.square = s.weight = s.sum = 0.0
+    s.square = s.weight = s.tare_sum = 0.0
     s.outcome = USED
     for j in range(4):
         s.moment[j] = 0.0
@@ -372,13 +370,13 @@ def sweep(c: Any, s: Any, motor: float) -> float:
         s.weight += weight
     # an axis repeats itself, a hand does not: each part is compared with that of the cycle before, but for
     # the first, to which the axis came from rest
-    s.sum += motor
+    s.tare_sum += motor
     if s.since % c.tare_part == 0:
-        mean = s.sum / c.tare_part
+        mean = s.tare_sum / c.tare_part
         if s.since > c.tare_cycle and s.part > 0 and abs(mean - s.means[s.part]) > c.tare_apart:
             s.outcome = TOUCHED
         s.means[s.part] = mean
-        s.sum = 0.0
+        s.tare_sum = 0.0
         s.part = (s.part + 1) % PARTS
     if s.since < moving:
         place = follow(c, s)
