@@ -117,14 +117,17 @@ def watching_of(params: Path | None, contact: float | None, log: Path | None, *,
     """How an axis is watched that is played or jogged.
 
     Raises:
-        InputError: the parameter file is wrong, or the log is there already.
+        InputError: the parameter file is wrong or incomplete, or the log is there already.
         UsageError: see `contact_limit`.
     """
+    from idtool.control.online import check_complete
     from idtool.guiding.player import Watching
     from idtool.io.atomic import refuse_existing
     from idtool.parameters import Parameters
 
     parameters = Parameters.read(params) if params is not None else None
+    if parameters is not None:
+        check_complete(parameters, params)
     limit = contact_limit(parameters, contact)
     if log is not None:
         refuse_existing(log, force)

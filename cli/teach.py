@@ -222,13 +222,11 @@ def _controller(
 ) -> ForceFreeController:
     from idtool.control import ForceFreeController
     from idtool.control.force_free import DEFAULT_PERIOD_S, gains
-    from idtool.errors import InputError
+    from idtool.control.online import check_complete
 
+    check_complete(parameters, file)
     period = max(axis.period_s, gains(parameters, DEFAULT_PERIOD_S).period)
-    try:
-        return ForceFreeController(parameters, period, limits=limits, correction=correction)
-    except InputError as error:
-        raise InputError(str(error).removesuffix("."), file=file) from error
+    return ForceFreeController(parameters, period, limits=limits, correction=correction)
 
 
 def _hand(parameters: Parameters, speed: float, force: float | None) -> Hand:

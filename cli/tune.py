@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     "--hand-force",
     required=True,
     metavar="N",
-    type=NumberRange(0.0, min_open=True),
+    type=NumberRange(0.0, 1e3, min_open=True),
     help="Force of the hand at the moving part.",
 )
 @click.option(
@@ -34,13 +34,13 @@ if TYPE_CHECKING:
     default=19.2,
     show_default=True,
     metavar="MM_S",
-    type=NumberRange(0.0, min_open=True),
+    type=NumberRange(0.0, 1e4, min_open=True),
     help="Speed that it shall give there.",
 )
 @click.option(
     "--lever",
     metavar="M",
-    type=NumberRange(0.0, min_open=True),
+    type=NumberRange(0.0, 10.0, min_open=True),
     help="How far from the shaft the hand holds it; an arm needs it, a slide's file says it.",
 )
 @click.option(

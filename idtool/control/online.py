@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -81,7 +82,7 @@ class OnlineModel:
         Raises:
             InputError: the file lacks the torque constant, gravity or static friction.
         """
-        _check(parameters)
+        check_complete(parameters)
         self.axis = parameters.axis
         self.torque_constant = float(parameters.axis.per_reading or 0.0)
         self.back_emf = 0.0
@@ -342,23 +343,30 @@ def _number(term: Term) -> float:
     return term if isinstance(term, float) else float(np.asarray(term).flat[0])
 
 
-def _check(parameters: Parameters) -> None:
-    """Raise where the file cannot carry a controller."""
+def check_complete(parameters: Parameters, file: Path | None = None) -> None:
+    """Raise where the file lacks what a controller needs, or a contact is felt by.
+
+    Raises:
+        InputError: no torque constant, gravity or static friction.
+    """
     if parameters.axis.per_reading is None:
         raise InputError(
             "the parameter file has no torque constant",
+            file=file,
             place=f"axis.{parameters.axis.constant_key}",
             remedy="the controller reads the hand from the motor current; add it from the servo's data sheet",
         )
     if not parameters.gravity:
         raise InputError(
             "the parameter file has no gravity model",
+            file=file,
             place="[gravity]",
             remedy="add it with `ffc-id fit-gravity` or `ffc-id identify`",
         )
     if not parameters.static:
         raise InputError(
             "the parameter file has no friction model",
+            file=file,
             place="[friction.static]",
             remedy="add it with `ffc-id fit-static` or `ffc-id identify`",
         )

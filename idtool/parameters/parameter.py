@@ -14,6 +14,8 @@ from idtool.model.units import Units, file_key
 
 #: No coefficient of a machine, in SI, comes near (the stiffness of a ball screw is 1e8 N/m).
 MOST = 1e12
+#: A fit may be more unsure of a number than that, but what it says must have a square.
+_UNSURE = 1e100
 #: Keys of what is known of a parameter that is not determined.
 _LIMITS = ("at_least", "at_most")
 #: What rounding may leave between a value and its bound.
@@ -104,15 +106,8 @@ def _parameter(value: Any, place: str, file: Path) -> Parameter:
     no_strangers(value, ("value", "stderr", "ci95", "at_bound", "identified", *_LIMITS), f"{place}.", file)
     if "value" not in value:
         raise InputError("is missing", file=file, place=f"{place}.value", remedy="expected a finite number")
-    number = finite(value["value"], f"{place}.value", file)
-    if abs(number) > MOST:
-        raise InputError(
-            f"expected a number of a machine, below {MOST:g}, found {number:g}",
-            file=file,
-            place=f"{place}.value",
-            remedy="correct it, or fit it again",
-        )
-    stderr = finite(value["stderr"], f"{place}.stderr", file) if "stderr" in value else None
+    number = _number(value["value"], f"{place}.value", file, MOST)
+    stderr = _number(value["stderr"], f"{place}.stderr", file, _UNSURE) if "stderr" in value else None
     if stderr is not None and stderr < 0:
         raise InputError("is negative", file=file, place=f"{place}.stderr", remedy="expected a number >= 0")
     interval = _interval(value["ci95"], number, f"{place}.ci95", file) if "ci95" in value else None
@@ -122,8 +117,27 @@ def _parameter(value: Any, place: str, file: Path) -> Parameter:
     if found.known:
         return found
     # an error beside what is not determined would be believed; files of earlier versions hold some
-    limits = [finite(value[key], f"{place}.{key}", file) if key in value else None for key in _LIMITS]
-    return found.undetermined(*limits)
+    low, high = (
+        _number(value[key], f"{place}.{key}", file, _UNSURE) if key in value else None for key in _LIMITS
+    )
+    if low is not None and high is not None and low > high:
+        raise InputError(
+            "at_least is above at_most", file=file, place=place, remedy="expected the lower first"
+        )
+    return found.undetermined(low, high)
+
+
+def _number(value: Any, place: str, file: Path, most: float) -> float:
+    """A finite number of such a size."""
+    number = finite(value, place, file)
+    if abs(number) > most:
+        raise InputError(
+            f"expected a number of a machine, below {most:g}, found {number:g}",
+            file=file,
+            place=place,
+            remedy="correct it, or fit it again",
+        )
+    return number
 
 
 def _interval(bounds: Any, number: float, place: str, file: Path) -> tuple[float, float]:
@@ -135,7 +149,7 @@ def _interval(bounds: Any, number: float, place: str, file: Path) -> tuple[float
             place=place,
             remedy="write the two ends of the interval, or remove the key",
         )
-    low, high = (finite(bound, place, file) for bound in bounds)
+    low, high = (_number(bound, place, file, _UNSURE) for bound in bounds)
     if low > high:
         raise InputError("low is above high", file=file, place=place, remedy="expected [low, high]")
     slack = ROUNDING * (1.0 + abs(number))

@@ -55,9 +55,18 @@ def test_one_that_is_not_is_a_mistake(arguments: str, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.parametrize(
-    "arguments", ["play t.csv --speed 1e-300", "tune -p p.toml --hand-force 2 --period 1e-300"]
+    "arguments",
+    [
+        "play t.csv --speed 1e-300",
+        "tune -p p.toml --hand-force 2 --period 1e-300",
+        "tune -p p.toml --hand-force 1e300",
+        "tune -p p.toml --hand-force 2 --speed 1e300",
+        "tune -p p.toml --hand-force 2 --lever 1e300",
+    ],
 )
-def test_what_would_take_for_ever_is_one_too(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_would_take_for_ever_or_no_hand_does_is_one_too(
+    arguments: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as stop:
         main(arguments.split())
     assert stop.value.code == 2

@@ -105,3 +105,12 @@ def test_a_camera_that_is_not_mounted_makes_the_axis_rise_slowly(
     still = run(tmp_path, *common, "--payload", "0.4", "-o", "still.csv")
     assert still.returncode == 0, still.stderr
     assert np.ptp(Log.read(tmp_path / "still.csv").frame["position_rad"]) < 3e-3
+
+
+def test_a_file_that_cannot_feel_a_contact_is_named(taught: Path, tmp_path: Path) -> None:
+    text = (taught / "params.toml").read_text().splitlines()
+    (tmp_path / "p.toml").write_text("\n".join(line for line in text if "torque_constant" not in line))
+    done = run(tmp_path, "play", str(taught / "taught.csv"), "--rig", "sim:paper", "-p", "p.toml")
+    assert done.returncode == 3
+    assert done.stderr.count("\n") == 1
+    assert "p.toml, axis.torque_constant_nm_per_a: the parameter file has no torque constant" in done.stderr

@@ -30,6 +30,7 @@ SLOW = settings(
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 GAIN = st.floats(min_value=1e-300, max_value=1e12)
 POSITIVE = st.floats(min_value=1e-300, allow_nan=False, allow_infinity=False)
+UNSURE = 1e100
 
 GOOD = """schema = "ffc-id/params/1"
 
@@ -183,6 +184,16 @@ BAD: dict[str, tuple[str, str, str]] = {
         "{value = -1e300,",
         "gravity.base_nm.value: expected a number of a machine, below 1e+12, found -1e+300",
     ),
+    "error of no machine": (
+        "stderr = 0.001",
+        "stderr = 1e300",
+        "gravity.base_nm.stderr: expected a number of a machine, below 1e+100, found 1e+300",
+    ),
+    "limits turned": (
+        "coulomb_nm = {value = 0.07}",
+        "coulomb_nm = {value = 0.07, identified = false, at_least = 0.2, at_most = 0.1}",
+        "friction.static.coulomb_nm: at_least is above at_most",
+    ),
     "no friction to bend against": (
         "coulomb_nm = {value = 0.07}\nstatic_nm = {value = 0.03}",
         "coulomb_nm = {value = 0.0}\nstatic_nm = {value = 0.0}",
@@ -282,10 +293,12 @@ def parameter(lower: float = 1e-6, upper: float = 1e6) -> Any:
 
     def of(value: float) -> Any:
         number = st.just(value)
-        known = st.builds(Parameter, number, st.none() | POSITIVE, st.none() | around(value))
-        limit = st.none() | FINITE
+        error = st.none() | st.floats(1e-300, UNSURE)
+        known = st.builds(Parameter, number, error, st.none() | around(value))
+        limit = st.none() | st.floats(-UNSURE, UNSURE)
+        ends = st.tuples(limit, limit).map(lambda pair: pair if None in pair else sorted(pair))
         open_ = st.builds(
-            Parameter, number, st.none(), st.none(), st.booleans(), st.just(False), limit, limit
+            lambda bound, ends: Parameter(value, None, None, bound, False, *ends), st.booleans(), ends
         )
         return known | open_
 
