@@ -232,9 +232,14 @@ def test_what_the_model_cannot_explain_is_not_learned() -> None:
     s, _, _ = swept(left=0.045)
     assert s["outcome"] == kernel.NOT_EXPLAINED
     assert not s["learned"].any()
-    s, _, _ = swept(left=0.035)
+    s, _, heard = swept(left=0.035)
     assert s["outcome"] == kernel.USED
     assert s["unexplained"] == pytest.approx(math.sqrt(0.035**2 - 0.01**2), rel=0.1)
+    rows, target = heard[:160:2, :4], heard[:160:2, 4]
+    left = target - rows[:, :3] @ s["learned"][:3] - rows[:, 3] * s["zero_before"] / 0.99**169
+    weight = 1.0 / (0.03**2 + (0.5 * rows[:, 2]) ** 2)
+    square = np.sum(weight * left**2) / np.sum(weight)
+    assert s["unexplained"] ** 2 + 0.01**2 == pytest.approx(square, rel=1e-9)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

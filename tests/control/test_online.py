@@ -102,6 +102,16 @@ def test_agrees_with_the_batch_model(values: dict[str, float], case: str) -> Non
     assert model.bristle == pytest.approx(wanted.bristle[-1], rel=1e-9)
 
 
+@pytest.mark.parametrize("speed", [1e-7, -3e-6, 2e-5])
+def test_a_creeping_bristle_bends_by_what_the_axis_travels(speed: float) -> None:
+    """So slowly that an exponential would lose the digits."""
+    model = OnlineModel(parameters(BENCH))
+    for k in range(3):
+        model.update(0.01 * k, 0.01, 0.1 + 0.01 * k * speed, speed, 0.0, 0.0, 0.0, 0.0, None)
+    share = BENCH["bristle_stiffness"] * 0.02 * abs(speed) / BENCH["static"]  # of how far it can bend
+    assert model.bristle == pytest.approx(0.02 * speed * (1.0 - 0.5 * share), rel=1e-9)
+
+
 def test_every_effect_of_the_library_is_compiled() -> None:
     assert all(compiled(effect.name) for effect in registry.library() if not effect.page)
     assert not compiled("an_effect_from_outside")
