@@ -14,7 +14,7 @@ from benchmarks.judge import common_cost, friction_of
 from benchmarks.sessions import truth
 from benchmarks.table import Section, seconds
 from benchmarks.timing import interleaved
-from idtool.fit.choose import choose_gravity, first_fit
+from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.model import Spec
 from idtool.fit.staged import fit_dynamic
 from idtool.model.contribution import Contribution
@@ -113,7 +113,8 @@ def everything_free(recording: Recording, most: int = 200) -> Section:
     motion = recording.motion
     gravity, columns = choose_gravity(recording)
     began = time.process_time()
-    fit = first_fit(recording, Spec("lugre", gravity, columns))
+    # the one that leaves least, of those that the diagnosis goes on from
+    fit = min(first_fits(recording, Spec("lugre", gravity, columns)), key=lambda fit: fit.sse)
     took = time.process_time() - began
     lowest = float(fit.full_residual @ fit.full_residual)
 
@@ -148,8 +149,8 @@ def everything_free(recording: Recording, most: int = 200) -> Section:
     section.notes.append(
         f"Sweep and sines, {len(motion):,} rows, unknowns the six friction parameters (their logarithms), "
         "inertia and "
-        "the start deflections; cost is the sum of squared torque errors of all rows. Ours is the first "
-        "fit of "
+        "the start deflections; cost is the sum of squared torque errors of all rows. Ours are the first "
+        "fits of "
         f"`identify` ({seconds(took)}). From {astray} of {len(_ALL)} starts he ends elsewhere (bold) or "
         "is not there "
         f"after {most} steps."

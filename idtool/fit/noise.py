@@ -17,6 +17,7 @@ variance drawn towards a common one, Smyth, Statistical Applications in Genetics
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, special
@@ -53,7 +54,7 @@ def p_value(left: Array, trial: NDArray[np.intp], residual: Array, known: Array,
     leverage = np.add.reduceat(basis**2, starts, axis=0)
     blocks = blocks / np.sqrt(1.0 - np.minimum(leverage, 0.9))
     # as many equal blocks as those in which the columns act would know their variance no better
-    equal = _equal_blocks(np.add.reduceat(basis[:, :, None] * basis[:, None, :], starts, axis=0))
+    equal = _equal_blocks(basis, starts)
     spare = equal + _PRIOR - count + 1.0
     if spare <= 0.0:
         return 1.0
@@ -64,16 +65,28 @@ def p_value(left: Array, trial: NDArray[np.intp], residual: Array, known: Array,
     return float(special.fdtrc(count, spare, wald * spare / (count * (equal + _PRIOR))))
 
 
-def _equal_blocks(information: Array) -> float:
+@numba.njit(cache=True)
+def _equal_blocks(basis: Array, starts: NDArray[np.intp]) -> float:
     """How many equal blocks would know a variance as well as these.
 
     Args:
-        information: products of the columns with themselves in each block, shape (blocks, n, n); their sum
-            is the unit matrix.
+        basis: orthonormal columns, shape (rows, n).
+        starts: first row of each block.
     """
-    count = information.shape[1]
-    traces = np.trace(information, axis1=1, axis2=2)
-    return float(count * (count + 1.0) / (np.sum(information**2) + np.sum(traces**2)))
+    rows, count = basis.shape
+    squares = 0.0
+    for index, begin in enumerate(starts):
+        block = basis[begin : starts[index + 1] if index + 1 < len(starts) else rows]
+        trace = 0.0
+        for i in range(count):
+            for j in range(i + 1):
+                product = 0.0
+                for row in range(len(block)):
+                    product += block[row, i] * block[row, j]
+                squares += product**2 if i == j else 2.0 * product**2
+                trace += product if i == j else 0.0
+        squares += trace**2
+    return float(count * (count + 1.0) / squares)
 
 
 def _if_alike(left: Array, trial: NDArray[np.intp], columns: Array, longest: int) -> Array:
