@@ -24,11 +24,12 @@ from idtool.diagnosis.summary import LOOKS_LIKE
 from idtool.diagnosis.weights import weighed
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
-from idtool.fit.choose import with_load
+from idtool.fit.choose import step_down, with_load
 from idtool.fit.joint import JointFit, on_recording, refit, torque_of
 from idtool.fit.left_out import predicts_better
 from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
+from idtool.fit.shortcoming import Shortcoming
 from idtool.model.units import file_key, unit_suffix
 from idtool.parameters.correction import Correction
 from idtool.presentation.text import quantity
@@ -52,6 +53,7 @@ class Diagnosis:
         start: place of the first fit that led here among those that were given.
         next_experiment: the run that would tell what these logs leave open.
         notes: sentences for the reader.
+        stepped_down: what the data lack for the friction law of the base model, beside the effects.
     """
 
     split: Split
@@ -64,6 +66,7 @@ class Diagnosis:
     remainder: Remainder | None = None
     start: int = 0
     notes: list[str] = field(default_factory=list)
+    stepped_down: list[Shortcoming] = field(default_factory=list)
 
     @cached_property
     def before(self) -> JointFit:
@@ -294,11 +297,12 @@ def diagnose(
         as_weighed = replace(parts, recording=recording)
         selection.onto(thin(as_weighed.training))
         unnamed = select(selection, as_weighed)
+    # beside the effects less may be seen of the friction than before they were in
+    selection.fit, notes, stepped_down = step_down(selection.fit)
     tell("fitting the final model on all trials")
     final = _finished(selection, recording)
     while drop_impossible(selection, final):
         final = _finished(selection, recording)
-    notes = []
     if parts.blocks:
         notes.append(
             "there are too few trials to hold some out, so contiguous blocks of time stand in for trials: "
@@ -319,7 +323,9 @@ def diagnose(
         notes.append(f"{LOOKS_LIKE}: {'; '.join(unnamed.values())}.")
     # who chose the model has its numbers with its own errors
     stated = final if given else doubted(final, left)
-    return Diagnosis(parts, base, selection, stated, *tests, next_experiment, left, place, notes)
+    return Diagnosis(
+        parts, base, selection, stated, *tests, next_experiment, left, place, notes, stepped_down
+    )
 
 
 def _finished(selection: Selection, recording: Recording) -> JointFit:

@@ -209,6 +209,7 @@ def identify(
         recording, starts, library, tell, given=law == "coulomb", tolerance=0.01 * (tolerance or 0.0)
     )
     why, reasons = stepped[evidence.start]
+    reasons = [*reasons, *evidence.stepped_down]
     notes = [*recording.contradictions, *notes, *why, *findings(evidence.final)]
     options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
     options |= {"without": list(without)} if without else {}
