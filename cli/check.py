@@ -35,9 +35,10 @@ def check(logs: Sequence[Path], given: Given, output: Output) -> None:
     def show(console: Console) -> None:
         for log in result.logs:
             facts = log.facts
+            seconds = facts["seconds"]
             click.echo(
                 f"{log.file}: {facts['rows']} rows, {counted(facts['trials'], 'trial')}, "
-                f"{facts['seconds']:.0f} s at {facts['rate_hz']:.0f} Hz, "
+                f"{seconds:{'.0f' if seconds >= 10 else '.2g'}} s at {facts['rate_hz']:.0f} Hz, "
                 f"{counted(facts['steady_windows'], 'steady window')}"
             )
             for finding in log.findings:

@@ -60,14 +60,15 @@ def split(recording: Recording) -> Split:
         if held_out:
             return Split(recording, held_out, False)
     fold = _blocks(recording)
-    held_out = tuple(range(2, int(fold.max()) + 1, _EVERY))
+    compared = np.unique(fold[recording.row])  # a short one may have no filtered row
+    held_out = tuple(compared[2::_EVERY].tolist())
     return Split(replace(recording, fold=fold), held_out, True)
 
 
 def _interior(recording: Recording) -> tuple[int, ...]:
     names = np.array(recording.experiment)
     logs = np.array(recording.source)
-    compared = np.isin(np.arange(recording.trials), recording.motion.trial[recording.usable])
+    compared = np.isin(np.arange(recording.trials), recording.filtered_trial)
     held_out: list[int] = []
     for log in np.unique(logs):
         for name in np.unique(names[logs == log]):

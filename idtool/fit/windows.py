@@ -49,11 +49,10 @@ class Window:
 
 def _change_of_speed(motion: Motion) -> Array:
     """By how much the mean speed changes around each row, noise averaged out, (rows,)."""
-    rows = max(round(_SETTLING_S / float(np.median(motion.step[~motion.first]))), 4)
-    mean = ndimage.uniform_filter1d(motion.velocity, rows // 2, mode="nearest")
-    before = np.concatenate([np.full(rows // 2, mean[0]), mean[: -(rows // 2)]])
-    after = np.concatenate([mean[rows // 2 :], np.full(rows // 2, mean[-1])])
-    return np.asarray(np.abs(after - before))
+    rows = max(round(_SETTLING_S / float(np.median(motion.step[~motion.first]))) // 2, 2)
+    mean = ndimage.uniform_filter1d(motion.velocity, rows, mode="nearest")
+    row = np.arange(len(mean))
+    return np.asarray(np.abs(mean[np.minimum(row + rows, len(mean) - 1)] - mean[np.maximum(row - rows, 0)]))
 
 
 def steady_windows(fit: JointFit) -> list[Window]:

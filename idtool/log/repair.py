@@ -40,6 +40,10 @@ _LOADS = {
 #: Rows on either side of a gap that tell which way the axis went.
 _BESIDE = 5
 _FASTEST = 1e-6
+#: Period of the fastest current loops of servo drives (40 kHz), s: what they measure comes no faster.
+_CURRENT_LOOP_S = 2.5e-5
+#: Rows of a trial in which noise can be told from motion: one third difference.
+_SHORTEST = 4
 #: Of a clock with so many pauses that all other steps together are a smaller share of the time than this, no
 #: step is a time between measurements.
 _PAUSES, _PAUSES_ONLY = 20, 0.1
@@ -113,7 +117,8 @@ def repair(
     time = columns["time"]
     assert time is not None
     columns["trial"] = trial = _cut_at_gaps(log, columns, time, first, remarks)
-    remarks += _missing_rows(log, time, first)
+    short = _too_short(log, trial)
+    remarks += [*_missing_rows(log, time, first), *_doubtful_clock(log, time, first)]
     position = columns["position"]
     if position is not None and log.axis.kind == "rotary":
         columns["position"], wraps = sensor_faults.unwrap(position, first)
@@ -141,6 +146,8 @@ def repair(
     faulty[SATURATED] = sensor_faults.clipped(effort)
     dropped: dict[str, int] = {}
     whole = np.zeros(len(time), dtype=bool)
+    if short.any() and not every_row:
+        whole, dropped[f"trial of fewer than {_SHORTEST} rows"] = short, int(short.sum())
     if position is not None and velocity is not None:
         masks = dict(zip(STUCK, sensor_faults.stuck(time, position, velocity, first), strict=True))
         for role, mask in masks.items():
@@ -156,7 +163,9 @@ def repair(
         columns[role] = np.where(rows & ~first, np.nan, values)  # a trial starts from a number
     if whole.all():
         raise InputError(
-            "position or velocity is stuck in every trial", file=log.source, remedy="record again"
+            "every trial is too short, or its position or velocity is stuck",
+            file=log.source,
+            remedy="record again",
         )
     if whole.any():
         columns = {role: None if values is None else values[~whole] for role, values in columns.items()}
@@ -207,6 +216,16 @@ def _refuse_odd_clock(log: Log, time: Array, first: NDArray[np.bool_]) -> None:
         file=log.source,
         remedy=f"if it counts {guess}, say so: `ffc-id import --unit time=ms` (or us, ns)",
     )
+
+
+def _doubtful_clock(log: Log, time: Array, first: NDArray[np.bool_]) -> list[str]:
+    usual = float(np.median(np.diff(time)[~first[1:]]))
+    if usual >= _CURRENT_LOOP_S:
+        return []
+    return [
+        f"{log.source}: a row comes every {1e6 * usual:.3g} us, faster than the current loop of any drive: "
+        "look whether time_s counts seconds, since speeds, inertia and viscous friction follow from it."
+    ]
 
 
 def _set_clock(
@@ -413,6 +432,19 @@ def _refuse_mostly_stuck(log: Log, role: str, mask: NDArray[np.bool_]) -> None:
         place=f"from row {int(np.argmax(mask)) + 1} of the data",
         remedy=f'remove column "{name}" or record again',
     )
+
+
+def _too_short(log: Log, trial: Array) -> NDArray[np.bool_]:
+    """Rows of the trials that are too short to tell a motion from noise."""
+    numbers = trial.astype(np.intp)
+    rows = np.bincount(numbers)
+    if np.max(rows) < _SHORTEST:
+        raise InputError(
+            f"none of its {len(rows)} trials has {_SHORTEST} rows, as a motion needs to be told from noise",
+            file=log.source,
+            remedy='a trial is one run of the axis: look at column "trial", and whether the clock rises',
+        )
+    return np.asarray((rows < _SHORTEST)[numbers])
 
 
 def _whole_trials(

@@ -145,6 +145,8 @@ def _units(steps: Array, together: NDArray[np.bool_], position: Array, velocity:
 
 
 def _power(steps: Array, together: NDArray[np.bool_], position: Array, effort: Array) -> list[str]:
+    if np.count_nonzero(together) < 2 * _BLOCKS * _STRETCH:
+        return []
     speed = np.where(together, np.diff(position) / steps, 0.0)
     kernel = np.ones(5) / 5.0
     speed = np.convolve(speed, kernel, mode="same")  # a counter's rates are too rough to be differentiated
