@@ -129,6 +129,7 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
     if spec.friction == "lugre":
         short = presliding(fit)
         still = no_reversal(fit)
+        seldom = fit.model.recording.motion.reversals < FEWEST_REVERSALS
         if still is not None:
             notes.append(f"{still.why}: the static curve is used instead of LuGre; {still.remedy}.")
             reasons.append(still)
@@ -139,13 +140,13 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
                 "the static curve is used instead of LuGre; sines with more reversals would show it."
             )
             fit = _with_law(fit, "stribeck")
-        elif fit.at_bound["bristle_stiffness"] and not fit.rigid:
+        elif not fit.rigid and (fit.at_bound["bristle_stiffness"] or seldom):
             simpler = _with_law(fit, "stribeck")
-            seldom = fit.model.recording.motion.reversals < FEWEST_REVERSALS
-            if seldom or not predicts_better(fit, _with_spring(simpler)):
+            if not predicts_better(fit, _with_spring(simpler)):
                 notes.append(
-                    "the fit bends the bristle as far as it may, which nothing shows to be presliding: the "
-                    "static curve is used instead of LuGre; sines with more reversals would show it."
+                    "the fit bends the bristle as far as it may, or after so few starts that nothing shows "
+                    "it to be presliding: the static curve is used instead of LuGre; sines with more "
+                    "reversals would show it."
                 )
                 fit = simpler
         elif short is not None:

@@ -11,7 +11,10 @@ import pytest
 from idtool import Log, identify
 from idtool.effects import registry
 from idtool.effects.position_ripple import PositionRipple
+from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
+from idtool.model.torque import Friction
+from idtool.model.torque import predict as torque
 from idtool.verbs.predict import predict
 
 WAVES = 25.0
@@ -24,11 +27,13 @@ def there_and_back(path: Path, kind: str) -> Log:
     n = WAVES * (2.0 * np.pi if kind == "linear" else 1.0)
     rng = np.random.default_rng(0)
     time = np.arange(0.0, 20.0, 0.01)
+    friction = Friction(1.0, 1.0, 0.1, 2.0, 1000.0, 0.0)
     rows = []
     for trial, frequency in enumerate((0.05, 0.1, 0.15, 0.2, 0.25, 0.3)):
         omega = 2.0 * np.pi * frequency
         position, velocity = 0.3 * np.cos(omega * time), -0.3 * omega * np.sin(omega * time)
-        effort = np.tanh(velocity / 1e-3) + 2.0 * velocity - 0.5 * omega**2 * position
+        motion = Motion(time, np.zeros(len(time), dtype=np.intp), position, velocity, -(omega**2) * position)
+        effort = torque(motion, friction, Contribution(torque=-0.5 * omega**2 * position), np.zeros(1)).torque
         effort += 0.25 * np.sin(n * position + 0.5) + 0.01 * rng.standard_normal(len(time))
         rows += [
             np.column_stack([np.full(len(time), trial), time + 30.0 * trial, position, velocity, effort])
