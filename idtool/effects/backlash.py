@@ -8,7 +8,7 @@ from typing import final
 import numba
 import numpy as np
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import FEWEST_REVERSALS, CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import BRISTLE_CHANGE, LEVEL_CHANGE
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row, row_of
@@ -17,8 +17,6 @@ from idtool.model.row import Row, row_of
 _GAPS = (0.003, 0.006, 0.012, 0.025, 0.05)
 #: Less than this share of the friction behind the gap is no sign of a gap.
 _LEAST_SHARE = 0.05
-#: Fewer show nothing that comes back after each.
-FEWEST_REVERSALS = 4
 #: A load counts as one above some of this share of the largest.
 _LOADED = 0.05
 #: Contact sets in over the last part of the half gap, so that the torque has no jump.

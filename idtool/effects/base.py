@@ -355,6 +355,8 @@ def derivative(
     return Contribution(**change)
 
 
+#: Fewer reversals show nothing that comes back after each.
+FEWEST_REVERSALS = 4
 #: Less than this share of the motion in one direction is no motion in it.
 _OTHER_WAY = 0.02
 
@@ -363,6 +365,19 @@ def both_ways(motion: Motion) -> bool:
     """Whether the axis moved both ways: in one alone a constant torque and friction are one thing."""
     moving = motion.velocity[motion.velocity != 0.0]
     return bool(_OTHER_WAY < np.mean(moving > 0.0) < 1.0 - _OTHER_WAY) if len(moving) else False
+
+
+def stroke_of(motion: Motion) -> dict[str, float]:
+    """The constants of a shape over the stroke: its middle, and half of it."""
+    low, high = float(np.min(motion.position)), float(np.max(motion.position))
+    return {"center": 0.5 * (low + high), "half_stroke": 0.5 * (high - low)}
+
+
+def of_one_load(motion: Motion) -> str | None:
+    """Why friction that grows with the load cannot show; None where the load changes."""
+    assert motion.load is not None
+    size = np.abs(motion.load)
+    return None if varies(size, 1e-9 * (1.0 + np.max(size))) else "the load never changes: add payload steps"
 
 
 def varies(values: np.ndarray | None, at_least: float) -> bool:

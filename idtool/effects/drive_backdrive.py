@@ -7,7 +7,7 @@ from typing import final
 import numba
 import numpy as np
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, of_one_load
 from idtool.model.contribution import LEVEL_TORQUE
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
@@ -53,8 +53,4 @@ class DriveBackdrive(Effect):
         return CForm(code, values)
 
     def untestable(self, motion: Motion) -> str | None:
-        assert motion.load is not None
-        span = float(np.ptp(np.abs(motion.load)))
-        if span <= 1e-9 * (1.0 + float(np.max(np.abs(motion.load)))):
-            return "the load never changes: add payload steps"
-        return None
+        return of_one_load(motion)

@@ -10,7 +10,7 @@ from typing import final
 import numba
 import numpy as np
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import FEWEST_REVERSALS, CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import LEVEL_TORQUE, TORQUE
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row, row_of
@@ -125,8 +125,7 @@ class Hysteresis(Effect):
         return [{"log_reach": math.log(share * stroke)} for share in _REACHES]
 
     def untestable(self, motion: Motion) -> str | None:
-        turns = np.sign(motion.velocity[1:]) * np.sign(motion.velocity[:-1]) < 0
-        if int(np.sum(turns & ~motion.first[1:])) < 4:
+        if motion.reversals < FEWEST_REVERSALS:
             return "the axis hardly ever turned round: log small strokes inside large ones"
         return None
 
@@ -143,9 +142,9 @@ class Hysteresis(Effect):
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         found = {"stiffness": values["yield"] * math.exp(-values["log_reach"]), "yield": values["yield"]}
-        return found | {name: values[name] for name in ("of_friction",) if values.get(name)}
+        return found | ({"of_friction": values["of_friction"]} if values.get("of_friction") else {})
 
     def to_values(self, parameters: Values) -> dict[str, float]:
         reach = parameters["yield"] / max(parameters["stiffness"], 1e-300)
-        found = {"yield": parameters["yield"], "log_reach": math.log(max(reach, 1e-300))}
-        return found | {name: parameters[name] for name in ("of_friction",) if name in parameters}
+        kept = {name: value for name, value in parameters.items() if name != "stiffness"}
+        return kept | {"log_reach": math.log(max(reach, 1e-300))}

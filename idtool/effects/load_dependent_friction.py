@@ -7,7 +7,7 @@ from typing import final
 import numba
 import numpy as np
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, of_one_load
 from idtool.model.contribution import LEVEL_TORQUE, STATIC_CHANGE
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
@@ -51,8 +51,4 @@ class LoadDependentFriction(Effect):
         return CForm(code, {"mu": values["mu"], "per_load": 1.0 / values["doubling_load"]})
 
     def untestable(self, motion: Motion) -> str | None:
-        assert motion.load is not None
-        span = float(np.ptp(np.abs(motion.load)))
-        if span <= 1e-9 * (1.0 + float(np.max(np.abs(motion.load)))):
-            return "the load never changes: add payload steps"
-        return None
+        return of_one_load(motion)

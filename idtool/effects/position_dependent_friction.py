@@ -8,7 +8,7 @@ from typing import final
 import numba
 import numpy as np
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, stroke_of
 from idtool.model.contribution import LEVEL_CHANGE
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
@@ -84,11 +84,7 @@ class PositionDependentFriction(Effect):
         return tuple(PositionDependentFriction(degree) for degree in _DEGREES if degree > self.degree)[:1]
 
     def constants(self, motion: Motion) -> dict[str, float]:
-        low, high = float(np.min(motion.position)), float(np.max(motion.position))
-        return {"center": 0.5 * (low + high), "half_stroke": 0.5 * (high - low)}
-
-    def to_parameters(self, values: Values) -> dict[str, float]:
-        return {p.name: values[p.name] for p in self.parameters if p.name in values}
+        return stroke_of(motion)
 
 
 def _degree(values: Values) -> int:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from idtool.effects import registry
-from idtool.effects.backlash import FEWEST_REVERSALS
+from idtool.effects.base import FEWEST_REVERSALS
 from idtool.effects.position_stiffness import HIGHEST_DEGREE, PositionStiffness
 from idtool.fit.identifiability import low_speeds, no_reversal, presliding, stribeck_seen
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve

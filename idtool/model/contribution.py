@@ -45,9 +45,12 @@ class Contribution:
     @property
     def only_torque(self) -> bool:
         """Whether it adds a torque and acts nowhere else."""
-        return not _none(self.torque) and all(
-            _none(getattr(self, field.name)) for field in fields(self) if field.name != "torque"
-        )
+        return not is_zero(self.torque) and self.is_torque_at_most
+
+    @property
+    def is_torque_at_most(self) -> bool:
+        """Whether it acts nowhere but on the torque."""
+        return all(is_zero(getattr(self, name)) for name in FIELDS if name != "torque")
 
 
 def is_zero(term: Term) -> bool:
@@ -77,10 +80,6 @@ def combine(parts: Iterable[Contribution]) -> Contribution:
     for part in parts:
         for name in FIELDS:
             value = getattr(part, name)
-            if not _none(value):
+            if not is_zero(value):
                 total[name] = total[name] + value
     return Contribution(**total)
-
-
-def _none(value: Term) -> bool:
-    return isinstance(value, float) and value == 0.0

@@ -9,7 +9,7 @@ to one parameter. `predict` evaluates, `linearise` evaluates and propagates ever
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numba
@@ -25,6 +25,8 @@ from idtool.model.stribeck import EXPONENT
 _LEVEL_FLOOR = 0.02
 #: ... nor the torque per current below this share of the plain one.
 _LEAST_GAIN = 0.2
+#: Places of a `Contribution` that the friction level depends on.
+_OF_LEVEL = ("level_change", "level_torque", "static_change", "exponent_change")
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,7 @@ class Direction:
     def only_adds(self) -> bool:
         """Whether it adds a torque and touches nothing else."""
         base = (*self._base, self.viscous, self.bristle_damping)
-        others = [getattr(self.effect, f.name) for f in fields(Contribution) if f.name != "torque"]
-        return not any(base) and all(is_zero(term) for term in others)
+        return not any(base) and self.effect.is_torque_at_most
 
     @property
     def _base(self) -> tuple[float, ...]:
@@ -69,9 +70,8 @@ class Direction:
 
     def bends_bristle(self) -> bool:
         """Whether the bristle's state depends on this parameter."""
-        e = self.effect
-        touched = (e.level_change, e.level_torque, e.static_change, e.exponent_change)
-        return any(self._base) or any(not (isinstance(t, float) and t == 0.0) for t in touched)
+        touched = (getattr(self.effect, name) for name in _OF_LEVEL)
+        return any(self._base) or not all(map(is_zero, touched))
 
 
 @dataclass(frozen=True)
@@ -193,14 +193,9 @@ class _Level:
 
 def _at_step(effect: Contribution, motion: Motion) -> Contribution:
     """The level terms of a contribution, averaged over each step."""
+    terms = {name: getattr(effect, name) for name in _OF_LEVEL}
     return Contribution(
-        **{
-            field.name: motion.at_step(value)
-            if isinstance(value := getattr(effect, field.name), np.ndarray)
-            else value
-            for field in fields(Contribution)
-            if field.name in ("level_change", "level_torque", "static_change", "exponent_change")
-        }
+        **{name: motion.at_step(t) if isinstance(t, np.ndarray) else t for name, t in terms.items()}
     )
 
 
