@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-import numba
 import numpy as np
 
 from idtool.effects import (
@@ -49,6 +48,7 @@ from idtool.model.contribution import (
     TORQUE,
     VISCOUS_CHANGE,
 )
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 from idtool.model.row import Row
 from idtool.model.stribeck import EXPONENT
@@ -100,7 +100,7 @@ _NAMES = (
 )
 
 
-@numba.njit(cache=True)
+@jit()
 def _add(which: int, row: Row, n: Array, memory: Array, total: Array) -> None:
     """What an effect adds, by its own formula."""
     if which == 0:
@@ -180,7 +180,7 @@ def memory_of(effects: Iterable[tuple[Effect, Values]]) -> Array:
     return np.zeros(_OWN + sum(effect.memory for effect, _ in effects))
 
 
-@numba.njit(cache=True)
+@jit()
 def gravity_of(n: Array, position: float, payload: float) -> float:
     """Gravity torque of an axis that stands upright, N m (N)."""
     first: float = n[GRAVITY_1]
@@ -190,7 +190,7 @@ def gravity_of(n: Array, position: float, payload: float) -> float:
     return first + second * payload
 
 
-@numba.njit(cache=True)
+@jit()
 def _level(n: Array, velocity: float, change: float, torque: float, static: float, exponent: float) -> float:
     """Friction level g, with what the effects change about it."""
     ratio = abs(velocity) / n[STRIBECK]
@@ -200,7 +200,7 @@ def _level(n: Array, velocity: float, change: float, torque: float, static: floa
     return level
 
 
-@numba.njit(cache=True)
+@jit()
 def _sum_up(n: Array, m: Array, row: Row) -> None:
     """Ask every effect; their memory is moved on."""
     total = m[SUM:OUTSIDE]
@@ -212,7 +212,7 @@ def _sum_up(n: Array, m: Array, row: Row) -> None:
         _add(which, row, n[numbers:k], m[place:], total)
 
 
-@numba.njit(cache=True)
+@jit()
 def _advance_bristle(n: Array, m: Array, step: float, velocity: float, travel: float) -> float:
     """Move the bristle over the step that ends now; returns the share of its deflection that is kept."""
     # the bristle sees the mean of the step's two ends, as in the batch model
@@ -234,7 +234,7 @@ def _advance_bristle(n: Array, m: Array, step: float, velocity: float, travel: f
     return decay
 
 
-@numba.njit(cache=True)
+@jit()
 def carry(
     n: Array,
     m: Array,

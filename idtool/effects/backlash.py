@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import FEWEST_REVERSALS, CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import BRISTLE_CHANGE, LEVEL_CHANGE
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row, row_of
 
@@ -23,7 +23,7 @@ _LOADED = 0.05
 _ONSET = 0.1
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     """Play operator, half of whose gap lies on either side; memory: where the part behind the gap is."""
     half, share, at_once = n[0], n[1], n[2]
@@ -42,7 +42,7 @@ def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     total[BRISTLE_CHANGE] -= at_once * apart
 
 
-@numba.njit(cache=True)
+@jit()
 def over(rows: Row, n: Array, memory: Array, total: Array) -> None:
     for k in range(len(rows.position)):
         at(row_of(rows, k), n, memory, total[:, k])

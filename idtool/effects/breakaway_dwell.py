@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import STATIC_CHANGE
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row, row_of
 
@@ -22,7 +22,7 @@ _SHORTEST_S, _LONG_S = 0.1, 1.0
 _TIME_CONSTANTS = (0.4, 1.5, 6.0)
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     """Memory: how far the contact has aged, towards 1 at rest, towards 0 when sliding."""
     gain, time_constant, wear, rest_speed = n[0], n[1], n[2], n[3]
@@ -36,7 +36,7 @@ def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     total[STATIC_CHANGE] += gain * memory[0]
 
 
-@numba.njit(cache=True)
+@jit()
 def over(rows: Row, n: Array, memory: Array, total: Array) -> None:
     for k in range(len(rows.position)):
         at(row_of(rows, k), n, memory, total[:, k])

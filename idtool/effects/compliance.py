@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import TORQUE
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row, row_of
 
@@ -22,7 +22,7 @@ _SUBSTEP_RAD = 0.2
 _ROUNDING = 1e-3
 
 
-@numba.njit(cache=True)
+@jit()
 def swing(
     twist: float, rate: float, mean: float, step: float, omega: float, ratio: float
 ) -> tuple[float, float]:
@@ -41,7 +41,7 @@ def swing(
     return twist, rate
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     """Memory: twist and its rate, and the acceleration before, which is held at its mean over a step."""
     load_inertia, omega, ratio = n[0], n[1], n[2]
@@ -56,7 +56,7 @@ def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     total[TORQUE] += load_inertia * (pull - row.acceleration)
 
 
-@numba.njit(cache=True)
+@jit()
 def over(rows: Row, n: Array, memory: Array, total: Array) -> None:
     for k in range(len(rows.position)):
         at(row_of(rows, k), n, memory, total[:, k])

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import Coordinate, Effect, EffectParameter, Values, Wave, both_ways
 from idtool.model.contribution import TORQUE
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
@@ -18,7 +18,7 @@ from idtool.model.row import Row
 _MOVING, _AS_FAST = 0.05, 1.3
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     frequency, sine, cosine = n[0], n[1], n[2]
     angle = 2.0 * math.pi * frequency * row.time

@@ -7,11 +7,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import FEWEST_REVERSALS, CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import LEVEL_TORQUE, TORQUE
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row, row_of
 
@@ -27,7 +27,7 @@ _OWN = 2.0
 _LONGEST = 0.4
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     """A Maxwell-slip element; memory: its stretch over that at which it yields, and where it was."""
     strength, reach, of_friction = n[0], n[1], n[2]
@@ -40,7 +40,7 @@ def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     total[LEVEL_TORQUE] -= strength * of_friction
 
 
-@numba.njit(cache=True)
+@jit()
 def over(rows: Row, n: Array, memory: Array, total: Array) -> None:
     for k in range(len(rows.position)):
         at(row_of(rows, k), n, memory, total[:, k])

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from typing import final
 
-import numba
-
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import TORQUE
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 from idtool.model.row import Row
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     total[TORQUE] += n[0] * row.acceleration
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, of_one_load
 from idtool.model.contribution import LEVEL_TORQUE, STATIC_CHANGE
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     size = np.abs(row.load)
     total[LEVEL_TORQUE] += n[0] * size

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import TORQUE
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 from idtool.model.row import Row
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     total[TORQUE] += n[0] * np.abs(row.velocity) * row.velocity
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, stroke_of
 from idtool.model.contribution import LEVEL_CHANGE
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
@@ -17,7 +17,7 @@ from idtool.model.row import Row
 _DEGREES = (2, 4)
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     center, half_stroke = n[0], n[1]
     x = np.minimum(np.maximum((row.position - center) / half_stroke, -1.0), 1.0)

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, Wave, both_ways
 from idtool.model.contribution import LEVEL_TORQUE, TORQUE, Contribution
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
@@ -27,7 +27,7 @@ _LEAST_PERIODS = 2.0
 _FEWEST_PERIODS = 1.5
 
 
-@numba.njit(cache=True)
+@jit()
 def _sines(position: Array, cycles: float) -> Array:
     """Sine and cosine of an angle and of its double, shape (4, rows)."""
     out = np.empty((4, position.shape[0]))
@@ -50,7 +50,7 @@ def _waves(motion: Motion, cycles: float) -> Array:
     return known[cycles]
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     """Of each family the cycles, then the strengths in the order of `_STRENGTHS`."""
     for k in range(0, len(n), 1 + len(_STRENGTHS)):

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, stroke_of
 from idtool.model.contribution import TORQUE
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
@@ -18,7 +18,7 @@ _DEGREES = (1, 3, 5)
 HIGHEST_DEGREE = _DEGREES[-1]
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     stiffness, pull = n[0], n[1]
     total[TORQUE] += stiffness * row.position + pull

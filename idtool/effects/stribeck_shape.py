@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import final
 
-import numba
-
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import EXPONENT_CHANGE
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 from idtool.model.row import Row
 from idtool.model.stribeck import EXPONENT
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     total[EXPONENT_CHANGE] += n[0] - EXPONENT
 

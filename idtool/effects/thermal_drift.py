@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, varies
 from idtool.model.contribution import LEVEL_CHANGE, VISCOUS_CHANGE
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
@@ -16,7 +16,7 @@ from idtool.model.row import Row
 LEAST_SPAN_K = 1.0
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     rate, reference, warm_up, time_constant = n[0], n[1], n[2], n[3]
     by_clock = warm_up * np.expm1(-row.time / time_constant)

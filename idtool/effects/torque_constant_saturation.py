@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import final
 
-import numba
-
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import SATURATION
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 from idtool.model.row import Row
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     total[SATURATION] += n[0] / row.torque_constant
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import final
 
-import numba
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import DELAY
+from idtool.model.jit import jit
 from idtool.model.motion import MOST_DELAY_S, Array, Motion
 from idtool.model.row import Row
 
@@ -19,7 +19,7 @@ _TRIED_S = (0.002, 0.006, 0.015, 0.035)
 _FASTEST = 0.05
 
 
-@numba.njit(cache=True)
+@jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     total[DELAY] += n[0]
 

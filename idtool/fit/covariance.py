@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 
 #: Length of a block in correlation times, and the fewest blocks.
@@ -138,7 +138,7 @@ def autocorrelation(residual: Array, trial: NDArray[np.intp]) -> Array:
     return np.array(found)
 
 
-@numba.njit(cache=True)
+@jit()
 def _at_lag(values: Array, trial: NDArray[np.intp], lag: int) -> tuple[float, int]:
     """Sum of the products of rows of one trial that lie `lag` rows apart, and how many pairs there are."""
     products, pairs = 0.0, 0

@@ -6,14 +6,14 @@ the normal equations of the starts are diagonal, and one pass over the rows is a
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 
 
-@numba.njit(cache=True)
+@jit()
 def eliminate(
     column: Array, start_column: Array, pointer: NDArray[np.intp], weight: Array, free: Array
 ) -> Array:
@@ -39,7 +39,7 @@ def eliminate(
     return share
 
 
-@numba.njit(cache=True)
+@jit()
 def moments(left: Array, right: Array, pointer: NDArray[np.intp]) -> Array:
     """Products of columns summed over the rows of each stretch.
 

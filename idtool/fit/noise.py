@@ -17,13 +17,13 @@ variance drawn towards a common one, Smyth, Statistical Applications in Genetics
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, special
 
 from idtool.fit.basis import beyond
 from idtool.fit.covariance import block_starts, correlation_rows
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 
 #: Blocks beyond what columns need, at least.
@@ -65,7 +65,7 @@ def p_value(left: Array, trial: NDArray[np.intp], residual: Array, known: Array,
     return float(special.fdtrc(count, spare, wald * spare / (count * (equal + _PRIOR))))
 
 
-@numba.njit(cache=True)
+@jit()
 def _equal_blocks(basis: Array, starts: NDArray[np.intp]) -> float:
     """How many equal blocks would know a variance as well as these.
 

@@ -18,9 +18,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 
 #: The longest step, s, and that of a fit, which asks for less.
@@ -100,7 +100,7 @@ def simulate(
     )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@jit(error_model="numpy")
 def _simulate(
     n: Array,
     over_position: Array,
@@ -183,7 +183,7 @@ def _simulate(
     return path
 
 
-@numba.njit(cache=True, inline="always")
+@jit(inline="always")
 def _between(table: Array, row: int, cell: int, part: float) -> float:
     low: float = table[row, cell]
     high: float = table[row, cell + 1]

@@ -23,16 +23,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 
 _SMALL = 1e-5  # below this x, 1 - exp(-x) - x exp(-x) loses its digits and x*x/2 is exact enough
 
 
-@numba.njit(cache=True, fastmath=False)
+@jit()
 def _pace(velocity: float, step: float, rho: float) -> tuple[float, float, float]:
     """x and E of a step, and what a straight bristle is bent by in it."""
     x = rho * abs(velocity) * step
@@ -42,7 +42,7 @@ def _pace(velocity: float, step: float, rho: float) -> tuple[float, float, float
     return x, e, velocity * step * (1.0 - 0.5 * x)
 
 
-@numba.njit(cache=True, fastmath=False)
+@jit()
 def _propagate(
     velocity: Array,
     step: Array,
@@ -72,7 +72,7 @@ def _propagate(
     return z, decay
 
 
-@numba.njit(cache=True, fastmath=False)
+@jit()
 def _propagate_pace(
     velocity: Array,
     step: Array,
@@ -111,7 +111,7 @@ def _propagate_pace(
     return z, decay, left, pace, kept, sensitivity
 
 
-@numba.njit(cache=True, fastmath=False)
+@jit()
 def _tangent(
     dlog_rho: Array,
     begins: NDArray[np.bool_],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
+from idtool.model.jit import jit
 
 #: A float, or an array of one per row.
 Number = Any
@@ -29,7 +29,7 @@ class Row(NamedTuple):
     torque_constant: Number
 
 
-@numba.njit(cache=True)
+@jit()
 def row_of(rows: Row, k: int) -> Row:
     """One of all rows."""
     return Row(

@@ -12,12 +12,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from idtool.model import lugre
 from idtool.model.contribution import Contribution, Term, is_zero
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.stribeck import EXPONENT
 
@@ -256,7 +256,7 @@ class _Finished:
         return column if isinstance(self._gain, float) else column * self._gain
 
 
-@numba.njit(cache=True)
+@jit()
 def _between(values: Array, left: NDArray[np.intp], right: NDArray[np.intp], weight: Array) -> Array:
     """Linear interpolation; indexing by arrays in numpy takes twenty times as long."""
     out = np.empty(len(left))
@@ -265,7 +265,7 @@ def _between(values: Array, left: NDArray[np.intp], right: NDArray[np.intp], wei
     return out
 
 
-@numba.njit(cache=True)
+@jit()
 def _interval(
     time: Array, first: NDArray[np.bool_], delay: float
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:

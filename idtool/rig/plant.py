@@ -18,9 +18,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 from idtool.rig.plant_file import STEP_S
 
@@ -106,7 +106,7 @@ class PlantNumbers(NamedTuple):
     dwell_time: float = 1.0
 
 
-@numba.njit(cache=True)
+@jit()
 def temperature(p: PlantNumbers, time: float) -> float:
     """Temperature of the axis, °C, a time (s) after the rig was switched on."""
     if p.rise == 0.0:
@@ -114,7 +114,7 @@ def temperature(p: PlantNumbers, time: float) -> float:
     return p.ambient + p.rise * (1.0 - math.exp(-time / p.warm_up))
 
 
-@numba.njit(cache=True)
+@jit()
 def thermal_factor(p: PlantNumbers, time: float) -> float:
     """Factor on the friction level and on viscous friction."""
     if p.thermal_rate == 0.0:
@@ -122,7 +122,7 @@ def thermal_factor(p: PlantNumbers, time: float) -> float:
     return math.exp(-p.thermal_rate * (temperature(p, time) - p.thermal_reference))
 
 
-@numba.njit(cache=True)
+@jit()
 def gravity_torque(p: PlantNumbers, position: float) -> float:
     """Torque that holds the load against gravity, N m."""
     load = p.gravity
@@ -131,7 +131,7 @@ def gravity_torque(p: PlantNumbers, position: float) -> float:
     return load
 
 
-@numba.njit(cache=True)
+@jit()
 def friction_level(
     p: PlantNumbers, position: float, velocity: float, load: float, dwell: float, factor: float
 ) -> float:
@@ -153,7 +153,7 @@ def friction_level(
     return max(level * factor, 1e-6)
 
 
-@numba.njit(cache=True)
+@jit()
 def effect_torque(p: PlantNumbers, q: float, w: float, time: float) -> float:
     """Sum of the effects that are a plain torque of position, speed and time, N m."""
     torque = p.offset + p.asymmetry * abs(w) + p.quadratic * abs(w) * w
@@ -170,7 +170,7 @@ def effect_torque(p: PlantNumbers, q: float, w: float, time: float) -> float:
     return torque
 
 
-@numba.njit(cache=True)
+@jit()
 def engagement(p: PlantNumbers, state: Array, load: float, level: float) -> float:
     """Share of the load torque that is in contact: 1, or 1 - share while inside the gap.
 
@@ -193,7 +193,7 @@ def engagement(p: PlantNumbers, state: Array, load: float, level: float) -> floa
     return share
 
 
-@numba.njit(cache=True)
+@jit()
 def drive_current(p: PlantNumbers, state: Array, command: float, mode: int) -> float:
     """One step of the drive: profile, position loop, velocity loop, saturation. Returns the current, A.
 
@@ -222,7 +222,7 @@ def drive_current(p: PlantNumbers, state: Array, command: float, mode: int) -> f
     return current
 
 
-@numba.njit(cache=True)
+@jit()
 def advance(p: PlantNumbers, state: Array, command: float, mode: int, hand: float, factor: float) -> None:
     """One step of drive and axis."""
     h = STEP_S
@@ -275,7 +275,7 @@ def advance(p: PlantNumbers, state: Array, command: float, mode: int, hand: floa
     state[TIME] += h
 
 
-@numba.njit(cache=True)
+@jit()
 def run(
     p: PlantNumbers,
     state: Array,

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 
 
@@ -104,10 +104,19 @@ def backward(
     return state, power, share
 
 
-@numba.njit(cache=True)
-def _forward(  # type: ignore[no-untyped-def]
-    time, readings, variances, first, jerk, mean, covariance, innovation, variance, gain
-):
+@jit()
+def _forward(
+    time: Array,
+    readings: Array,
+    variances: Array,
+    first: NDArray[np.bool_],
+    jerk: Array,
+    mean: Array,
+    covariance: Array,
+    innovation: Array,
+    variance: Array,
+    gain: Array,
+) -> None:
     m = np.zeros(3)
     P = np.zeros((3, 3))
     for k in range(time.shape[0]):
@@ -182,10 +191,20 @@ def _forward(  # type: ignore[no-untyped-def]
             P[2, 1] = P[1, 2]
 
 
-@numba.njit(cache=True)
-def _backward(  # type: ignore[no-untyped-def]
-    time, variances, first, mean, covariance, innovation, variance, gain, state, power, share
-):
+@jit()
+def _backward(
+    time: Array,
+    variances: Array,
+    first: NDArray[np.bool_],
+    mean: Array,
+    covariance: Array,
+    innovation: Array,
+    variance: Array,
+    gain: Array,
+    state: Array,
+    power: Array,
+    share: Array,
+) -> None:
     r = np.zeros(3)
     N = np.zeros((3, 3))
     Ng = np.zeros(3)

@@ -14,10 +14,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
 from idtool.control.admittance.states import GUIDING, RESTING, STARTING, STOPPING, TARING
+from idtool.model.jit import jit
 
 #: Parts of a tare's cycle that are compared with those of the cycle before.
 PARTS = 8
@@ -61,7 +61,7 @@ STATE = np.dtype(
 )
 
 
-@numba.njit(cache=True)
+@jit()
 def reset(c: Any, s: Any) -> None:
     """Nothing was learned."""
     for j in range(4):
@@ -73,7 +73,7 @@ def reset(c: Any, s: Any) -> None:
     s.outcome = USED
 
 
-@numba.njit(cache=True)
+@jit()
 def begin(c: Any, s: Any, position: float) -> None:
     """The first sample: the bristle is unknown, what was learned of load and friction still holds."""
     s.state = STARTING
@@ -85,7 +85,7 @@ def begin(c: Any, s: Any, position: float) -> None:
     s.x = s.anchor = min(max(position, c.low), c.high)
 
 
-@numba.njit(cache=True)
+@jit()
 def watch(c: Any, s: Any, velocity: float) -> float:
     """Update the observer of the speed; its change. What the axis was told to do is smooth and in time, what
     it is measured to do is neither."""
@@ -96,7 +96,7 @@ def watch(c: Any, s: Any, velocity: float) -> float:
     return float(change)
 
 
-@numba.njit(cache=True)
+@jit()
 def uncertainty(c: Any, s: Any) -> float:
     """What the model may be wrong by at this motion, N m: `coverage` standard deviations of what was learned
     and of what a tare left, `floor` at least."""
@@ -108,7 +108,7 @@ def uncertainty(c: Any, s: Any) -> float:
     return float(max(c.floor, c.coverage * math.sqrt(max(variance, 0.0))))
 
 
-@numba.njit(cache=True)
+@jit()
 def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: float) -> None:
     """Update the estimate of the hand.
 
@@ -155,13 +155,13 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
         open_zero(c, s)
 
 
-@numba.njit(cache=True)
+@jit()
 def forget_push(s: Any) -> None:
     """No hand has pushed of late."""
     s.least = s.least_1 = s.least_2 = 0.0
 
 
-@numba.njit(cache=True)
+@jit()
 def open_zero(c: Any, s: Any) -> None:
     """What the motor holds now may be off by what a stop can leave: take the zero anew."""
     most = rest_bound(c, s)
@@ -169,14 +169,14 @@ def open_zero(c: Any, s: Any) -> None:
     s.zero_variance = most * most
 
 
-@numba.njit(cache=True)
+@jit()
 def rest_bound(c: Any, s: Any) -> float:
     """What a stop may leave beyond the model, N m."""
     left = c.coverage * s.unexplained
     return float(math.sqrt(c.stop_torque**2 + c.stop_noise**2 + left * left))
 
 
-@numba.njit(cache=True)
+@jit()
 def rest(c: Any, s: Any) -> float:
     """Hold the anchor, take the zero if the hand was seen to leave, wait for a hand.
 
@@ -214,7 +214,7 @@ def rest(c: Any, s: Any) -> float:
     return float(s.anchor)
 
 
-@numba.njit(cache=True)
+@jit()
 def hold(s: Any) -> None:
     """The axis is held from outside: rest, and start on nothing that was felt so far."""
     forget_push(s)
@@ -223,13 +223,13 @@ def hold(s: Any) -> None:
     s.pushed = 0
 
 
-@numba.njit(cache=True)
+@jit()
 def certain(torque: float, dead: float) -> float:
     """What is certain of a torque."""
     return math.copysign(max(abs(torque) - dead, 0.0), torque)
 
 
-@numba.njit(cache=True)
+@jit()
 def follow(c: Any, s: Any) -> float:
     """Advance the law's own place and lead it by the servo's lag, which is trimmed on the way."""
     s.x += s.w * c.period
@@ -245,7 +245,7 @@ def follow(c: Any, s: Any) -> float:
     return float(s.x + s.lead * s.w)
 
 
-@numba.njit(cache=True)
+@jit()
 def guide(c: Any, s: Any, velocity: float) -> float:
     """The admittance."""
     s.bias = min(max(s.bias - c.bias_time * s.raw, -c.bias_most), c.bias_most)
@@ -277,7 +277,7 @@ def guide(c: Any, s: Any, velocity: float) -> float:
     return float(place)
 
 
-@numba.njit(cache=True)
+@jit()
 def brake(c: Any, s: Any, velocity: float) -> float:
     """Ask for the place where the axis comes to rest; once it is slow, for one place, until it stands."""
     if s.since == 0:
@@ -300,7 +300,7 @@ def brake(c: Any, s: Any, velocity: float) -> float:
     return float(s.x)
 
 
-@numba.njit(cache=True)
+@jit()
 def listen(c: Any, s: Any) -> float:
     """The first moment, hands off: what the model leaves is a deflection of the bristle that nobody saw."""
     s.since += 1
@@ -313,7 +313,7 @@ def listen(c: Any, s: Any) -> float:
     return float(s.anchor)
 
 
-@numba.njit(cache=True)
+@jit()
 def tare(c: Any, s: Any) -> bool:
     """Begin to move to and fro; False while it does not rest."""
     if s.state != RESTING or s.zero_variance > 0.0:
@@ -340,7 +340,7 @@ def tare(c: Any, s: Any) -> bool:
     return True
 
 
-@numba.njit(cache=True)
+@jit()
 def sweep(c: Any, s: Any, motor: float) -> float:
     """The tare: least squares for load, level, damping and the bristle's start, and whether to believe it.
 
@@ -386,7 +386,7 @@ def sweep(c: Any, s: Any, motor: float) -> float:
     return float(s.anchor)
 
 
-@numba.njit(cache=True)
+@jit()
 def learn(c: Any, s: Any) -> None:
     """Solve for what the tare taught, and use it if it can be believed."""
     s.turn = 0
@@ -419,7 +419,7 @@ def learn(c: Any, s: Any) -> None:
             s.spread[j, k] = s.information[j, k]
 
 
-@numba.njit(cache=True)
+@jit()
 def invert(a: Any) -> None:
     """A symmetric positive matrix, 4 by 4, in place, by Gauss and Jordan: no pivot is ever below 1."""
     for p in range(4):
@@ -435,7 +435,7 @@ def invert(a: Any) -> None:
                     a[j, k] -= factor * a[p, k]
 
 
-@numba.njit(cache=True)
+@jit()
 def act(
     c: Any, s: Any, position: float, velocity: float, current: float,
     plain: float, elastic: float, damping: float, kept: float,
@@ -459,14 +459,14 @@ def act(
 # as numpy writes a description of it every time.
 
 
-@numba.njit(cache=True)
+@jit()
 def watch_in(c: Any, s: Any, velocity: float) -> tuple[float, float]:
     """As `watch`; its change of the speed, and the speed."""
     change = watch(c[0], s[0], velocity)
     return change, float(s[0].seen)
 
 
-@numba.njit(cache=True)
+@jit()
 def act_in(
     c: Any, s: Any, position: float, velocity: float, current: float,
     plain: float, elastic: float, damping: float, kept: float,
@@ -475,13 +475,13 @@ def act_in(
     return act(c[0], s[0], position, velocity, current, plain, elastic, damping, kept)
 
 
-@numba.njit(cache=True)
+@jit()
 def hold_in(s: Any) -> None:
     """As `hold`."""
     hold(s[0])
 
 
-@numba.njit(cache=True)
+@jit()
 def told(s: Any) -> tuple[int, int, int, float, float, float, float, float, float]:
     """What others read: state, whether the speed limit cut, what the last tare came to; anchor, hand, raw,
     correction, speed asked for, uncertainty."""
