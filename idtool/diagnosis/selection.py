@@ -34,6 +34,7 @@ from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_m
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
+from idtool.fit.identifiability import is_vague
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
 from idtool.fit.left_out import left_out_error, prediction_errors, predicts_better
 from idtool.fit.model import JointModel
@@ -364,7 +365,8 @@ def _passing(selection: Selection, trial: Trial) -> list[Trial]:
 
 
 def _pushed_out(selection: Selection, trial: Trial) -> list[Effect]:
-    """The effects of the model that cannot be any more beside that of a trial."""
+    """The effects of the model that cannot be any more beside that of a trial; an inertia that the data did not
+    show before is none of them."""
     return [
         other
         for other in selection.fit.model.spec.effects
@@ -372,6 +374,7 @@ def _pushed_out(selection: Selection, trial: Trial) -> list[Effect]:
         and other in trial.fit.model.spec.effects
         and impossible(trial.fit, other)
         and not impossible(selection.fit, other)
+        and not (other.name == "inertia" and is_vague(selection.fit, "inertia.inertia"))
     ]
 
 

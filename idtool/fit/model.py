@@ -39,9 +39,6 @@ _FRICTION_COORDINATES: dict[FrictionKind, tuple[str, ...]] = {
 #: The bristle may bend over this share of the stroke, or over so many strokes where it is `soft`.
 _STIFF_BEND = 0.25
 _SOFT_BEND = 20.0
-#: No level of sliding lies beyond the largest torque that was measured; the static one may by so much, where
-#: the bristle had not settled before the axis was fast or the filter took off the peak.
-_MOST_STATIC = 1.5
 #: No bristle bends further than to its level, which an effect may raise by so much.
 _FURTHEST_START = 1.5
 #: The least that is unknown of a start, as a share of the bend's variance: no start is known exactly.
@@ -208,7 +205,7 @@ class JointModel:
         typical, most = self.friction_sizes
         table: dict[str, tuple[float, float]] = {
             "coulomb": (math.log(1e-4 * s.torque), math.log(most)),
-            "static": (math.log(1e-4 * s.torque), math.log(_MOST_STATIC * most)),
+            "static": (math.log(1e-4 * s.torque), math.log(most)),
             "stribeck_velocity": (math.log(0.2 * s.slowest), math.log(3.0 * s.speed)),
             "viscous": (0.0, most / s.speed),
             "bristle_stiffness": (
@@ -231,12 +228,20 @@ class JointModel:
 
     @cached_property
     def friction_sizes(self) -> tuple[float, float]:
-        """The typical and the largest torque that can have been friction: what was measured, gravity out."""
-        target, columns = self.measured, self.recording.filtered(self.gravity_columns)
+        """The typical and the largest torque that can have been friction: what was measured, gravity out.
+
+        The largest is that of single readings, those of a rest among them: an axis that started has reached
+        its break-away torque, and what was never reached nobody can know.
+        """
+        recording = self.recording
+        target, columns = self.measured, recording.filtered(self.gravity_columns)
+        rows = recording.usable | recording.at_rest
+        readings = recording.torque[rows]
         if columns.shape[1]:
-            target = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]
-        size = np.abs(target / self.recording.row_weight)
-        return float(np.median(size)) + 1e-12, float(np.max(size)) + 1e-12
+            found = np.linalg.lstsq(columns, target, rcond=1e-10)[0]
+            target, readings = target - columns @ found, readings - self.gravity_columns[rows] @ found
+        typical = float(np.median(np.abs(target / recording.row_weight)))
+        return typical + 1e-12, float(np.max(np.abs(readings))) + 1e-12
 
     @cached_property
     def stiff(self) -> float:

@@ -128,6 +128,8 @@ def test_is_told_and_not_called_an_effect(
     found = identify([Log.read(tmp_path / "log.csv")]).diagnosis
     assert [effect["name"] for effect in found["effects"]] in ([], ["inertia"])
     assert found["verdict"] == "unexplained"
+    # nothing was added: what the axis is modelled by has one error
+    assert found["error"]["held_out"]["before"] == found["error"]["held_out"]["after"]
     told = re.search(f"looks like this: {words}: (.*) N m (?:at|from) (.*) (?:s|rad)", found["notes"][-1])
     assert told is not None
     assert [float(number) for number in told.groups()] == pytest.approx([0.02, place], rel=0.1)

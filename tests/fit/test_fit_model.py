@@ -33,6 +33,26 @@ def test_travel_is_the_longest_of_a_trial() -> None:
     assert model().scales.travel == max(spans)
 
 
+def test_no_friction_level_lies_beyond_the_largest_reading() -> None:
+    """Break-away from a rest is a bound too; a reading that is compared with nothing is none."""
+    still, lost, compared = 10, 11, recording().usable.copy()
+    compared[[still, lost]] = False
+    plain = replace(recording(), usable=compared, at_rest=np.arange(len(compared)) == still)
+
+    def most(row: int, torque: float) -> float:
+        readings = plain.torque.copy()
+        readings[row] = torque
+        joint = JointModel.build(replace(plain, torque=readings), model().spec)
+        coulomb, static = (float(joint.bounds[1][joint.names.index(n)]) for n in ("coulomb", "static"))
+        assert static == coulomb
+        return float(np.exp(coulomb))
+
+    largest = float(np.max(np.abs(plain.torque[plain.usable | plain.at_rest])))
+    assert most(still, 0.0) == pytest.approx(largest)
+    assert most(still, -3.0 * largest) == pytest.approx(3.0 * largest)
+    assert most(lost, 3.0 * largest) == pytest.approx(largest)
+
+
 def test_columns_are_filtered_alike_alone_and_together() -> None:
     motion = recording().motion
     alone = recording().filtered(np.column_stack([motion.velocity, motion.acceleration]))
