@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields
 from types import TracebackType
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
-from idtool.errors import RigFault
+import numpy as np
+
+from idtool.errors import InputError, RigFault
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 
@@ -79,6 +81,16 @@ class Trajectory:
     mode: Mode
     command: Array
 
+    def __post_init__(self) -> None:
+        if not np.all(np.isfinite(self.command)) or self.period_s <= 0.0:
+            raise InputError("a trajectory needs finite commands and a period above zero")
+
+    def held(self, period_s: float) -> Array:
+        """The command in force in each period of this length, s; shape (periods,)."""
+        count = round(len(self.command) * self.period_s / period_s)
+        at = np.floor(np.arange(count) * (period_s / self.period_s) + 1e-9).astype(int)
+        return np.asarray(self.command[np.minimum(at, len(self.command) - 1)], dtype=float)
+
 
 @dataclass(frozen=True)
 class Block:
@@ -104,6 +116,15 @@ class Block:
     voltage: Array | None = None
     duty: Array | None = None
     bus_current: Array | None = None
+
+    @classmethod
+    def of(cls, samples: Sequence[Sample], command: Array) -> Block:
+        """Samples in order, and what was in force at each, shape (samples,)."""
+        columns: dict[str, Any] = {}
+        for field in fields(Sample):
+            readings = [getattr(sample, field.name) for sample in samples]
+            columns[field.name] = None if readings[0] is None else np.array(readings)
+        return cls(command=command, **columns)
 
     @property
     def effort(self) -> Array:
@@ -165,6 +186,20 @@ class Rig(ABC):
     measures_voltage: bool = False
     measures_bus_current: bool = False
     description: str
+
+    #: What every rig remembers: whether `close` was called, and `prepare` since it last had to be.
+    _closed = _prepared = False
+
+    def _open(self) -> None:
+        """Refuse what is asked of a closed rig."""
+        if self._closed:
+            raise RigFault("the rig is closed")
+
+    def _ready(self) -> None:
+        """Refuse a motion that was not prepared."""
+        self._open()
+        if not self._prepared:
+            raise RigFault("the rig was not prepared for a trial")
 
     @property
     def effort_readings(self) -> dict[str, str]:

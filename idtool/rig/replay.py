@@ -57,7 +57,6 @@ class ReplayRig(Rig):
         self._source = str(path)
         self._index = -1
         self._at = 0
-        self._closed = False
 
     def _limits(self, frame: pd.DataFrame) -> Limits:
         position = frame[self._roles["position"]]
@@ -82,6 +81,7 @@ class ReplayRig(Rig):
             raise RigFault(f"{self._source} has {len(self._trials)} trials and no further one")
         self._index += 1
         self._at = 0
+        self._prepared = True
         first = self._trials[self._index].iloc[0]
         for role in ("payload", "tilt_alpha", "tilt_beta"):
             name = self._roles[role]
@@ -134,9 +134,7 @@ class ReplayRig(Rig):
         self._closed = True
 
     def _rest(self) -> pd.DataFrame:
-        self._open()
-        if self._index < 0:
-            raise RigFault("the rig was not prepared for a trial")
+        self._ready()
         return self._trials[self._index].iloc[self._at :]
 
     def _block(self, rows: pd.DataFrame, trajectory: Trajectory) -> Block:
@@ -148,8 +146,8 @@ class ReplayRig(Rig):
         if name in rows:
             command = rows[name].to_numpy(dtype=float)
         else:
-            at = (np.arange(begin, self._at) * self.period_s / trajectory.period_s + 1e-9).astype(int)
-            command = np.asarray(trajectory.command, dtype=float)[np.minimum(at, len(trajectory.command) - 1)]
+            due = trajectory.held(self.period_s)
+            command = due[np.minimum(np.arange(begin, self._at), len(due) - 1)]
         return Block(
             rows["time_s"].to_numpy(dtype=float),
             command=command,
@@ -161,7 +159,3 @@ class ReplayRig(Rig):
         readings = {"position": "position", "velocity": "velocity"} | self.effort_readings
         readings |= {"temperature": "temperature"} if self.measures_temperature else {}
         return readings | ({"supply_voltage": "voltage"} if self.measures_voltage else {})
-
-    def _open(self) -> None:
-        if self._closed:
-            raise RigFault("the rig is closed")

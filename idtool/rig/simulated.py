@@ -62,8 +62,6 @@ class SimulatedRig(Rig):
         self._steps = round(file.period_s / STEP_S)
         self._state, self._history = plant.blank_state()
         self._numbers = plant_numbers(file, TrialSetup())
-        self._closed = False
-        self._prepared = False
 
     def prepare(self, setup: TrialSetup) -> None:
         """Bring the axis to rest, holding its position; the clock runs on by what that takes.
@@ -132,15 +130,9 @@ class SimulatedRig(Rig):
             RigFault: the axis left its limits; the samples up to there have been yielded.
         """
         self._ready()
-        command = np.asarray(trajectory.command, dtype=float)
-        if not np.all(np.isfinite(command)) or trajectory.period_s <= 0.0:
-            raise InputError("a trajectory needs finite commands and a period above zero")
-        # commands that come at another period than the samples are held
-        count = round(len(command) * trajectory.period_s / self.period_s)
-        held = np.floor(np.arange(count) * (self.period_s / trajectory.period_s) + 1e-9).astype(int)
-        command = command[np.minimum(held, len(command) - 1)]
+        command = trajectory.held(self.period_s)
         mode = plant.VELOCITY_MODE if trajectory.mode == "velocity" else plant.POSITION_MODE
-        for begin in range(0, count, _BLOCK):
+        for begin in range(0, len(command), _BLOCK):
             self._open()
             part = np.ascontiguousarray(command[begin : begin + _BLOCK])
             truth = self._run(part, mode, 0.0)
@@ -203,15 +195,6 @@ class SimulatedRig(Rig):
         constant = self._numbers.torque_constant
         voltage, duty = self._sensors.electrical(truth, self._file.motor, constant, self._rng)
         return Block(reading[0], reading[1], reading[2], None, command, warm, voltage, duty)
-
-    def _open(self) -> None:
-        if self._closed:
-            raise RigFault("the rig is closed")
-
-    def _ready(self) -> None:
-        self._open()
-        if not self._prepared:
-            raise RigFault("the rig was not prepared for a trial")
 
 
 def _current(torque: float, constant: float, kappa: float) -> float:

@@ -118,7 +118,7 @@ class Supervisor(Rig):
         """
         with self._witness():
             sample = self._rig.step(position_command, external_torque_nm)
-            block = _block(sample, position_command)
+            block = Block.of([sample], np.array([position_command]))
             if not _finite(block):
                 return sample  # a controller judges what it is given itself, and knows what to do
             self._remember(block)
@@ -263,10 +263,3 @@ def beyond(block: Block, rig: Rig, speed_tolerance: float = TOLERANCE) -> LimitE
 def _finite(block: Block) -> bool:
     readings = (getattr(block, field.name) for field in fields(Block) if field.name != "command")
     return all(np.isfinite(values).all() for values in readings if values is not None)
-
-
-def _block(sample: Sample, command: float) -> Block:
-    """A sample as a block of one row."""
-    readings = {field.name: getattr(sample, field.name) for field in fields(Sample)} | {"command": command}
-    columns = {name: None if value is None else np.array([value]) for name, value in readings.items()}
-    return Block(**columns)  # type: ignore[arg-type]

@@ -76,6 +76,7 @@ def test_the_effect_keeps_what_the_library_promises(tmp_path: Path) -> None:
 CONTRACT = importlib.import_module("rig.test_contract")
 
 
+@pytest.mark.parametrize("kind", ["MemoryRig", "Motor"])
 @pytest.mark.parametrize(
     "name",
     [
@@ -84,10 +85,10 @@ CONTRACT = importlib.import_module("rig.test_contract")
         if n.startswith("test_") and "rig" in inspect.signature(test).parameters
     ],
 )
-def test_the_rig_keeps_the_contract(name: str, tmp_path: Path) -> None:
+def test_the_rigs_keep_the_contract(name: str, kind: str, tmp_path: Path) -> None:
     test = getattr(CONTRACT, name)
     folder = {"tmp_path": tmp_path} if "tmp_path" in inspect.signature(test).parameters else {}
-    test(rig=example("MemoryRig")(), **folder)
+    test(rig=example(kind)(), **folder)
 
 
 def test_the_reader_makes_a_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,7 +132,8 @@ offset_nm = {value = 0.02}
 def test_the_page_shows_the_package_as_it_is() -> None:
     shown = [fence.text for fence in fences(PAGE) if fence.language in ("python", "toml")]
     package = PROJECT / "tests" / "outside"
-    names = ["pyproject.toml", *(f"ffc_id_example/{n}.py" for n in ("imbalance", "memory_rig", "json_lines"))]
+    modules = ("imbalance", "memory_rig", "torque_rig", "json_lines")
+    names = ["pyproject.toml", *(f"ffc_id_example/{name}.py" for name in modules)]
     for name in names:
         assert (package / name).read_text(encoding="utf-8") in shown, name
     assert len(shown) == len(names) + 1  # and the export

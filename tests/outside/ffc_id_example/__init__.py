@@ -1,1 +1,1 @@
-"""An effect, a rig and a reader for ffc-id, from a package of its own (docs/extending.md)."""
+"""An effect, two rigs and a reader for ffc-id, from a package of its own (docs/extending.md)."""

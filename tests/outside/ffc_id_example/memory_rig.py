@@ -18,18 +18,17 @@ class MemoryRig(Rig):
 
     def __init__(self) -> None:
         self._time = self._position = 0.0
-        self._ready = self._closed = False
 
     def prepare(self, setup: TrialSetup) -> None:
-        self._check(ready=True)
+        self._open()
         if setup.start_position is not None:
             self._position = setup.start_position  # a real one drives there, and raises RigFault if it cannot
         self._time += setup.rest_s
-        self._ready = True
+        self._prepared = True
 
     def play(self, trajectory: Trajectory) -> Iterator[Block]:
         for command in np.array_split(trajectory.command, max(len(trajectory.command) // 50, 1)):
-            self._check()
+            self._ready()
             if trajectory.mode == "velocity":
                 position = self._position + np.cumsum(command) * trajectory.period_s
             else:
@@ -40,7 +39,7 @@ class MemoryRig(Rig):
             yield Block(time, position, velocity, self._current(velocity), command)
 
     def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:
-        self._check()
+        self._ready()
         if external_torque_nm:
             raise RigFault("a simulated hand cannot push this rig")
         velocity = (position_command - self._position) / self.period_s
@@ -55,12 +54,6 @@ class MemoryRig(Rig):
 
     def _current(self, velocity: np.ndarray) -> np.ndarray:
         return (0.08 * np.tanh(velocity / 0.01) + 0.12 * velocity) / 2.67
-
-    def _check(self, ready: bool = False) -> None:
-        if self._closed:
-            raise RigFault("the rig is closed")
-        if not (self._ready or ready):
-            raise RigFault("the rig was not prepared for a trial")
 
 
 MEMORY = RigKind("memory:NAME", "an axis in memory", lambda name, options, seed: MemoryRig())
