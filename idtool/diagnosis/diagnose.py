@@ -300,7 +300,8 @@ def diagnose(
     # beside the effects less may be seen of the friction than before they were in
     selection.fit, notes, stepped_down = step_down(selection.fit)
     if selection.fit.model.spec == base.model.spec:
-        base = selection.fit  # nothing was added: one model, of which the search may have found a better minimum
+        # nothing was added: one model, of which the search may have found a better minimum
+        base = selection.fit
     tell("fitting the final model on all trials")
     final = _finished(selection, recording)
     while drop_impossible(selection, final):

@@ -365,8 +365,8 @@ def _passing(selection: Selection, trial: Trial) -> list[Trial]:
 
 
 def _pushed_out(selection: Selection, trial: Trial) -> list[Effect]:
-    """The effects of the model that cannot be any more beside that of a trial; an inertia that the data did not
-    show before is none of them."""
+    """The effects of the model that cannot be any more beside that of a trial; an inertia that the data did
+    not show before is none of them."""
     return [
         other
         for other in selection.fit.model.spec.effects
