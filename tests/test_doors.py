@@ -22,6 +22,7 @@ from idtool.control.online import OnlineModel
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
 from idtool.effects.base import Effect, EffectParameter
+from idtool.effects.hysteresis import Hysteresis
 from idtool.effects.inertia import Inertia
 from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
@@ -194,6 +195,8 @@ def test_the_reader_is_asked(tmp_path: Path) -> None:
         ({"follows": ("positon",)}, 'follows .positon., which there is not; did you mean "position"'),
         ({"needs": ("load_uprigt",)}, 'needs .load_uprigt., which there is not; did you mean "load_upright"'),
         ({"memory": 1}, "has a memory but no resume"),
+        ({"at": Inertia.at}, "has a compiled formula but no numbers"),
+        ({"memory": 1, "over": Hysteresis.over}, "has a compiled formula but no acts_on"),
         ({"contribute": Effect.contribute}, "has no formula"),
         (
             {"parameters": (EffectParameter("sine", "torqe", "pull"),)},

@@ -154,6 +154,12 @@ def check(effect: Effect) -> None:
                 raise lacks(f"{what} {word!r}, which there is not", nearest(word, known))
     if effect.at is None and type(effect).contribute is Effect.contribute:
         raise lacks("has no formula", "write at, or contribute, which says what it adds")
+    for form, method, remedy in (
+        (effect.at, "numbers", "write numbers, which says what at takes"),
+        (effect.over, "acts_on", "write acts_on, which says to which places of FIELDS it adds"),
+    ):
+        if form is not None and getattr(type(effect), method) is getattr(Effect, method):
+            raise lacks(f"has a compiled formula but no {method}", remedy)
     if effect.memory and effect.over is None and type(effect).resume is Effect.resume:
         raise lacks("has a memory but no resume", "write resume, by which the controller goes on row by row")
 
