@@ -319,8 +319,8 @@ def _finish(
 ) -> None:
     from dataclasses import replace
 
+    from idtool.fit.findings import findings
     from idtool.fit.identifiability import shortcomings
-    from idtool.verbs.identify import findings
 
     from .tables import document_of, print_parameters
 

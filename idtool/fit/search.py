@@ -22,6 +22,7 @@ from scipy import sparse
 from idtool.errors import InputError, nearest
 from idtool.fit.eliminate import moments
 from idtool.fit.model import JointModel
+from idtool.fit.normal_equations import in_turn
 from idtool.model import lugre
 from idtool.model.motion import Array
 from idtool.model.stribeck import level
@@ -43,9 +44,8 @@ _RIVAL = 1.02
 _GRID_SPEEDS = 10
 _GRID_RATIOS = (0.3, 0.6, 0.85, 1.2, 1.7, 3.0)
 _BASINS = 3
-#: What is linear and how the start deflections pass through sigma1 are found in turn, until that keeps
-#: within this share.
-_PASSES, _SAME = 20, 1e-3
+#: A friction level is this share of the typical one at least.
+_LEAST = 1e-3
 #: Filtered rows that tell one basin from another: of more of them every second, third, ... is looked at.
 _ENOUGH = 4000
 #: Evaluations of a local polish, and its first steps (logarithms).
@@ -149,28 +149,29 @@ class Projection:
         products = np.block([[added[:, : len(added)], mixed], [mixed.T, self._products]])
         names = [*("level", "bristle_damping")[: len(added)], "measured", *self._names]
         # what is held is known, and goes to the other side
-        held = None if self.coulomb is None else self.coulomb * medium
+        held = math.nan if self.coulomb is None else self.coulomb * medium
         order = [names.index("measured"), *(k for k, name in enumerate(names) if name != "measured")]
         turn = np.eye(len(names))[order]
-        if held is not None:
+        if self.coulomb is not None:
             turn[0, 0] = -held
             turn = np.delete(turn, 1, axis=0)
-        names = [name for name in names if name != "measured" and not (name == "level" and held is not None)]
-        values: dict[str, float] = {}
-        through = 0.0  # sigma1 over the level: the start deflection passes through sigma1 too
-        for _ in range(_PASSES):
-            along = np.array([1.0, -through])[:starts]
-            start = np.tensordot(along, by_stretch[:, :starts], (0, 1))
-            norm = start[:, :starts] @ along + weight**2
-            moved = start[:, starts:] @ turn.T / np.sqrt(norm)[:, None]
-            left = turn @ products @ turn.T - moved.T @ moved
-            cost, solution = _not_negative(left, len(names) - len(self._names) + 1)
-            values = dict(zip(names, solution.tolist(), strict=True)) | {"cost": cost}
-            values["level"] = held or max(values["level"], 1e-3 * self._typical)
-            before, through = through, values.get("bristle_damping", 0.0) / values["level"]
-            if abs(through - before) <= _SAME * through:
-                break
-        return values
+            names.remove("level")
+        names.remove("measured")
+        damping = names.index("bristle_damping") if "bristle_damping" in names else -1
+        least = _LEAST * self._typical
+        cost, solution = in_turn(
+            turn @ products @ turn.T,
+            by_stretch[:, :starts, starts:] @ turn.T,
+            by_stretch[:, :starts, :starts].copy(),
+            weight,
+            len(names) - len(self._names) + 1,
+            damping,
+            held,
+            least,
+        )
+        values = dict(zip(names, solution.tolist(), strict=True))
+        values["level"] = max(values["level"], least) if self.coulomb is None else held
+        return {**values, "cost": cost}
 
     @property
     def rows(self) -> int:
@@ -182,35 +183,6 @@ class Projection:
         s = self.model.scales
         medium = np.array([math.sqrt(s.slowest * s.speed)])
         return float(level(medium, 1.0, shape["ratio"], shape["stribeck_velocity"])[0])
-
-
-def _not_negative(products: Array, count: int) -> tuple[float, Array]:
-    """Least squares whose first `count` unknowns (friction) are not below zero.
-
-    Args:
-        products: of the target and the columns with each other, the target first, shape (1 + n, 1 + n).
-        count: how many.
-
-    Returns:
-        Sum of squares, and the unknowns, shape (n,).
-    """
-    information, correlation = products[1:, 1:], products[1:, 0]
-    size = np.sqrt(np.maximum(np.diag(information), 0.0))
-    size = np.where(size > 0, size, 1.0)
-    solution = np.zeros(len(correlation))
-    kept = np.ones(len(correlation), dtype=bool)
-    for _ in range(count + 1):
-        solution[:] = 0.0
-        scaled = information[np.ix_(kept, kept)] / np.outer(size[kept], size[kept])
-        solution[kept] = np.linalg.lstsq(scaled, correlation[kept] / size[kept], rcond=1e-12)[0] / size[kept]
-        negative = kept.copy()
-        negative[count:] = False
-        negative &= solution < 0.0
-        if not negative.any():
-            break
-        kept &= ~negative
-    cost = products[0, 0] - 2.0 * correlation @ solution + solution @ information @ solution
-    return max(float(cost), 1e-15 * float(products[0, 0])), solution
 
 
 @dataclass(frozen=True)

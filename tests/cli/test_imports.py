@@ -50,6 +50,10 @@ def loaded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
         ["fit-dynamic", sine, "-p", "params.toml"],
         ["predict", sine, "-p", "params.toml", "-o", "out.csv"],
     ]
+    return _modules(commands, folder)
+
+
+def _modules(commands: list[list[str]], folder: Path) -> dict[str, set[str]]:
     done = subprocess.run(
         [sys.executable, "-c", _SCRIPT],
         input=json.dumps(commands),
@@ -90,3 +94,12 @@ def test_what_reads_or_moves_loads_no_optimiser(loaded: dict[str, set[str]], com
 
 def test_help_loads_no_numbers(loaded: dict[str, set[str]]) -> None:
     assert loaded["--help"].isdisjoint({"numpy", "pandas", "numba", "rich"})
+
+
+def test_a_fit_loads_no_verb_and_no_rig(tmp_path: Path) -> None:
+    log = str(_SESSION / "gravity.csv.gz")
+    (modules,) = _modules([["fit-gravity", log, "-p", "params.toml"]], tmp_path).values()
+    assert {"idtool.fit", "idtool.diagnosis.remainder"} <= modules
+    assert modules.isdisjoint(
+        {"idtool.verbs", "idtool.diagnosis.diagnose", "idtool.rig", "idtool.experiment"}
+    )

@@ -10,12 +10,13 @@ from scipy import optimize
 
 from benchmarks.sessions import log_of, truth
 from idtool.effects import registry
+from idtool.fit.findings import findings
 from idtool.fit.identifiability import shortcomings
 from idtool.fit.joint import JointFit, solve
 from idtool.fit.model import JointModel, Spec
 from idtool.fit.outcome import Outcome, outcome_of
 from idtool.signals import record
-from idtool.verbs.identify import findings, parameters_of
+from idtool.verbs.identify import parameters_of
 
 
 @cache
