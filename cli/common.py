@@ -118,8 +118,8 @@ seed_option = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all randomness."
 )
 force_option = click.option("--force", is_flag=True, help="Overwrite what is there.")
-#: Rig that is simulated where nobody says which, and says so.
-ASSUMED_RIG = "sim:paper"
+#: The rig of examples; no command takes it by itself.
+EXAMPLE_RIG = "sim:paper"
 rig_option = click.option(
     "--rig",
     metavar="SPEC",
@@ -129,16 +129,11 @@ rig_option = click.option(
 )
 
 
-def told_rig(spec: str | None, output: Output, *, assumed: bool = False) -> str:
+def told_rig(spec: str | None, output: Output) -> str:
     """The rig: as given, or asked for on a terminal.
 
-    Args:
-        spec: `--rig`.
-        output: where words go.
-        assumed: where nobody can be asked, simulate the paper's axis, and say so.
-
     Raises:
-        UsageError: no option, nobody to ask, and nothing may be assumed.
+        UsageError: no option, and nobody to ask.
     """
     from idtool.errors import UsageError
 
@@ -146,10 +141,9 @@ def told_rig(spec: str | None, output: Output, *, assumed: bool = False) -> str:
         return spec
     if sys.stdin.isatty() and not output.json:
         return click.prompt("which rig (sim:paper, dynamixel:DEVICE, ...; ffc-id rigs lists them)", err=True)
-    if not assumed:
-        raise UsageError(f"--rig is missing; name the axis, as --rig {ASSUMED_RIG} or dynamixel:DEVICE.")
-    output.warn(f"no --rig was given: this is the simulated axis {ASSUMED_RIG}, no machine.")
-    return ASSUMED_RIG
+    raise UsageError(
+        f"--rig is missing; name the axis, as --rig {EXAMPLE_RIG} (simulated) or --rig dynamixel:DEVICE."
+    )
 
 
 def radians(

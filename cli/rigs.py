@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import ASSUMED_RIG, Output, output_options
+from .common import EXAMPLE_RIG, Output, output_options
 from .lazy import LazyGroup
 from .progress import Progress
 from .words import complete_bundled
@@ -43,7 +43,7 @@ def rigs(output: Output, scan: str | None) -> int:
         _list(console, {**found, **others})
 
     output.result({"rigs": found, "forms": others}, show)
-    output.next("run-sweep", "--rig", ASSUMED_RIG, "-o", "sweep.csv")
+    output.next("run-sweep", "--rig", EXAMPLE_RIG, "-o", "sweep.csv")
     return 0
 
 
@@ -131,7 +131,7 @@ def _list_recipes(output: Output) -> None:
 
     found = recipe_names()
     output.result({"recipes": found}, lambda console: _list(console, found))
-    output.next("run", "--recipe", "sweep", "--rig", ASSUMED_RIG, "-o", "sweep.csv")
+    output.next("run", "--recipe", "sweep", "--rig", EXAMPLE_RIG, "-o", "sweep.csv")
 
 
 @click.command("show")

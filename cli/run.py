@@ -197,7 +197,7 @@ def _run(name: str, options: RunOptions, experiment: str | None, **changes: Any)
         )
     refuse_existing(log, options.force or options.resume)
     _refuse_itself(name, log)
-    spec = told_rig(options.rig, output, assumed=True)
+    spec = told_rig(options.rig, output)
     with (
         open_rig(spec, seed=options.seed) as rig,
         live_page(options.live, rig, output) as watch,

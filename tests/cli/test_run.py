@@ -119,12 +119,14 @@ def test_the_same_seed_is_the_same_log_and_quiet_is_quiet(ffc_id: Program, folde
     assert logs[0] == logs[1] != logs[2]
 
 
-def test_a_simulated_axis_is_no_silent_default(ffc_id: Program, folder: Path) -> None:
-    """Where nobody can be asked, what it ran on is told, even quietly."""
-    done = ffc_id("run-sine", "--recipe", "short.toml", "-o", "log.csv", "-q")
-    assert done.returncode == 0
-    assert done.stderr == "note: no --rig was given: this is the simulated axis sim:paper, no machine.\n"
-    assert Log.read(folder / "log.csv").header["rig"]
+def test_a_simulated_axis_is_no_default(ffc_id: Program, folder: Path) -> None:
+    """A script that forgot its rig must not go on with the log of a simulation."""
+    done = ffc_id("run-sine", "--recipe", "short.toml", "-o", "log.csv")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        "ffc-id: --rig is missing; name the axis, as --rig sim:paper (simulated) or --rig dynamixel:DEVICE.\n"
+    )
+    assert not (folder / "log.csv").exists()
 
 
 def test_payloads_and_tilt_of_the_command_take_the_place_of_the_recipe_s(
