@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from idtool.errors import InputError, nearest
+from idtool.log.table import as_numbers
 
 
 def source_column(frame: pd.DataFrame, name: str, option: str, file: Path) -> pd.Series[Any]:
@@ -81,7 +82,7 @@ def to_numbers(column: pd.Series[Any], name: str, file: Path) -> np.ndarray:
     """
     if pd.api.types.is_datetime64_any_dtype(column):
         return _seconds(column)
-    numbers: np.ndarray = pd.to_numeric(column, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+    numbers = as_numbers(column).to_numpy()
     numbers = np.where(np.isfinite(numbers), numbers, np.nan)
     if np.isnan(numbers).all() and column.notna().any():
         shown = str(column[column.notna()].iloc[0])[:40]

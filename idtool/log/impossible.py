@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from idtool.log.clock import GAP
 from idtool.log.sensor_faults import repeated, resolution
 from idtool.model.motion import Array
 
@@ -56,8 +57,6 @@ _LATE = 0.1
 _ALIKE = 0.02
 #: Passes: a large fault hides a small one.
 _PASSES = 4
-#: A step of time this many times the usual one is a gap (rows that jitter by 30 % stay below it).
-GAP = 1.75
 
 
 @dataclass(frozen=True)

@@ -378,10 +378,19 @@ def _need(columns: set[str], any_of: list[str], roles: Mapping[str, str], file: 
     raise InputError(f"needs a column {wanted}", file=file, remedy=f"rename the column that is it, {_IMPORT}")
 
 
+def as_numbers(values: pd.Series[Any]) -> pd.Series[float]:
+    """A column as floats: NaN where it holds no number, inf where the number is larger than a float."""
+    try:
+        numbers = pd.to_numeric(values, errors="coerce")
+    except OverflowError:  # a whole number of more than 308 digits
+        numbers = pd.to_numeric(values.astype(str), errors="coerce")
+    return pd.Series(numbers.to_numpy(dtype=float, na_value=np.nan), values.index, name=values.name)
+
+
 def _numeric(values: pd.Series[Any], name: str, text: LogText | None, file: Path) -> pd.Series[float]:
     if pd.api.types.is_bool_dtype(values):  # TRUE and FALSE are words here, not 1 and 0
         values = values.astype(str)
-    numbers = pd.to_numeric(values, errors="coerce").astype(float)
+    numbers = as_numbers(values)
     bad = np.flatnonzero(~np.isfinite(numbers.to_numpy()))
     if len(bad):
         row = int(bad[0])

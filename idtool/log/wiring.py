@@ -14,7 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.log.impossible import GAP
+from idtool.log.clock import GAP
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import Array
 

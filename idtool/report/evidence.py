@@ -22,6 +22,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from idtool.errors import InputError
+from idtool.log.table import as_numbers
 from idtool.model.motion import Array
 from idtool.model.units import Units
 from idtool.parameters import Parameters
@@ -226,7 +227,7 @@ def rows_of(frame: pd.DataFrame, file: Path) -> Rows:
 
 
 def _numbers(frame: pd.DataFrame, name: str, file: Path, *, gaps: bool = False) -> Array:
-    values = np.asarray(pd.to_numeric(frame[name], errors="coerce"), dtype=float)
+    values = np.asarray(as_numbers(frame[name]))
     wrong = frame[name].notna().to_numpy() & ~np.isfinite(values) if gaps else ~np.isfinite(values)
     if np.any(wrong):
         row = int(np.argmax(wrong))

@@ -18,6 +18,7 @@ from scipy import ndimage, sparse
 
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
+from idtool.log.columns import Columns
 from idtool.log.effort import Effort, effort_of
 from idtool.log.repair import Reading, Repaired, repair
 from idtool.log.sensor_faults import resolution
@@ -36,9 +37,6 @@ _FEWEST = 50
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
 _SPIKE = "outlier of the torque"
-#: SI magnitudes of a column as a whole lie between this and its inverse for every axis there is; squares and
-#: products of what does not lie there leave the range of a float. Times in seconds since 1970 are 2e9.
-_LARGEST = 1e12
 #: An axis moves for certain above this share of the top speed.
 _MOVING = 0.02
 #: A trial that lasts so many times the longest delay does not miss its ends.
@@ -254,44 +252,35 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     axis = replace(axis, effort=_common_unit(logs, efforts))
     _refuse_twice(logs, efforts)
     repaired = [
-        repair(log, _read_columns(log, effort), effort, every_row=every_row)
+        repair(log, Columns.of(log, effort), effort, every_row=every_row)
         for log, effort in zip(logs, efforts, strict=True)
     ]
-    parts = [one.columns for one in repaired]
-    joined = {role: _join(parts, role) for role in parts[0] if role != "trial"}
-    trial = _number_trials([part["trial"] for part in parts])
-    experiment, source = _label_trials(logs, parts)
-    time = joined["time"]
-    assert time is not None
-    first = np.ones(len(time), dtype=bool)
-    first[1:] = trial[1:] != trial[:-1]
-    _refuse_few(len(time), logs)
-    torque = joined["effort"]
-    assert torque is not None
-    smoothed = smooth(time, joined["position"], joined["velocity"], first)
-    assert joined["back_emf"] is not None
-    torque = torque - joined["back_emf"] * smoothed.velocity
+    rows = Columns.joined([one.columns for one in repaired])
+    _refuse_few(len(rows), logs)
+    experiment, source = _label_trials(logs, repaired)
+    smoothed = smooth(rows.time, rows.position, rows.velocity, rows.first)
+    torque = rows.effort - rows.back_emf * smoothed.velocity
     motion = Motion(
-        time=time,
-        trial=trial,
+        time=rows.time,
+        trial=rows.trial,
         position=smoothed.position,
         velocity=smoothed.velocity,
         acceleration=smoothed.acceleration,
-        payload=joined["payload"],
-        gravity_factor=_gravity_factor(joined["tilt_alpha"], joined["tilt_beta"]),
-        tilt_alpha=joined["tilt_alpha"],
-        tilt_beta=joined["tilt_beta"],
-        temperature=joined["temperature"],
+        payload=rows.payload,
+        gravity_factor=_gravity_factor(rows.tilt_alpha, rows.tilt_beta),
+        tilt_alpha=rows.tilt_alpha,
+        tilt_beta=rows.tilt_beta,
+        temperature=rows.temperature,
         torque_constant=_constant_of_current(axis, efforts),
     )
     usable, lost, calm = _usable_rows(torque, smoothed.surprise, _faulty(repaired), motion)
     for one in repaired:
-        for reason, rows in one.dropped.items():
-            lost[reason] = lost.get(reason, 0) + rows
-    at_rest, unseen = standing(motion, joined["position"], calm)
+        for reason, count in one.dropped.items():
+            lost[reason] = lost.get(reason, 0) + count
+    at_rest, unseen = standing(motion, rows.position, calm)
     usable &= ~at_rest
     motion = replace(motion, restart=at_rest & ~np.append(at_rest[1:] & ~motion.first[1:], False))
-    rate = lowpass.common_rate(motion, np.asarray(source)[trial])
+    rate = lowpass.common_rate(motion, np.asarray(source)[rows.trial])
     bandwidth, noise = lowpass.bandwidth_and_noise(calm, motion, rate)
     return Recording(
         axis,
@@ -303,7 +292,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         source,
         noise,
         lowpass.design(bandwidth, rate),
-        resolution(joined["position"]),
+        resolution(rows.position),
         lost,
         tuple(log.source for log in logs),
         tuple(remark for one in repaired for remark in one.remarks) + _contradicted(smoothed, axis),
@@ -386,66 +375,14 @@ def _constant_of_current(axis: Axis, efforts: Sequence[Effort]) -> float | None:
     return 1.0 if axis.effort == "current" else axis.torque_constant
 
 
-def _read_columns(log: Log, effort: Effort) -> dict[str, Array | None]:
-    """Every role of one log, and `effort`: the measured torque."""
-    roles = columns_of(log.axis.kind)
-    columns: dict[str, Array | None] = {role: log.column(role) for role in roles if role != "trial"}
-    for role, values in columns.items():
-        if values is not None:
-            _refuse_magnitude(values, roles[role], log.source)
-    for role in ("current", "torque", "bus_current", "duty", "drive_on"):
-        del columns[role]
-    columns["effort"], columns["back_emf"] = effort.values, effort.back_emf
-    columns["trial"] = np.asarray(log.frame.groupby("trial", sort=False).ngroup(), dtype=float)
-    return columns
-
-
-def _refuse_magnitude(values: Array, name: str, file: str) -> None:
-    """Refuse a column that is of no axis as a whole; single readings that cannot be are left out later."""
-    size = np.abs(values)
-    if (typical := float(np.quantile(size, 0.5, method="lower"))) > _LARGEST:
-        problem = f'column "{name}" is about {typical:.0e}, which no axis reaches'
-    elif 0.0 < float(size.max()) < 1.0 / _LARGEST:
-        problem = f'column "{name}" stays below {1.0 / _LARGEST:.0e}, which no sensor sees'
-    else:
-        return
-    raise InputError(problem, file=file, remedy="check its unit")
-
-
-def _join(parts: Sequence[dict[str, Array | None]], role: str) -> Array | None:
-    """One role over all logs. A role that only some logs hold takes its neutral value in the rest."""
-    columns = [part[role] for part in parts]
-    if all(column is None for column in columns):
-        return None
-    neutral = {"payload": 0.0, "tilt_alpha": 0.0, "tilt_beta": 0.0}
-    if any(column is None for column in columns) and role not in neutral:
-        return None
-    sizes = [len(part["trial"]) for part in parts if part["trial"] is not None]
-    filled = [
-        np.full(size, neutral[role]) if column is None else column
-        for column, size in zip(columns, sizes, strict=True)
-    ]
-    return np.concatenate(filled)
-
-
-def _number_trials(trials: Sequence[Array | None]) -> NDArray[np.intp]:
-    offset = 0
-    numbered = []
-    for trial in trials:
-        assert trial is not None
-        numbered.append(trial.astype(np.intp) + offset)
-        offset = int(numbered[-1].max()) + 1
-    return np.concatenate(numbered)
-
-
 def _label_trials(
-    logs: Sequence[Log], parts: Sequence[dict[str, Array | None]]
+    logs: Sequence[Log], repaired: Sequence[Repaired]
 ) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """Experiment and log of each trial."""
     experiment: list[str] = []
     source: list[int] = []
-    for index, (log, part) in enumerate(zip(logs, parts, strict=True)):
-        assert part["trial"] is not None
-        count = int(part["trial"].max()) + 1
+    for index, (log, one) in enumerate(zip(logs, repaired, strict=True)):
+        count = int(one.columns.trial.max()) + 1
         experiment += [log.experiment or "other"] * count
         source += [index] * count
     return tuple(experiment), tuple(source)
@@ -465,8 +402,7 @@ def _gravity_factor(alpha: Array | None, beta: Array | None) -> Array | None:
 def _faulty(repaired: Sequence[Repaired]) -> dict[str, NDArray[np.bool_]]:
     """Reason -> rows of all logs that a sensor's fault spoils."""
     reasons = dict.fromkeys(reason for one in repaired for reason in one.faulty)
-    sizes = [len(one.columns["time"]) for one in repaired if one.columns["time"] is not None]
-    blank = [np.zeros(size, dtype=bool) for size in sizes]
+    blank = [np.zeros(len(one.columns), dtype=bool) for one in repaired]
     return {
         reason: np.concatenate(
             [one.faulty.get(reason, none) for one, none in zip(repaired, blank, strict=True)]

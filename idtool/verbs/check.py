@@ -16,8 +16,7 @@ from idtool.fit.identifiability import shortcomings
 from idtool.fit.model import Spec
 from idtool.fit.shortcoming import PARTS, Shortcoming
 from idtool.log import Log, columns_of
-from idtool.log.impossible import GAP
-from idtool.log.repair import missing_rows
+from idtool.log.clock import GAP, missing_rows
 from idtool.model import gravity
 from idtool.parameters import GRAVITY_MODELS
 from idtool.presentation.text import counted, listed

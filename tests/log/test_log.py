@@ -20,9 +20,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from idtool.errors import InputError
+from idtool.importing.cleaning import to_numbers
 from idtool.io.read_file import read_bytes
 from idtool.log import Log, LogWriter, columns_of
-from idtool.log.repair import gap_cuts
+from idtool.log.clock import gap_cuts
 from idtool.parameters.axis import Axis
 
 AXIS = '# [axis]\n# kind = "rotary"\n# torque_constant_nm_per_a = 2.67\n'
@@ -282,6 +283,17 @@ def test_arbitrary_bytes_are_an_input_error_or_a_log(tmp_path, content) -> None:
     for data in (content, HEAD.encode() + NAMES.encode() + content, gzip.compress(content)[: len(content)]):
         with suppress(InputError):
             Log.read(put(tmp_path, data))
+
+
+def test_a_whole_number_beyond_a_float_is_no_finite_one(tmp_path: Path) -> None:
+    frame = Log.read(put(tmp_path, HEAD + NAMES + ROWS)).frame
+    column = frame.columns[-1]
+    frame[column] = [10**400, *frame[column].iloc[1:]]
+    text = HEAD + frame.to_csv(index=False)
+    with pytest.raises(InputError, match=rf'column "{column}" holds "10+", not a finite number'):
+        Log.read(put(tmp_path, text))
+    table = frame.rename(columns={column: "iq"}).assign(iq=lambda rows: rows["iq"].astype(object))
+    assert np.isnan(to_numbers(table["iq"], "iq", tmp_path)).sum() == 1
 
 
 @SLOW
