@@ -17,8 +17,9 @@ carries its unit; on a linear axis (`axis = "linear"`) read m for rad.
 from __future__ import annotations
 
 import math
+import re
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from itertools import pairwise
@@ -27,7 +28,8 @@ from typing import Any, cast
 
 from idtool.errors import InputError, nearest
 from idtool.experiment.trajectory import BackAndForth, Motion, Sines
-from idtool.io.toml import is_finite, parse_toml, short
+from idtool.io.tables import check_schema, no_strangers, table_at
+from idtool.io.toml import is_finite, load_toml, parse_toml, read_document, short
 from idtool.model.units import Kind, file_key
 from idtool.rig.base import TrialSetup
 
@@ -37,6 +39,8 @@ _MAX_BYTES = 1 << 20
 _MAX_TRIALS = 1000
 _MAX_SECONDS = 4 * 3600.0
 _MAX_SINES = 50
+#: What may be meant as the name of a bundled recipe.
+_WORD = re.compile(r"[\w-]{1,60}")
 #: A sine of more than this share of the sampling frequency has fewer than ten rows per period.
 SINE_SHARE = 0.1
 #: Acceleration of ramps where a recipe does not say: slow against any servo, fast against any run.
@@ -162,27 +166,10 @@ def read_recipe(name_or_path: str, changes: Changes | None = None) -> Recipe:
     if name_or_path in _bundled():
         return parse_recipe(recipe_text(name_or_path), f"recipe {name_or_path}", changes)
     path = Path(name_or_path)
-    try:
-        if path.is_dir():
-            raise InputError("is a folder where a recipe should be", file=path, remedy="name the file in it")
-        with open(path, "rb") as stream:
-            content = stream.read(_MAX_BYTES + 1)  # never more, whatever the path leads to
-    except FileNotFoundError as error:
-        if path.suffix != ".toml" and path.name == name_or_path:
-            recipe_text(name_or_path)  # a word that is no file is a misspelt name
-        raise InputError("no such file", file=path, remedy="ffc-id recipes lists the bundled ones") from error
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            f"cannot be read ({reason})", file=short(path.name), remedy="check the path"
-        ) from error
-    if len(content) > _MAX_BYTES:
-        raise InputError("is over 1 MiB, no recipe", file=path, remedy="name a recipe file")
-    try:
-        text = content.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError("is not UTF-8 text, no recipe", file=path, remedy="name a recipe file") from error
-    return parse_recipe(text, str(path), changes)
+    if _WORD.fullmatch(name_or_path) and not path.exists():
+        recipe_text(name_or_path)  # a word that is no file is a misspelt name
+    document = load_toml(path, _MAX_BYTES, what="a recipe", made_by="`ffc-id recipes show NAME`")
+    return _recipe(document, str(path), changes)
 
 
 def parse_recipe(text: str, source: str, changes: Changes | None = None) -> Recipe:
@@ -191,19 +178,12 @@ def parse_recipe(text: str, source: str, changes: Changes | None = None) -> Reci
     Raises:
         InputError: naming `source`, the key and the remedy.
     """
-    try:
-        document = parse_toml(text)
-    except (ValueError, RecursionError) as error:  # a whole number too long to read is a ValueError
-        reason = str(error).splitlines()[0].rstrip(".")
-        raise InputError(f"is not TOML ({reason})", file=source, remedy="correct that place") from error
-    if document.get("schema") != SCHEMA:
-        raise InputError(
-            f"schema is {short(document['schema'])}" if "schema" in document else "schema is missing",
-            file=source,
-            place="schema",
-            remedy=f'expected "{SCHEMA}"',
-        )
-    _known(document, _TOP, "", source)
+    return _recipe(read_document(text, source, what="a recipe"), source, changes)
+
+
+def _recipe(document: dict[str, Any], source: str, changes: Changes | None) -> Recipe:
+    check_schema(document, SCHEMA, source)
+    no_strangers(document, _TOP, "", source)
     name = _word(document, "name", source)
     experiment = _word(document, "experiment", source)
     description = _word(document, "description", source, needed=False)
@@ -212,10 +192,8 @@ def parse_recipe(text: str, source: str, changes: Changes | None = None) -> Reci
         remedy = nearest(str(kind)[:60], ["rotary", "linear"])
         raise InputError(f"unknown kind of axis {short(kind)}", file=source, place="axis", remedy=remedy)
     period = _number(document.get("period_s", 0.005), "period_s", source, low=1e-3, high=0.1)
-    setup = document.get("setup", {})
-    if not isinstance(setup, dict):
-        raise InputError("expected a table", file=source, place="setup", remedy="write it as [setup]")
-    _known(setup, _SETUP, "setup.", source)
+    setup = table_at(document.get("setup", {}), "setup", source)
+    no_strangers(setup, _SETUP, "setup.", source)
     reader = _Reader(source, cast(Kind, kind), period)
     entries = _changed(document.get("trials"), cast(Kind, kind), changes or Changes())
     trials = reader.trials(setup, entries)
@@ -288,8 +266,7 @@ class _Reader:
 
     def _expand(self, entry: Any, place: str) -> list[dict[str, Any]]:
         """One table per value of a list (all lists of a table must be of one length)."""
-        if not isinstance(entry, dict):
-            raise self.error("expected a table", place, "write it as [[trials]]")
+        entry = table_at(entry, place, self.source, "write it as [[trials]]")
         lists = {k: v for k, v in entry.items() if isinstance(v, list) and k != "frequencies_hz"}
         lengths = {len(values) for values in lists.values()}
         if len(lengths) > 1:
@@ -311,7 +288,7 @@ class _Reader:
             problem = f"unknown kind of motion {short(motion)}" if "kind" in values else "is missing"
             raise self.error(problem, f"{place}.kind", remedy)
         keys = {name: file_key(name, dimension, self.kind) for name, dimension, _ in _KINDS[motion]}
-        _known(values, ("kind", *keys.values(), *_SETUP), f"{place}.", self.source)
+        no_strangers(values, ("kind", *keys.values(), *_SETUP), f"{place}.", self.source)
         for name, _, needed in _KINDS[motion]:
             if needed and keys[name] not in values:
                 raise self.error("is missing", f"{place}.{keys[name]}", f"add {keys[name]} = ...")
@@ -372,13 +349,6 @@ class _Reader:
 
     def error(self, problem: str, place: str, remedy: str) -> InputError:
         return InputError(problem, file=self.source, place=place, remedy=remedy)
-
-
-def _known(table: Iterable[str], known: tuple[str, ...], prefix: str, source: str) -> None:
-    for key in table:
-        if key not in known:
-            place = f"{prefix}{key if len(key) <= 60 and key.isprintable() else short(key)}"
-            raise InputError("unknown key", file=source, place=place, remedy=nearest(key[:60], known))
 
 
 def _word(document: Mapping[str, Any], key: str, source: str, *, needed: bool = True) -> str:

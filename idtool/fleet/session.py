@@ -11,14 +11,15 @@ import datetime
 import hashlib
 import json
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError
 from idtool.io.read_file import read_bytes
+from idtool.io.tables import no_strangers
+from idtool.io.toml import read_document, short
 from idtool.log import Log
 
 FACTS = "session.toml"
@@ -116,19 +117,11 @@ def identity(task: Task, logs: Sequence[Log]) -> tuple[str, datetime.date | None
 
 def _facts(task: Task) -> dict[str, Any]:
     file = Path(task.name) / FACTS
-    try:
-        told = tomllib.loads(task.facts.decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError("is not TOML", file=file, remedy=_EXAMPLE) from error
+    told = read_document(task.facts, file, what="facts of a session")
+    no_strangers(told, ("unit", "date"), "", file)
     for key, value in told.items():
-        good = isinstance(value, str) if key == "unit" else key == "date" and _date(value) is not None
-        if not good:
-            raise InputError(
-                f"{value!r} is no {key}" if key in ("unit", "date") else "unknown key",
-                file=file,
-                place=key,
-                remedy=_EXAMPLE if key in ("unit", "date") else nearest(key, ("unit", "date")),
-            )
+        if not (isinstance(value, str) if key == "unit" else _date(value) is not None):
+            raise InputError(f"{short(value)} is no {key}", file=file, place=key, remedy=_EXAMPLE)
     return told
 
 

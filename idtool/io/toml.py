@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,22 @@ def parse_toml(text: str) -> dict[str, Any]:
     return tomllib.loads(text)
 
 
+def read_document(content: bytes | str, file: str | PathLike[str], *, what: str) -> dict[str, Any]:
+    """The document of TOML; `file`, and `what` it is, are for messages.
+
+    Raises:
+        InputError: not text, not TOML.
+    """
+    try:
+        return parse_toml(content.decode("utf-8-sig") if isinstance(content, bytes) else content)
+    except UnicodeDecodeError as error:
+        raise InputError("is not a text file", file=file, remedy=f"name {what} (TOML)") from error
+    except RecursionError as error:
+        raise InputError("is not TOML (nested too deeply)", file=file, remedy="correct that place") from error
+    except ValueError as error:  # tomllib lets int() complain of huge numbers as ValueError
+        raise InputError(f"is not TOML ({error})", file=file, remedy="correct that place") from error
+
+
 def load_toml(
     file: Path, limit: int, *, what: str = "a parameter file", made_by: str = "`ffc-id identify` or a fit"
 ) -> dict[str, Any]:
@@ -57,15 +74,8 @@ def load_toml(
         InputError: not readable, empty, not text, not TOML.
     """
     raw, cut = read_bytes(file, what=what, limit=limit)
-    try:
-        if cut:
-            raise InputError("is gzipped and cut short", file=file, remedy="copy it again")
-        if not raw.strip():
-            raise InputError("the file is empty", file=file, remedy=f"make it with {made_by}")
-        return parse_toml(raw.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise InputError("is not a text file", file=file, remedy=f"name {what} (TOML)") from error
-    except RecursionError as error:
-        raise InputError("is not TOML (nested too deeply)", file=file, remedy="correct that place") from error
-    except ValueError as error:  # tomllib lets int() complain of huge numbers as ValueError
-        raise InputError(f"is not TOML ({error})", file=file, remedy="correct that place") from error
+    if cut:
+        raise InputError("is gzipped and cut short", file=file, remedy="copy it again")
+    if not raw.strip():
+        raise InputError("the file is empty", file=file, remedy=f"make it with {made_by}")
+    return read_document(raw, file, what=what)

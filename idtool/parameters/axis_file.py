@@ -27,8 +27,9 @@ from typing import Any
 
 import tomli_w
 
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError
 from idtool.io.atomic import atomic_write, refuse_existing
+from idtool.io.tables import check_schema, no_strangers, table_at
 from idtool.io.toml import is_finite, load_toml, short
 from idtool.model.units import Kind, file_key
 from idtool.parameters.axis import Axis
@@ -94,17 +95,8 @@ class AxisFile:
     @classmethod
     def from_document(cls, document: Mapping[str, Any], file: Path) -> AxisFile:
         """Check a TOML document; `file` is for messages."""
-        if document.get("schema") != SCHEMA:
-            raise InputError(
-                f"unknown schema {short(document['schema'])}" if "schema" in document else "is missing",
-                file=file,
-                place="schema",
-                remedy=f'an axis file has schema = "{SCHEMA}"; ffc-id init writes one',
-            )
-        for key in document:
-            if key not in ("schema", "axis", "limits"):
-                remedy = nearest(key, ("axis", "limits"))
-                raise InputError("unknown key", file=file, place=key[:60], remedy=remedy)
+        check_schema(document, SCHEMA, file, f'an axis file has schema = "{SCHEMA}"; ffc-id init writes one')
+        no_strangers(document, ("schema", "axis", "limits"), "", file)
         if "axis" not in document:
             raise InputError("is missing", file=file, place="[axis]", remedy="add [axis] with its kind")
         axis = Axis.from_table(document["axis"], file=file)
@@ -117,20 +109,16 @@ def _keys(kind: Kind) -> dict[str, str]:
 
 
 def _limits(table: Any, kind: Kind, file: Path) -> dict[str, float]:
-    if not isinstance(table, dict):
-        raise InputError("expected a table", file=file, place="limits", remedy="write it as [limits]")
     keys = _keys(kind)
+    no_strangers(table_at(table, "limits", file), keys, "limits.", file)
     limits = {}
     for key, value in table.items():
-        place = f"limits.{key[:60]}"
-        if key not in keys:
-            raise InputError("unknown key", file=file, place=place, remedy=nearest(key[:60], keys))
         positive = keys[key] in _POSITIVE
         if not is_finite(value) or (positive and value <= 0):
             raise InputError(
                 f"expected a finite number{' above zero' if positive else ''}, found {short(value)}",
                 file=file,
-                place=place,
+                place=f"limits.{key}",
                 remedy="correct it",
             )
         limits[keys[key]] = float(value)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from idtool.errors import InputError, nearest
-from idtool.io.toml import is_finite, short
+from idtool.errors import InputError
+from idtool.io.tables import finite, no_strangers, table_at
+from idtool.io.toml import short
 from idtool.model.units import Units, file_key
 
 #: No coefficient of a machine, in SI, comes near (the stiffness of a ball screw is 1e8 N/m).
@@ -172,26 +173,3 @@ def _flag(value: Any, place: str, file: Path) -> bool:
             remedy="write true or false without quotes",
         )
     return value
-
-
-def table_at(value: Any, place: str, file: Path) -> Mapping[str, Any]:
-    if not isinstance(value, dict):
-        raise InputError("expected a table", file=file, place=place, remedy=f"write it as [{place}]")
-    return value
-
-
-def no_strangers(table: Mapping[str, Any], known: tuple[str, ...], prefix: str, file: Path) -> None:
-    for key in table:
-        if key not in known:
-            raise InputError("unknown key", file=file, place=f"{prefix}{key}", remedy=nearest(key, known))
-
-
-def finite(value: Any, place: str, file: Path) -> float:
-    if not is_finite(value):
-        raise InputError(
-            f"expected a finite number, found {short(value)}",
-            file=file,
-            place=place,
-            remedy="write a number there",
-        )
-    return float(value)

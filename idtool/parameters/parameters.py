@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 from idtool.errors import InputError
 from idtool.io.atomic import atomic_write, refuse_existing
-from idtool.io.toml import load_toml, short
+from idtool.io.tables import check_schema, no_strangers, table_at
+from idtool.io.toml import load_toml
 from idtool.model.units import Units, file_key, is_linear
 from idtool.parameters.axis import Axis
 from idtool.parameters.contents import (
@@ -31,7 +32,7 @@ from idtool.parameters.contents import (
 )
 from idtool.parameters.drive import Drive
 from idtool.parameters.older_files import effects_of_today
-from idtool.parameters.parameter import Parameter, no_strangers, read_parameters, table_at
+from idtool.parameters.parameter import Parameter, read_parameters
 from idtool.parameters.physics import positive, some_friction
 from idtool.parameters.reading import (
     effect_dimensions,
@@ -175,13 +176,7 @@ class Parameters:
     @classmethod
     def from_document(cls, document: Mapping[str, Any], file: Path) -> Parameters:
         """Check a TOML document; `file` is for messages."""
-        if document.get("schema") != SCHEMA:
-            raise InputError(
-                f"unknown schema {short(document['schema'])}" if "schema" in document else "is missing",
-                file=file,
-                place="schema",
-                remedy=f'expected schema = "{SCHEMA}"',
-            )
+        check_schema(document, SCHEMA, file)
         known = ("schema", "axis", "gravity", "friction", "effects", "drive", "controller", "provenance")
         no_strangers(document, known, "", file)
         if "axis" not in document:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from idtool.errors import InputError, nearest
+from idtool.io.tables import finite, no_strangers, table_at
 from idtool.io.toml import short
 from idtool.model.units import Units, file_key, is_linear
 from idtool.parameters.contents import (
@@ -18,7 +19,7 @@ from idtool.parameters.contents import (
     EffectEntry,
 )
 from idtool.parameters.drive import LOOP, Drive, check_drive, dimensions
-from idtool.parameters.parameter import MOST, Parameter, finite, no_strangers, read_parameters, table_at
+from idtool.parameters.parameter import MOST, Parameter, read_parameters
 from idtool.parameters.physics import within_bounds
 
 

@@ -18,13 +18,14 @@ sensors = "lab"                            # or "dynamixel", "ideal"
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from idtool.errors import InputError, nearest
-from idtool.io.read_file import read_bytes
-from idtool.io.toml import is_finite, parse_toml, short
+from idtool.io.tables import finite, no_strangers, table_at
+from idtool.io.toml import is_finite, load_toml, short
 from idtool.parameters.axis import Axis
 from idtool.parameters.older_files import renamed
 from idtool.rig.sensors import SENSORS, Motor
@@ -152,20 +153,14 @@ def read_plant_file(path: str | Path) -> PlantFile:
         InputError: it names the file and the key.
     """
     file = Path(path)
-    content, _ = read_bytes(file, what="a plant file", limit=MAX_BYTES)
-    try:
-        table = parse_toml(content.decode("utf-8"))
-    except (ValueError, RecursionError) as error:  # a whole number too long to read is a ValueError
-        reason = str(error).splitlines()[0].rstrip(".")
-        raise InputError(f"not TOML ({reason})", file=file, remedy="correct that line") from None
-    return parse_plant(table, file)
+    return parse_plant(load_toml(file, MAX_BYTES, what="a plant file", made_by="docs/rigs.md"), file)
 
 
 def parse_plant(table: dict[str, Any], file: Path) -> PlantFile:
     """Check a plant file's table."""
-    _known(table, _TOP, file, "")
+    no_strangers(table, _TOP, "", file)
     axis_table = _table(table, "axis", file)
-    _known(axis_table, ("kind", "torque_constant_nm_per_a", "force_constant_n_per_a"), file, "axis.")
+    no_strangers(axis_table, ("kind", "torque_constant_nm_per_a", "force_constant_n_per_a"), "axis.", file)
     axis = Axis.from_table(axis_table, file=file)
     if axis.kind != "rotary" or axis.torque_constant is None:
         raise InputError(
@@ -257,7 +252,7 @@ def _period(value: Any, file: Path) -> float:
 
 def _drive(table: dict[str, Any], file: Path) -> Drive:
     defaults: dict[str, float | None] = {item.name: float(item.default) for item in fields(Drive)}  # type: ignore[arg-type]
-    numbers = _numbers(_table(table, "drive", file, needed=False), defaults, file, "drive.")
+    numbers = _numbers(table_at(table.get("drive", {}), "drive", file), defaults, file, "drive.")
     for key, value in numbers.items():
         _above_zero(value, file, f"drive.{key}")
     return Drive(**numbers)
@@ -269,7 +264,7 @@ _SUPPLY, _USED = 24.0, 0.9
 
 def _motor(table: dict[str, Any], constant: float, limits: dict[str, float], file: Path) -> Motor:
     """The motor; one that the file does not describe has a winding that fits its limits."""
-    given = _table(table, "motor", file, needed=False)
+    given = table_at(table.get("motor", {}), "motor", file)
     supply = given.get("supply_v", _SUPPLY)
     supply = float(supply) if is_finite(supply) else _SUPPLY  # what is no number is named below
     left = max(_USED * supply - constant * limits["speed_rad_s"], (1.0 - _USED) * supply)
@@ -286,7 +281,7 @@ def _motor(table: dict[str, Any], constant: float, limits: dict[str, float], fil
 
 
 def _temperature(table: dict[str, Any], file: Path) -> tuple[dict[str, float], bool]:
-    values = dict(_table(table, "temperature", file, needed=False))
+    values = dict(table_at(table.get("temperature", {}), "temperature", file))
     sensor = values.pop("sensor", False)
     if not isinstance(sensor, bool):
         raise InputError("not true or false", file=file, place="temperature.sensor", remedy="write true")
@@ -357,41 +352,23 @@ def _check_speed_of_effects(effects: dict[str, dict[str, float]], inertia: float
         )
 
 
-def _known(table: dict[str, Any], known: tuple[str, ...], file: Path, prefix: str) -> None:
-    for key in table:
-        if key not in known:
-            raise InputError(
-                "unknown key", file=file, place=f"{prefix}{key[:60]}", remedy=nearest(key[:60], known)
-            )
-
-
-def _table(table: dict[str, Any], name: str, file: Path, *, needed: bool = True) -> dict[str, Any]:
-    value = table.get(name)
-    if value is None and not needed:
-        return {}
-    if not isinstance(value, dict):
-        raise InputError("missing table", file=file, place=f"[{name}]", remedy=f"add [{name}]")
-    return value
+def _table(table: dict[str, Any], name: str, file: Path) -> Mapping[str, Any]:
+    if name not in table:
+        raise InputError("is missing", file=file, place=f"[{name}]", remedy=f"add [{name}]")
+    return table_at(table[name], name, file)
 
 
 def _numbers(
-    table: dict[str, Any], wanted: dict[str, float | None], file: Path, prefix: str
+    table: Mapping[str, Any], wanted: dict[str, float | None], file: Path, prefix: str
 ) -> dict[str, float]:
     """The wanted keys of a table as finite numbers; nothing else may stand in it."""
-    _known(table, tuple(wanted), file, prefix)
+    no_strangers(table, wanted, prefix, file)
     numbers = {}
     for key, default in wanted.items():
         value = table.get(key, default)
         if value is None:
-            raise InputError("missing", file=file, place=f"{prefix}{key}", remedy="add it, in SI units")
-        if not is_finite(value):
-            raise InputError(
-                f"{short(value)} is not a finite number",
-                file=file,
-                place=f"{prefix}{key}",
-                remedy="write a number in SI units",
-            )
-        numbers[key] = float(value)
+            raise InputError("is missing", file=file, place=f"{prefix}{key}", remedy="add it, in SI units")
+        numbers[key] = finite(value, f"{prefix}{key}", file)
     return numbers
 
 

@@ -75,10 +75,10 @@ def test_a_linear_axis_has_metres() -> None:
 
 
 BAD = [
-    ("", "schema is missing"),
+    ("", "schema: is missing"),
     ("a = ", "is not TOML ("),
     (f"a = {'9' * 5000}", "is not TOML ("),
-    (HEAD.replace("/1", "/9") + WAY, "schema is 'ffc-id/recipe/9'; expected"),
+    (HEAD.replace("/1", "/9") + WAY, "schema: unknown schema 'ffc-id/recipe/9'; expected"),
     (HEAD.replace("name", "nam") + WAY, 'nam: unknown key; did you mean "name"'),
     (HEAD.replace('"mine"', "3") + WAY, "name: expected a short text, found 3"),
     (HEAD.replace('"mine"', '"a\\nb"') + WAY, "name: expected a short text"),
@@ -138,14 +138,14 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     (tmp_path / "big.toml").write_bytes(b"#" * (1 << 21))
     for name, expected in (
         (str(tmp_path), "is a folder where a recipe should be; name the file in it."),
-        (str(tmp_path / "no.toml"), "no such file; ffc-id recipes lists"),
-        (str(tmp_path / "latin.toml"), "is not UTF-8 text"),
-        (str(tmp_path / "big.toml"), "is over 1 MiB"),
-        ("/dev/zero", "is over 1 MiB"),
+        (str(tmp_path / "no.toml"), "no such file; check the path"),
+        (str(tmp_path / "latin.toml"), "is not a text file; name a recipe"),
+        (str(tmp_path / "big.toml"), "holds over 1 MiB, too much for a recipe"),
+        ("/dev/zero", "holds over 1 MiB"),
         ("swep", 'unknown recipe "swep"; did you mean "sweep"'),
         ("zzz", "known are gravity, pauses, sine, sweep, validation."),
         ("x" * 5000, "cannot be read (File name too long)"),
-        ("a\0b", "cannot be read (embedded null byte)"),
+        ("a\0b", "is no path of a file"),
     ):
         with pytest.raises(InputError) as caught:
             read_recipe(name)

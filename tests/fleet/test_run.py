@@ -138,8 +138,10 @@ def test_whose_session_it_is_and_when(
     [
         ("unit = 3", "A/session.toml, unit: 3 is no unit; write unit"),
         ('date = "soon"', "A/session.toml, date: 'soon' is no date; write unit"),
+        ("a = " + "[" * 9000, "A/session.toml: is not TOML (nested too deeply)"),
+        ("a = " + "9" * 5000, "A/session.toml: is not TOML ("),
         ("colour = 1", "A/session.toml, colour: unknown key; known are date, unit"),
-        ("unit", "A/session.toml: is not TOML; write unit"),
+        ("unit", "A/session.toml: is not TOML ("),
     ],
 )
 def test_facts_that_cannot_be_used_fail_that_session(tmp_path: Path, facts: str, expected: str) -> None:

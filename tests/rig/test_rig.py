@@ -137,7 +137,7 @@ def test_what_cannot_be_done_is_a_fault() -> None:
     [
         ({"friktion": {}}, 'friktion: unknown key; did you mean "friction"'),
         ({"friction": {"coulomb_nm": -1}}, "friction.coulomb_nm: -1 is not above zero"),
-        ({"friction": {"coulomb_nm": "much"}}, "friction.coulomb_nm: 'much' is not a finite number"),
+        ({"friction": {"coulomb_nm": "much"}}, "friction.coulomb_nm: expected a finite number, found 'much'"),
         ({"friction": {"coulomb": 1}}, 'friction.coulomb: unknown key; did you mean "coulomb_nm"'),
         ({"sensors": "dynamixl"}, 'did you mean "dynamixel"'),
         ({"plant": {"inertia_kg_m2": True}}, "plant.inertia_kg_m2"),
@@ -148,12 +148,12 @@ def test_what_cannot_be_done_is_a_fault() -> None:
         ({"limits": {"lowest_rad": 3.0}}, "limits: lowest_rad is not below"),
         ({"temperature": {"sensor": 1}}, "temperature.sensor"),
         ({"effects": [{"name": "backlsh"}]}, 'did you mean "backlash"'),
-        ({"effects": [{"name": "torque_offset"}]}, "torque_offset.offset_nm: missing"),
+        ({"effects": [{"name": "torque_offset"}]}, "torque_offset.offset_nm: is missing"),
         ({"effects": [{"name": "transport_delay", "delay_s": 2.0}]}, "transport_delay.delay_s"),
         ({"effects": [{"name": "inertia", "inertia_kg_m2": 1, "x": 2}]}, "inertia.x: unknown key"),
         ({"effects": 3}, "effects: not a list"),
         ({"motor": {"resistance_ohm": 0}}, "motor.resistance_ohm: 0 is not above zero"),
-        ({"motor": {"supply_v": "12"}}, "motor.supply_v: '12' is not a finite number"),
+        ({"motor": {"supply_v": "12"}}, "motor.supply_v: expected a finite number, found '12'"),
         ({"motor": {"volts": 12}}, "motor.volts: unknown key"),
         (
             {"friction": {"bristle_stiffness_nm_per_rad": -1}},
@@ -184,7 +184,7 @@ def test_plant_files_are_read_strictly(changes: dict[str, Any], words: str, tmp_
 def test_not_toml(text: str, tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_bytes(text.encode("utf-8", "surrogateescape"))
-    with pytest.raises(InputError, match="not TOML"):
+    with pytest.raises(InputError, match=r"is not TOML|is not a text file"):
         open_rig(f"sim:{file}")
 
 
