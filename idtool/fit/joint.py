@@ -44,6 +44,7 @@ class JointFit:
         ended: how the search ended; see `outcome`.
         pull: by how much an effect that the model lacks can have moved each coordinate; None if nothing is
             known to be lacking.
+        unsure: standard error of each coordinate that was held; None if they are known exactly.
     """
 
     model: JointModel
@@ -56,6 +57,7 @@ class JointFit:
     held: frozenset[str] = frozenset()
     ended: Outcome = Outcome.CONVERGED
     pull: Array | None = None
+    unsure: Array | None = None
 
     @property
     def presliding_scale(self) -> float:
@@ -133,8 +135,8 @@ class JointFit:
         place = int(np.count_nonzero(tried[:i]))
         trial = self.model.recording.filtered_trial
         found = uncertainty(self.jacobian[:, tried], self.residual, trial)
-        pull = 0.0 if self.pull is None else float(self.pull[i])
-        reach = float(found.one_sided[place]) * math.hypot(math.sqrt(found.covariance[place, place]), pull)
+        moved = float(np.linalg.norm(self._moved[:, i]))
+        reach = float(found.one_sided[place]) * math.hypot(math.sqrt(found.covariance[place, place]), moved)
         return reach if reach > 0.0 else math.inf
 
     @cached_property
@@ -150,12 +152,29 @@ class JointFit:
         return uncertainty(self.jacobian[:, self.free], self.residual, trial)
 
     @cached_property
+    def _moved(self) -> Array:
+        """How far what is not in the residual can have moved each coordinate: an effect that the model lacks,
+        and one standard error of each that was held, (causes, coordinates)."""
+        moved = np.zeros((0, len(self.x))) if self.pull is None else self.pull[None, :]
+        causes = np.flatnonzero(self.unsure) if self.unsure is not None else np.array([], dtype=np.intp)
+        if not len(causes) or not self.free.any():
+            return moved
+        assert self.unsure is not None
+        own = self.jacobian[:, self.free]
+        size = np.linalg.norm(own, axis=0)
+        size[size == 0.0] = 1.0
+        torque = self.jacobian[:, causes] * self.unsure[causes]
+        carried = np.zeros((len(causes), len(self.x)))
+        carried[:, self.free] = -(np.linalg.lstsq(own / size, torque, rcond=1e-6)[0] / size[:, None]).T
+        return np.vstack([moved, carried])
+
+    @cached_property
     def covariance(self) -> Array:
-        """Covariance of the coordinates, robust against autocorrelated residuals, with `pull` added; those
-        that were held or sit at a bound get zero rows."""
+        """Covariance of the coordinates, robust against autocorrelated residuals, with `pull` and what those
+        that were held may be off by added; those that were held or sit at a bound get zero rows."""
         covariance = np.zeros((len(self.x), len(self.x)))
         covariance[np.ix_(self.free, self.free)] = self.uncertainty.covariance
-        return covariance if self.pull is None else covariance + np.outer(self.pull, self.pull)
+        return np.asarray(covariance + self._moved.T @ self._moved)
 
     @cached_property
     def quantile(self) -> Array:

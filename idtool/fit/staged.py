@@ -8,8 +8,8 @@ hands back only its own part.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,19 +19,21 @@ from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.joint import JointFit, solve
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import LOGARITHMIC, JointModel, Spec
 from idtool.fit.outcome import Outcome, outcome_of
 from idtool.fit.search import cost_over_stiffness, search
 from idtool.fit.windows import Window, steady_windows
 from idtool.model import gravity as gravity_model
 from idtool.model.motion import Array
 from idtool.model.stribeck import steady
-from idtool.parameters import GRAVITY_MODELS, Parameters
+from idtool.parameters import GRAVITY_MODELS, Parameter, Parameters
 from idtool.presentation.text import counted
 from idtool.signals import Recording
 
 #: Coulomb, viscous and whether the curve bends between them.
 _LEAST_SPEEDS = 3
+#: Half width of a 95 % limit on one side, standard errors.
+_ONE_SIDED = 1.645
 #: Evaluations of the fit of four numbers through the windows.
 _CURVE_MOST = 400
 
@@ -176,7 +178,8 @@ def fit_static(
     spec = Spec(law, model, columns)  # type: ignore[arg-type]
     fit = first_fits(recording, spec, optimizer=optimizer, seed=seed)[-1]
     if known.gravity and known.gravity_model == model:
-        fit = _holding(fit, {f"gravity.{n}": p.value for n, p in known.gravity.items() if p.identified})
+        held = {f"gravity.{n}": p for n, p in known.gravity.items() if p.identified and n in columns}
+        fit = _holding(fit.model, fit.values, held) if held else fit
     windows = steady_windows(fit)
     speeds = {round(window.velocity / (0.05 * fit.model.scales.speed)) for window in windows}
     if len(speeds) < _LEAST_SPEEDS:
@@ -230,23 +233,32 @@ def fit_dynamic(
     found = search(
         joint, fixed=curve, optimizer=optimizer, evaluations=evaluations, seed=seed, keep=2, progress=progress
     )
-    held = {**static}
+    held = dict(known.static)
     if known.gravity and known.gravity_model == model:
-        held |= {f"gravity.{n}": p.value for n, p in known.gravity.items() if n in columns and p.identified}
-    fits = []
-    for point in found:
-        values = {**point.values, **held}
-        x = joint.coordinates({name: values.get(name, 0.0) for name in joint.names})
-        fits.append(solve(joint, x, held=frozenset(held)))
-    best = min(fits, key=lambda fit: fit.sse)
+        held |= {f"gravity.{n}": p for n, p in known.gravity.items() if n in columns and p.identified}
+    best = min((_holding(joint, point.values, held) for point in found), key=lambda fit: fit.sse)
     return DynamicFit(best)
 
 
-def _holding(fit: JointFit, held: dict[str, float]) -> JointFit:
-    mine = {name: value for name, value in held.items() if name in fit.model.names}
-    if not mine:
-        return fit
-    return solve(fit.model, fit.model.coordinates({**fit.values, **mine}), held=frozenset(mine))
+def _holding(model: JointModel, start: Mapping[str, float], held: Mapping[str, Parameter]) -> JointFit:
+    """The fit from `start` with some parameters held, as sure of the others as one can be of those."""
+    values = {**start, **{name: parameter.value for name, parameter in held.items()}}
+    x = model.coordinates({name: values.get(name, 0.0) for name in model.names})
+    unsure = [_unsure(name, held[name]) if name in held else 0.0 for name in model.names]
+    return replace(solve(model, x, held=frozenset(held)), unsure=np.array(unsure))
+
+
+def _unsure(name: str, parameter: Parameter) -> float:
+    """Standard error of a held parameter in its coordinate; of one that is not determined what its bounds
+    say, or its own size where nothing is known; 0 of one that a person declared."""
+    value, logarithmic = parameter.value, name in LOGARITHMIC
+    if parameter.known:
+        error = parameter.stderr or 0.0
+        return error / value if logarithmic else error
+    ends = [end for end in (parameter.at_least, parameter.at_most) if end is not None]
+    if not logarithmic:
+        return max((abs(end - value) for end in ends), default=abs(value)) / _ONE_SIDED
+    return max((abs(math.log(end / value)) for end in ends if end > 0.0), default=1.0) / _ONE_SIDED
 
 
 def _curve(fit: JointFit, windows: Sequence[Window]) -> tuple[dict[str, float], Outcome, float]:
