@@ -17,7 +17,6 @@ carries its unit; on a linear axis (`axis = "linear"`) read m for rad.
 from __future__ import annotations
 
 import math
-import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -39,8 +38,6 @@ _MAX_BYTES = 1 << 20
 _MAX_TRIALS = 1000
 _MAX_SECONDS = 4 * 3600.0
 _MAX_SINES = 50
-#: What may be meant as the name of a bundled recipe.
-_WORD = re.compile(r"[\w-]{1,60}")
 #: A sine of more than this share of the sampling frequency has fewer than ten rows per period.
 SINE_SHARE = 0.1
 #: Acceleration of ramps where a recipe does not say: slow against any servo, fast against any run.
@@ -166,9 +163,14 @@ def read_recipe(name_or_path: str, changes: Changes | None = None) -> Recipe:
     if name_or_path in _bundled():
         return parse_recipe(recipe_text(name_or_path), f"recipe {name_or_path}", changes)
     path = Path(name_or_path)
-    if _WORD.fullmatch(name_or_path) and not path.exists():
-        recipe_text(name_or_path)  # a word that is no file is a misspelt name
-    document = load_toml(path, _MAX_BYTES, what="a recipe", made_by="`ffc-id recipes show NAME`")
+    try:
+        document = load_toml(path, _MAX_BYTES, what="a recipe", made_by="`ffc-id recipes show NAME`")
+    except InputError as error:
+        if not isinstance(error.__cause__, FileNotFoundError):
+            raise
+        if path.suffix != ".toml" and path.name == name_or_path:
+            recipe_text(name_or_path)  # a word that is no file is a misspelt name
+        raise InputError("no such file", file=path, remedy="ffc-id recipes lists the bundled ones") from error
     return _recipe(document, str(path), changes)
 
 

@@ -138,7 +138,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     (tmp_path / "big.toml").write_bytes(b"#" * (1 << 21))
     for name, expected in (
         (str(tmp_path), "is a folder where a recipe should be; name the file in it."),
-        (str(tmp_path / "no.toml"), "no such file; check the path"),
+        (str(tmp_path / "no.toml"), "no such file; ffc-id recipes lists"),
         (str(tmp_path / "latin.toml"), "is not a text file; name a recipe"),
         (str(tmp_path / "big.toml"), "holds over 1 MiB, too much for a recipe"),
         ("/dev/zero", "holds over 1 MiB"),
