@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import struct
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +15,7 @@ from idtool.fleet.statistics import DAYS_PER_YEAR
 from idtool.fleet.summary import Fleet, ParameterLine
 from idtool.model.units import SUFFIXES, unit_text
 from idtool.presentation import style, text
+from idtool.presentation.html import embedded, environment, resource
 from idtool.version import __version__
 
 if TYPE_CHECKING:
@@ -42,16 +41,11 @@ class _Picture:
 
 def page(fleet: Fleet, name: str) -> str:
     """The page as text; it needs no network and no other file."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    script = files("idtool.fleet").joinpath("page.js").read_text("utf-8")
-    template = environment.from_string(files("idtool.fleet").joinpath("page.html.jinja").read_text("utf-8"))
+    script = resource("idtool.fleet", "page.js")
+    template = environment().from_string(resource("idtool.fleet", "page.html.jinja"))
     done = [row for row in fleet.sessions if not row.error]
     return template.render(
-        style=files("idtool.report").joinpath("page.css").read_text("utf-8"),
+        style=resource("idtool.report", "page.css"),
         script=script,
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
         most=_MOST_TOLD,
@@ -131,10 +125,7 @@ def _pictures(fleet: Fleet) -> list[_Picture]:
 
 
 def _embed(name: str, title: str, alt: str, figure: Figure) -> _Picture:
-    content = style.render(figure, "png")
-    width, height = struct.unpack(">II", content[16:24])  # where a PNG keeps its size
-    address = "data:image/png;base64," + base64.b64encode(content).decode("ascii")
-    return _Picture(name, title, alt, address, width, height)
+    return _Picture(name, title, alt, *embedded(style.render(figure, "png")))
 
 
 @style.styled

@@ -91,16 +91,11 @@ class Fleet:
         rows = []
         for row in self.sessions:
             one = self.values.get(row.session, {}).get(key)
-            if one and counts(one):
+            if one and one.known:
                 day = datetime.date.fromisoformat(row.date).toordinal() if row.date else None
                 stderr = one.stderr if one.stderr is not None else float("nan")
                 rows.append((row.session, row.unit, day, one.value, stderr))
         return pd.DataFrame(rows, columns=["session", "unit", "day", "value", "stderr"])
-
-
-def counts(parameter: Parameter) -> bool:
-    """Whether a value is one to compare."""
-    return parameter.identified and not parameter.at_bound
 
 
 def summarise(rows: list[SessionRow], folder: Path) -> Fleet:
@@ -111,7 +106,7 @@ def summarise(rows: list[SessionRow], folder: Path) -> Fleet:
         if not row.error
     }
     fleet = Fleet(tuple(rows), values=values)
-    keys = dict.fromkeys(key for found in values.values() for key, one in found.items() if counts(one))
+    keys = dict.fromkeys(key for found in values.values() for key, one in found.items() if one.known)
     points = {key: fleet.points(key) for key in keys}
     drifts = {key: found for key, table in points.items() if (found := _drift(table))}
     corrected = holm({key: found.p_value for key, found in drifts.items()})
@@ -194,9 +189,9 @@ def table(fleet: Fleet) -> pd.DataFrame:
         found = fleet.values.get(row.session, {})
         for line in fleet.parameters:
             one = found.get(line.key)
-            good = one is not None and counts(one)
-            record[line.key] = one.value if one and good else None
-            record[f"{line.key}.stderr"] = one.stderr if one and good else None
+            known = one if one and one.known else None
+            record[line.key] = known.value if known else None
+            record[f"{line.key}.stderr"] = known.stderr if known else None
         rows.append(record)
     return pd.DataFrame(rows)
 

@@ -5,9 +5,7 @@ Small files of few colours: two for each effect, so that the page does not grow 
 
 from __future__ import annotations
 
-import base64
 import io
-import struct
 from dataclasses import dataclass
 from importlib.resources import files
 
@@ -16,6 +14,7 @@ from numpy.typing import NDArray
 
 from idtool.effects.base import Effect
 from idtool.model.motion import Array
+from idtool.presentation.html import embedded
 from idtool.presentation.style import axis_label, few_colours, look
 from idtool.report.evidence import Evidence
 from idtool.report.residual_figures import residual_against_figure
@@ -103,6 +102,4 @@ def _waves(what: str) -> bool:
 
 
 def _beside(content: bytes, caption: str) -> Beside:
-    width, height = struct.unpack(">II", content[16:24])  # where a PNG keeps its size
-    address = "data:image/png;base64," + base64.b64encode(content).decode("ascii")
-    return Beside(address, width, height, caption)
+    return Beside(*embedded(content), caption)

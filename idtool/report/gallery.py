@@ -162,8 +162,7 @@ def _gravity(evidence: Evidence) -> Iterator[Plate]:
         f"Gravity against {over}",
         caption,
         f"Gravity {torque_name(kind)} at {text.counted(len(points), over + ' step')} with the fitted line "
-        "and, "
-        "below, the difference between them.",
+        "and, below, the difference between them.",
         draw,
     )
 
@@ -251,8 +250,7 @@ def _predictions(evidence: Evidence) -> Iterator[Plate]:
         + "The blue line (extended model) should lie on the wide grey one (measured); where the orange line "
         "(base model) leaves it, the added effects do their work.",
         f"{torque_name(kind).capitalize()} over time, measured and predicted by the base and the extended "
-        "model, for "
-        f"{text.listed([trace.label for trace in traces])}.",
+        f"model, for {text.listed([trace.label for trace in traces])}.",
         lambda: prediction_figure(traces, kind=kind, held_out=bool(held_out)),
         wide=True,
     )
@@ -277,8 +275,7 @@ def _candidates(evidence: Evidence) -> Iterator[Plate]:
     caption = f"Accepted: {text.listed(taken)}. " if taken else "None was accepted. "
     caption += (
         "A shorter bar is a better prediction; an effect is taken only if it also passes its significance "
-        "test "
-        "and no simpler one does as well (the reasons are in the table)."
+        "test and no simpler one does as well (the reasons are in the table)."
     )
     yield Plate(
         "candidates",
@@ -314,8 +311,7 @@ def _correlation(evidence: Evidence) -> Iterator[Plate]:
         "uncertainty",
         "Correlation of the parameters",
         f"The strongest pair is {strongest}. Near ±1, the data fix only a combination of the two: a run "
-        "that moves "
-        "one without the other would separate them.",
+        "that moves one without the other would separate them.",
         f"Heat map of the correlation between {count} parameter estimates; the strongest is {strongest}.",
         lambda: correlation_figure(names, matrix),
     )

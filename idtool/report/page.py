@@ -8,14 +8,11 @@ load anything. Everything that comes from files is escaped by the template.
 
 from __future__ import annotations
 
-import base64
 import json
 import re
 import shlex
-import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +24,7 @@ from idtool.errors import InputError
 from idtool.io.atomic import atomic_write
 from idtool.model.units import torque_name, unit_text
 from idtool.presentation import style, text
+from idtool.presentation.html import embedded, environment, resource
 from idtool.presentation.mathml import typeset
 from idtool.report import tables
 from idtool.report.effect_pictures import Beside, found_picture, typical_picture
@@ -152,27 +150,21 @@ def _draw(evidence: Evidence, plates: list[Plate], folder: Path, forms: tuple[st
         for form in forms:
             with atomic_write(folder / f"{plate.name}.{form}", "wb") as stream:
                 stream.write(content[form])
-        width, height = struct.unpack(">II", content["png"][16:24])  # where a PNG keeps its size
-        address = "data:image/png;base64," + base64.b64encode(content["png"]).decode("ascii")
-        pictures.append(Picture(plate, address, width, height, quiet(evidence, plate.name)))
+        pictures.append(Picture(plate, *embedded(content["png"]), quiet(evidence, plate.name)))
     return pictures
 
 
 def _render(evidence: Evidence, pictures: list[Picture]) -> str:
-    import jinja2
     from markupsafe import Markup
 
-    package = files("idtool.report")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= {"code": _code, "sentence": sentence, "command": _command}
-    environment.filters["typeset"] = lambda formula: Markup(typeset(formula))
-    template = environment.from_string(package.joinpath("page.html.jinja").read_text("utf-8"))
+    pages = environment()
+    pages.filters |= {"code": _code, "sentence": sentence, "command": _command}
+    pages.filters["typeset"] = lambda formula: Markup(typeset(formula))
+    template = pages.from_string(resource("idtool.report", "page.html.jinja"))
     diagnosis, facts = evidence.diagnosis, evidence.facts
     error = diagnosis.error
     return template.render(
-        style=package.joinpath("page.css").read_text("utf-8"),
+        style=resource("idtool.report", "page.css"),
         name=evidence.folder.resolve().name,
         version=__version__,
         kind=evidence.parameters.axis.kind,
@@ -301,10 +293,7 @@ def _card(evidence: Evidence, effect: Found) -> EffectCard:
         reveals=known.reveals if known else "",
         page=known.page if known else "",
         pictures=tuple(
-            filter(
-                None,
-                (found_picture(evidence, known), typical_picture(known)) if known else (),
-            )
+            filter(None, (found_picture(evidence, known), typical_picture(known)) if known else ())
         ),
     )
 

@@ -139,9 +139,8 @@ def _over_time(evidence: Evidence) -> Plate:
         "residual",
         "Residual over the session",
         f"Measured minus predicted {torque_name(evidence.kind)}, rms over all rows {errors}, both behind the "
-        "fit's low-pass filter. A drift "
-        "along the session "
-        "points to temperature; a trial that stands out, to something that happened in it. Shaded: held out.",
+        "fit's low-pass filter. A drift along the session points to temperature; a trial that stands out, to "
+        "something that happened in it. Shaded: held out.",
         f"Residual over time before and after the effects were added; rms {errors}.",
         partial(
             residual_time_figure,
@@ -164,8 +163,7 @@ def _histogram(evidence: Evidence) -> Plate:
         "residual",
         "Size of the residual",
         "Narrower is better. Two humps or a shoulder mean that something with two states (direction, a "
-        "gap, stick and "
-        "slip) is left; tails far beyond the dashed curve, single events.",
+        "gap, stick and slip) is left; tails far beyond the dashed curve, single events.",
         "Histogram of the residual before and after, with a normal curve of the same spread.",
         partial(histogram_figure, rows.residual_before, rows.residual_after, kind=evidence.kind),
     )
@@ -184,8 +182,7 @@ def _spectra_over(evidence: Evidence) -> Iterator[Plate]:
             "residual",
             "Autocorrelation of the residual",
             "What falls into the grey band at once is noise. The first few lags are the filter's own; a "
-            "tail or a swing "
-            "beyond them is structure that is left.",
+            "tail or a swing beyond them is structure that is left.",
             "Autocorrelation of the residual over the lag, before and after.",
             partial(autocorrelation_figure, step, *correlation, rows=sum(map(len, after))),
         )
@@ -196,8 +193,7 @@ def _spectra_over(evidence: Evidence) -> Iterator[Plate]:
             "residual",
             "Spectrum over time",
             "A sharp peak is a vibration from outside (breathing, a pump, mains) or a resonance; the fall at "
-            "the right end "
-            "is the filter.",
+            "the right end is the filter.",
             "Power of the residual over frequency on logarithmic axes, before and after.",
             partial(periodogram_figure, frequency, power_before, power_after, kind=kind),
         )
