@@ -25,6 +25,7 @@ from idtool.compare.position_errors import position_errors
 from idtool.diagnosis.holm import holm
 from idtool.effects import registry
 from idtool.errors import InputError
+from idtool.fit.model import LOGARITHMIC
 from idtool.log import Log
 from idtool.model.units import Units, unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter, Parameters
@@ -37,8 +38,6 @@ LEVEL = 0.01
 _CLEAR = 4.0
 #: Constants of an effect (a centre, a reference temperature) are the same within this share.
 _SAME_CONSTANT = 0.02
-#: Parameters that are fitted, and therefore nearly normal, as logarithms.
-_LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
 
 
 @dataclass(frozen=True)
@@ -339,7 +338,8 @@ def _line(
     why = why or _untestable(a, b)
     if why:
         return ParameterLine(part, name, unit, a, b, difference, why=why)
-    logarithmic = name in _LOGARITHMIC and part in ("static", "dynamic") and min(a.value, b.value) > 0.0
+    # what is fitted as a logarithm is nearly normal as one
+    logarithmic = name in LOGARITHMIC and part in ("static", "dynamic") and min(a.value, b.value) > 0.0
     sa, sb = (one.stderr or 0.0 for one in (a, b))
     stderr = math.hypot(sa, sb)
     if logarithmic:

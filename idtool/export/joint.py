@@ -59,7 +59,7 @@ def simulated(
         lost.insert(0, "gravity: the masses of your model carry it; the errors stated here include it")
     if parameters.effect("inertia") is None:
         notes.append("the file holds no inertia, so that of your model's bodies is all there is")
-    if bristle and friction == "auto" and simple.has_bristle(parameters):
+    if bristle and friction == "auto" and parameters.has_bristle:
         return _with_bristle(parameters, whole, logs, lost, notes, carries)
     lost += _law_lost(parameters)
     model, plain = simple.copied(whole), None
@@ -113,7 +113,7 @@ def _law_lost(parameters: Parameters) -> list[str]:
             f"the Stribeck curve: a stiction of {static['static'].value:.4g} {unit} "
             f"beside the Coulomb level of {static['coulomb'].value:.4g} {unit}"
         )
-    if simple.has_bristle(parameters):
+    if parameters.has_bristle:
         lost.append("the bristle of the LuGre model: presliding, friction lag and break-away")
     return lost
 

@@ -16,7 +16,6 @@ from xml.etree import ElementTree as ET
 
 from idtool.export.base import Plan, Target, number
 from idtool.export.joint import Carries, inertia_of, simulated
-from idtool.export.simple import has_bristle
 from idtool.export.xml_text import document
 from idtool.log import Log
 from idtool.model.units import Units, radians_per_unit
@@ -37,9 +36,9 @@ class Mujoco(Target):
     def plan(self, parameters: Parameters, logs: Sequence[Log], friction: str) -> Plan:
         plan = simulated(parameters, logs, friction, _carries(parameters), bristle=True)
         notes = list(plan.notes)
-        if has_bristle(plan.model) or plan.model.effect("position_ripple"):
+        if plan.model.has_bristle or plan.model.effect("position_ripple"):
             notes.append('needs MuJoCo 3.12 or newer (dcmotor with input="ff"); ctrl is a torque')
-        if not has_bristle(plan.model):
+        if not plan.model.has_bristle:
             notes.append(
                 "MuJoCo's frictionloss is a soft constraint, which creeps at rest; solreffriction is as "
                 "stiff as the time step allows"
@@ -75,7 +74,7 @@ def _joint(model: Parameters) -> dict[str, str]:
     if drag := model.effect("nonlinear_viscous"):
         damping += f" {number(drag.values()['quadratic'])}"
     result = {"damping": damping}
-    if not has_bristle(model):
+    if not model.has_bristle:
         result |= {"frictionloss": number(static["coulomb"].value), "solreffriction": _SOLREF}
     if (inertia := inertia_of(model)) and model.axis.kind == "rotary":
         result["armature"] = number(inertia)
@@ -104,12 +103,12 @@ def _actuators(model: Parameters) -> list[tuple[str, str, dict[str, str]]]:
 
 def _motor(model: Parameters, waves: Sequence[str]) -> tuple[str, dict[str, str]]:
     """The motor with its friction and one wave of its cogging."""
-    if not has_bristle(model) and not waves:
+    if not model.has_bristle and not waves:
         return "motor", {}
     # the resistance only matters where the voltage is limited, and here it is not
     constant = model.axis.torque_constant or 1.0
     attributes = {"input": "ff", "motorconst": number(constant), "resistance": "1.0"}
-    if has_bristle(model):
+    if model.has_bristle:
         order = ("bristle_stiffness", "bristle_damping", "coulomb", "static", "stribeck_velocity")
         values = model.static | model.dynamic
         attributes["lugre"] = " ".join(number(values[name].value) for name in order)

@@ -31,11 +31,6 @@ from idtool.verbs.predict import explained, loaded, predict
 _SMALLEST = 1e-9
 
 
-def has_bristle(parameters: Parameters) -> bool:
-    """Whether the file holds a LuGre bristle that the data saw."""
-    return bool(parameters.dynamic) and not parameters.dynamic["bristle_stiffness"].at_bound
-
-
 def copied(parameters: Parameters) -> Parameters:
     """Coulomb and viscous friction with the values of the file."""
     return _with(parameters, parameters.static["coulomb"], parameters.static["viscous"])

@@ -101,18 +101,28 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
     )
 
 
+def goal_of(log: Log) -> Array:
+    """The goal of the servo's position loop, rad (m), shape (rows,).
+
+    Raises:
+        InputError: the log has none.
+    """
+    goal = log.column("position_command")
+    if goal is None:
+        name = columns_of(log.axis.kind)["position_command"]
+        raise InputError(
+            f'has no column "{name}", the goal of the servo\'s position loop',
+            file=log.source,
+            remedy="log it, or simulate with --from effort",
+        )
+    return goal
+
+
 class _Rows:
     """One log: what its loop commanded and what it saw."""
 
     def __init__(self, log: Log, command: Command, setting: float, motion: Motion) -> None:
-        goal = log.column("position_command")
-        if goal is None:
-            name = columns_of(log.axis.kind)["position_command"]
-            raise InputError(
-                f'has no column "{name}", the goal of the servo\'s position loop',
-                file=log.source,
-                remedy="log it, or simulate with --from effort",
-            )
+        goal = goal_of(log)
         effort = effort_of(log)
         values = log.column("duty") if command == "duty" else effort.values
         assert values is not None

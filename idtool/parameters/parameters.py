@@ -72,6 +72,14 @@ class Parameters:
         )
         return f"<Parameters of a {self.axis.kind} axis>\n{numbers}"
 
+    @property
+    def has_bristle(self) -> bool:
+        """Whether the friction has a bristle that the data saw.
+
+        A stiffness at its bound stands for "stiffer than the position shows": the static curve then.
+        """
+        return bool(self.dynamic) and not self.dynamic["bristle_stiffness"].at_bound
+
     def effect(self, name: str) -> EffectEntry | None:
         """The entry of an effect, or None."""
         return next((entry for entry in self.effects if entry.name == name), None)

@@ -89,9 +89,10 @@ def _description(file: Path, left_out: list[str]) -> str:
 
 
 def _bristle(parameters: Parameters, levels: float, inertia: float) -> dict[str, float]:
-    known = parameters.dynamic
-    if known and not known["bristle_stiffness"].at_bound:
-        return {file_key(name, DYNAMIC[name], "rotary"): known[name].value for name in known}
+    if parameters.has_bristle:
+        return {
+            file_key(name, DYNAMIC[name], "rotary"): one.value for name, one in parameters.dynamic.items()
+        }
     stiffness = levels / _PRESLIDING
     return {
         "bristle_stiffness_nm_per_rad": stiffness,

@@ -122,8 +122,7 @@ class PlantFile:
         n[forward.EXPONENT] = self._exponent(motion)
         n[forward.VISCOUS] = static["viscous"].value + file.axis.back_emf_damping
         n[forward.VISCOUS_OFF] = max(n[forward.VISCOUS] - back_emf, 0.0)
-        # a stiffness at its bound stands for "stiffer than the position shows": the static curve
-        if file.dynamic and not file.dynamic["bristle_stiffness"].at_bound:
+        if file.has_bristle:
             n[forward.SIGMA0] = file.dynamic["bristle_stiffness"].value
             n[forward.SIGMA1] = file.dynamic["bristle_damping"].value
         n[forward.SATURATION] = self.saturation

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.fit.drive import gain_setting
+from idtool.fit.drive import gain_setting, goal_of
 from idtool.log import Log, columns_of
 from idtool.log.effort import Effort, effort_of, supply_of
 from idtool.model import forward
@@ -57,7 +57,7 @@ class Stage:
         if source == "goal":
             assert drive is not None
             assert drive.delay is not None
-            goal = np.concatenate([log.column("position_command") for log in logs])
+            goal = np.concatenate([goal_of(log) for log in logs])
             given = _later(motion.time, goal, motion.first, drive.delay.value)
         else:
             back_emf = np.concatenate([effort.back_emf for effort in efforts])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from idtool.effects import registry
 from idtool.errors import InputError
-from idtool.fit.model import FrictionKind, JointModel, Scales, Spec
+from idtool.fit.model import LOGARITHMIC, FrictionKind, JointModel, Scales, Spec
 from idtool.fit.starts import settled
 from idtool.log import Log
 from idtool.log.effort import effort_of
@@ -30,7 +30,6 @@ from idtool.parameters.correction import Correction
 from idtool.presentation.text import listed
 from idtool.signals import Recording, record
 
-_LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "bristle_stiffness")
 #: An error of more per cent of the torque leaves most of it.
 _POOR = 50.0
 #: What stands for nothing where a logarithm is taken, N m (N).
@@ -217,9 +216,7 @@ def model_of(recording: Recording, parameters: Parameters) -> tuple[JointModel, 
             )
         # every number of the file is a constant here: nothing is fitted
         constants[effect.name] = effect.from_file(entry.values(), parameters.axis.kind)
-    # a stiffness at its bound stands for "stiffer than the position shows": the static curve
-    dynamic = bool(parameters.dynamic) and not parameters.dynamic["bristle_stiffness"].at_bound
-    law: FrictionKind = "lugre" if dynamic else "stribeck"
+    law: FrictionKind = "lugre" if parameters.has_bristle else "stribeck"
     model_name = parameters.gravity_model
     columns = tuple(GRAVITY_MODELS[model_name]) if model_name else ()
     spec = Spec(law, model_name, columns, tuple(effects))
@@ -230,7 +227,7 @@ def model_of(recording: Recording, parameters: Parameters) -> tuple[JointModel, 
         values |= {"coulomb": _TINY, "static": _TINY, "stribeck_velocity": scale.slowest, "viscous": 0.0}
     values |= {f"gravity.{name}": p.value for name, p in parameters.gravity.items()}
     raw = [
-        math.log(max(values[name], _TINY)) if name in _LOGARITHMIC else values[name] for name in model.names
+        math.log(max(values[name], _TINY)) if name in LOGARITHMIC else values[name] for name in model.names
     ]
     return model, np.array(raw)
 

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from idtool.errors import InputError
 from idtool.fit.drive import fit_drive
 from idtool.log import Log, columns_of
 from idtool.model.motion import Array
@@ -101,13 +100,9 @@ def simulate(log: Log | Sequence[Log], parameters: Parameters, source: Source = 
     """
     logs, notes = without_late_velocity(of_axis([log] if isinstance(log, Log) else log, parameters))
     recording = record(logs, every_row=True)
-    if source == "goal":
-        _require_goal(logs)
-        if parameters.drive is None or parameters.drive.position_gain is None:
-            parameters = replace(parameters, drive=with_loop(parameters.drive, fit_drive(logs)))
-            notes.append(
-                "the parameter file has no [drive]: the position loop was identified from these logs."
-            )
+    if source == "goal" and (parameters.drive is None or parameters.drive.position_gain is None):
+        parameters = replace(parameters, drive=with_loop(parameters.drive, fit_drive(logs)))
+        notes.append("the parameter file has no [drive]: the position loop was identified from these logs.")
     file = PlantFile.of(parameters, recording.motion.torque_constant)
     stage = Stage.of(logs, recording, file, source)
     path = stage.run(math.inf)
@@ -145,17 +140,6 @@ def simulate(log: Log | Sequence[Log], parameters: Parameters, source: Source = 
         (*recording.contradictions, *notes, *file.notes, *recording.remarks),
         is_linear(recording.axis.units),
     )
-
-
-def _require_goal(logs: Sequence[Log]) -> None:
-    for log in logs:
-        if log.column("position_command") is None:
-            name = columns_of(log.axis.kind)["position_command"]
-            raise InputError(
-                f'has no column "{name}", the goal of the servo\'s position loop',
-                file=log.source,
-                remedy="log it, or simulate with --from effort",
-            )
 
 
 def _rms(values: Array) -> float:
