@@ -41,3 +41,11 @@ def test_beyond_is_what_is_new() -> None:
     np.testing.assert_allclose(known.T @ basis, 0.0, atol=1e-13)
     both = np.hstack([known, basis])
     np.testing.assert_allclose(fresh - both @ (both.T @ fresh), 0.0, atol=1e-12)
+
+
+def test_rounding_does_not_turn_the_basis() -> None:
+    """Orthogonal columns of one length have any axes as eigenvectors."""
+    columns = np.linalg.qr(np.random.default_rng(5).normal(size=(500, 6)))[0]
+    nearly = columns * (1.0 + 1e-15 * np.random.default_rng(6).normal(size=columns.shape))
+    np.testing.assert_allclose(orthonormal(nearly), orthonormal(columns), atol=1e-12)
+    np.testing.assert_allclose(orthonormal(columns), columns, atol=1e-12)
