@@ -111,4 +111,4 @@ def _judge(section: Section, rates: dict[str, float], lanes: str) -> None:
 def _tangents(plain: tuple[Any, ...], columns: Array) -> tuple[Array, Array, Array]:
     """Deflection, decay and the derivatives along every parameter, shape (parameters, rows)."""
     z, decay, tangent = lugre.propagate_tangents(*plain)
-    return z, decay, np.array([tangent(column) for column in columns])
+    return z, decay, tangent(columns)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from idtool.fit import noise
-from idtool.fit.basis import beyond, orthonormal
+from idtool.fit.basis import beyond
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 
@@ -23,8 +23,7 @@ class Background:
     @classmethod
     def of(cls, fit: JointFit) -> Background:
         """Prepare the tests of one fit."""
-        jacobian = fit.jacobian[:, fit.free]
-        basis = orthonormal(jacobian)
+        basis = fit.basis
         stacked = np.concatenate([fit.residual, fit.penalty])
         return cls(fit, basis, stacked - basis @ (basis.T @ stacked))
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import final
 
 import numpy as np
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, Wave, both_ways
-from idtool.model.contribution import LEVEL_TORQUE, TORQUE, Contribution
+from idtool.model.contribution import LEVEL_TORQUE, TORQUE, Contribution, Term, combine
 from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
@@ -124,17 +125,13 @@ class PositionRipple(Effect):
 
     def contribute(self, motion: Motion, values: Values) -> Contribution:
         """As `at`, over waves that are kept: a fit asks for the same ones once for every strength."""
-        torque, friction = np.zeros(len(motion)), np.zeros(len(motion))
-        turned = False
+        parts = []
         for prefix in _families(values):
             waves = _waves(motion, values[f"{prefix}cycles"])
-            names = [f"{prefix}{part}_{k}" for k in _HARMONICS for part in ("sin", "cos")]
-            torque += np.array([values[name] for name in names]) @ waves
-            if f"{prefix}turned_sin_1" in values:
-                strength = np.array([values[f"{prefix}turned_sin_1"], values[f"{prefix}turned_cos_1"]])
-                friction += strength @ waves[:2]
-                turned = True
-        return Contribution(torque=torque, level_torque=friction) if turned else Contribution(torque=torque)
+            torque = _sum([values[f"{prefix}{name}"] for name in _STRENGTHS[:4]], waves)
+            friction = _sum([values.get(f"{prefix}{name}", 0.0) for name in _STRENGTHS[4:]], waves[:2])
+            parts.append(Contribution(torque=torque, level_torque=friction))
+        return combine(parts)
 
     def slope(self, motion: Motion, values: Values, coordinate: str) -> Contribution:
         prefix = coordinate.removesuffix("cycles")
@@ -168,9 +165,7 @@ class PositionRipple(Effect):
         return CForm("\n".join(lines), values)
 
     def around(self, values: Values, coordinate: str) -> Values:
-        prefix = next((p for p in reversed(_families(values)) if p and coordinate.startswith(p)), "")
-        own = {name: v for name, v in values.items() if name.startswith("family_") == bool(prefix)}
-        return {name: v for name, v in own.items() if name.startswith(prefix)}
+        return {name: values[name] for name in _of_one_family(tuple(values), coordinate)}
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         stroke = max(float(np.ptp(motion.position)), 1e-12)
@@ -233,6 +228,25 @@ class PositionRipple(Effect):
                 result[f"{prefix}{part[0]}"] = amplitude * math.cos(phase)
                 result[f"{prefix}{part[1]}"] = amplitude * math.sin(phase)
         return result
+
+
+def _sum(strengths: list[float], waves: Array) -> Term:
+    """Of waves; of one alone a fit asks for most."""
+    there = [k for k, strength in enumerate(strengths) if strength]
+    if not there:
+        return 0.0
+    if len(there) == 1 and strengths[there[0]] == 1.0:
+        return np.asarray(waves[there[0]])
+    return np.asarray(np.array(strengths) @ waves)
+
+
+@lru_cache(maxsize=256)
+def _of_one_family(names: tuple[str, ...], coordinate: str) -> tuple[str, ...]:
+    """Those of the family of a coordinate."""
+    families = [_prefix(k) for k in range(1, _MOST_FAMILIES + 1)]
+    prefix = next((p for p in reversed(families) if p and coordinate.startswith(p)), "")
+    own = (name for name in names if name.startswith("family_") == bool(prefix))
+    return tuple(name for name in own if name.startswith(prefix))
 
 
 def _families(values: Values) -> list[str]:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from idtool.effects.base import Effect
 from idtool.errors import InputError
+from idtool.fit.basis import orthonormal
 from idtool.fit.covariance import Uncertainty, correlation_rows, uncertainty
 from idtool.fit.levenberg import minimise
-from idtool.fit.model import JointModel
+from idtool.fit.model import Evaluation, JointModel
 from idtool.fit.outcome import Outcome
 from idtool.fit.starts import free_starts, settled
 from idtool.model.motion import Array
@@ -96,6 +98,16 @@ class JointFit:
         jacobian = self.model.differentiate(self.x, self.bend, self.start).jacobian
         assert jacobian is not None
         return jacobian
+
+    @cached_property
+    def basis(self) -> Array:
+        """Orthonormal basis of the Jacobian's free columns, (filtered rows + stretches, rank)."""
+        return orthonormal(self.jacobian[:, self.free])
+
+    @cached_property
+    def known(self) -> dict[object, Any]:
+        """What was computed of the fit and is asked for again, by what it is."""
+        return {}
 
     @cached_property
     def full_residual(self) -> Array:
@@ -227,7 +239,7 @@ def solve(
     inside = np.where(varied, np.clip(x, low + 2e-6 * span, high - 2e-6 * span), x)
     scale = model.presliding_scale(inside) if bend is None else bend
     scale = min(scale, model.longest_bend)
-    cache: dict[bytes, Array] = {}
+    cache: dict[bytes, Evaluation] = {}  # the point that the search is at, and those tried from there
 
     def whole(part: Array) -> Array:
         full = inside.copy()
@@ -235,16 +247,14 @@ def solve(
         return full
 
     def residual(part: Array) -> Array:
-        evaluation = model.evaluate(whole(part), scale)
-        cache.clear()
-        cache[part.tobytes()] = evaluation.start
+        evaluation = cache[part.tobytes()] = model.evaluate(whole(part), scale)
         return evaluation.stacked
 
     def jacobian(part: Array) -> Array:
-        start = cache.get(part.tobytes())
-        if start is None:
-            start = model.evaluate(whole(part), scale).start
-        result = model.differentiate(whole(part), scale, start, varied).jacobian
+        here = cache[part.tobytes()]
+        cache.clear()
+        cache[part.tobytes()] = here
+        result = model.differentiate(whole(part), scale, here.start, varied).jacobian
         assert result is not None
         return -result
 
@@ -257,7 +267,8 @@ def solve(
         if bend is not None or abs(now - scale) < _SAME_SCALE * scale:
             break
         scale = now
-    evaluation = model.evaluate(best, scale)
+        cache.clear()
+    evaluation = cache.get(part.tobytes()) or model.evaluate(best, scale)
     return JointFit(
         model,
         best,
@@ -317,6 +328,13 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
 
 def torque_of(fit: JointFit, effect: Effect) -> float:
     """Root mean square of what an effect adds to the predicted torque, rows that a fit uses."""
+    if effect.name not in fit.known:
+        fit.known[effect.name] = _torque_of(fit, effect)
+    torque: float = fit.known[effect.name]
+    return torque
+
+
+def _torque_of(fit: JointFit, effect: Effect) -> float:
     recording = fit.model.recording
     without = JointModel(
         recording, fit.model.spec.without(effect.name), fit.model.constants, fit.model.starts

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from idtool.fit.basis import orthonormal
 from idtool.fit.covariance import correlation_rows
 from idtool.fit.joint import JointFit
 from idtool.fit.starts import free_starts
@@ -26,7 +25,13 @@ _MOST_LEVERAGE = 0.9
 
 def prediction_errors(fit: JointFit) -> Array:
     """The sum of squares of each fold had it not been seen, shape (folds,)."""
-    basis = orthonormal(fit.jacobian[:, fit.free])
+    if prediction_errors not in fit.known:
+        fit.known[prediction_errors] = _prediction_errors(fit)
+    return np.asarray(fit.known[prediction_errors])
+
+
+def _prediction_errors(fit: JointFit) -> Array:
+    basis = fit.basis
     stacked = np.concatenate([fit.residual, fit.penalty])
     rows = len(fit.residual)
     # a fit that was cut short is judged by where it was going

@@ -56,7 +56,7 @@ def minimise(
 
     Args:
         residual: of coordinates, shape (rows,).
-        jacobian: its derivative, (rows, coordinates); called at points where `residual` was called last.
+        jacobian: its derivative, (rows, coordinates); called at points where `residual` was called.
         x: start, shape (coordinates,).
         low, high: bounds.
         most: evaluations to spend at most.
@@ -96,7 +96,6 @@ def minimise(
             damping, raise_by = damping * raise_by, 2.0 * raise_by
             most_promised = max(most_promised, promised)
             if evaluations >= most or damping > _MOST_DAMPING or abs(promised) < tolerance * cost:
-                residual(x)  # leave the caller where the answer is
                 failed = Outcome.OUT_OF_EVALUATIONS if evaluations >= most else Outcome.STALLED
                 ended = failed if most_promised > _STALL * cost else Outcome.CONVERGED
                 return Minimum(x, evaluations, ended.at(bound=_touches(x, low, high)))

@@ -10,7 +10,7 @@ start costs nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.effects.base import Coordinate, Effect, derivative
-from idtool.fit.eliminate import eliminate
+from idtool.fit.eliminate import eliminate, filter_and_eliminate
 from idtool.model import gravity
-from idtool.model.contribution import Contribution, combine, is_zero
+from idtool.model.contribution import Contribution, combine
 from idtool.model.motion import Array, Motion
 from idtool.model.stribeck import level
-from idtool.model.torque import Direction, Friction, linearise, predict
+from idtool.model.torque import BLOCK, ON_FINISHED, At, Direction, Friction
 from idtool.parameters import GRAVITY_MODELS
 from idtool.signals import Recording
 
@@ -178,7 +178,8 @@ class JointModel:
     @cached_property
     def scales(self) -> Scales:
         """Typical sizes of the data."""
-        return Scales.of(self._shown)
+        scales: Scales = self._shown.once(Scales, lambda: Scales.of(self._shown))
+        return scales
 
     @property
     def _shown(self) -> Recording:
@@ -233,6 +234,11 @@ class JointModel:
         The largest is that of single readings, those of a rest among them: an axis that started has reached
         its break-away torque, and what was never reached nobody can know.
         """
+        key = "friction sizes", self.spec.gravity, self.spec.gravity_columns
+        sizes: tuple[float, float] = self.recording.once(key, self._friction_sizes)
+        return sizes
+
+    def _friction_sizes(self) -> tuple[float, float]:
         recording = self.recording
         target, columns = self.measured, recording.filtered(self.gravity_columns)
         rows = recording.usable | recording.at_rest
@@ -248,18 +254,21 @@ class JointModel:
         """Bristle stiffness that stands for a rigid contact where the law has none."""
         return self.scales.torque / self.scales.shortest_bend
 
-    @cached_property
+    @property
     def measured(self) -> Array:
         """Filtered torque."""
-        return self.recording.filtered(self.recording.torque)
+        return self.recording.filtered_torque
 
     @cached_property
     def gravity_columns(self) -> Array:
         """Gravity regressors at full rate, (rows, free gravity coefficients)."""
         if self.spec.gravity is None:
             return np.empty((len(self.recording.motion), 0))
-        everything = gravity.columns(self.spec.gravity, self.recording.motion)
-        order = tuple(GRAVITY_MODELS[self.spec.gravity])
+        model = self.spec.gravity
+        everything = self.recording.once(
+            ("gravity", model), lambda: gravity.columns(model, self.recording.motion)
+        )
+        order = tuple(GRAVITY_MODELS[model])
         return np.asarray(everything[:, [order.index(name) for name in self.spec.gravity_columns]])
 
     def friction(self, x: Array) -> Friction:
@@ -364,10 +373,9 @@ class JointModel:
     def evaluate(self, x: Array, bend: float, starts: Mapping[str, Array] | None = None) -> Evaluation:
         """Residual at coordinates `x`, start deflections eliminated; `bend` is the prior's scale, `starts` in
         place of the model's own."""
-        motion, recording = self.recording.motion, self.recording
-        friction, effect = self.friction(x), self.contribution(x, starts)
+        recording = self.recording
         expected = self.expected_start(x)
-        prediction = predict(motion, friction, effect, expected)
+        prediction = self._at(x, starts).predict(expected)
         residual = self.measured - recording.filtered(prediction.torque)
         column = recording.filtered(prediction.start_column)
         weight = self.weight(bend)
@@ -379,6 +387,22 @@ class JointModel:
         residual -= column * (start - expected)[recording.filtered_stretch]
         return Evaluation(residual, start, weight * (start - expected))
 
+    def _at(self, x: Array, starts: Mapping[str, Array] | None = None) -> At:
+        """The model at coordinates `x`; the last one is kept, since it is evaluated, differentiated and
+        scored there."""
+        key = x.tobytes()
+        if starts is None and key in self._last:
+            return self._last[key]
+        at = At(self.recording.motion, self.friction(x), self.contribution(x, starts))
+        if starts is None:
+            self._last.clear()
+            self._last[key] = at
+        return at
+
+    @cached_property
+    def _last(self) -> dict[bytes, At]:
+        return {}
+
     def differentiate(
         self, x: Array, bend: float, start: Array, varied: NDArray[np.bool_] | None = None
     ) -> Evaluation:
@@ -389,22 +413,30 @@ class JointModel:
     def project(self, x: Array, bend: float, start: Array, directions: Sequence[Direction]) -> Evaluation:
         """As `differentiate`, along any directions (columns that a candidate effect would add)."""
         recording = self.recording
-        effect = self.contribution(x)
+        at = self._at(x)
         # what only adds a torque needs no bristle, unless something acts on the finished torque
-        finished = [effect, *(direction.effect for direction in directions)]
-        apart = all(map(is_zero, (v for c in finished for v in (c.delay, c.saturation, c.gain_change))))
+        finished = [at.effect, *(direction.effect for direction in directions)]
+        apart = not any(place in ON_FINISHED for one in finished for place in one.places)
         through = [d for d in directions if not (apart and d.only_adds)]
-        prediction, derivatives = linearise(recording.motion, self.friction(x), effect, start, through)
+        prediction, blocks = at.linearise(start, through)
         residual = self.measured - recording.filtered(prediction.torque)
         weight = self.weight(bend)
         start_column = recording.filtered(prediction.start_column)
         # one row per direction: a column of a matrix stored by rows is slow to write
-        rows = np.empty((len(directions), len(residual) + len(weight)))
+        count, starts = len(residual), (start_column, recording.stretch_pointer, weight)
+        rows = np.empty((len(directions), count + len(weight)))
+        free = np.empty((BLOCK, count))
+        bent: Iterator[tuple[Array, Array]] = iter(())
         for row, direction in zip(rows, directions, strict=True):
-            adds = apart and direction.only_adds
-            column = self._added(direction) if adds else recording.filtered(next(derivatives))
-            moved = eliminate(column, start_column, recording.stretch_pointer, weight, row[: len(residual)])
-            row[len(residual) :] = -weight * moved
+            if apart and direction.only_adds:
+                row[count:] = -weight * eliminate(self._added(direction), *starts, row[:count])
+                continue
+            found = next(bent, None)
+            if found is None:
+                moved = filter_and_eliminate(next(blocks), *recording.csr, *starts, free)
+                bent = zip(free, moved, strict=True)
+                found = next(bent)
+            row[:count], row[count:] = found[0], -weight * found[1]
         jacobian = rows.T
         return Evaluation(residual, start, weight * (start - self.expected_start(x)), jacobian)
 
@@ -447,6 +479,10 @@ class JointModel:
     @cached_property
     def filtered_noise(self) -> float:
         """Standard deviation that white sensor noise leaves on a filtered row."""
+        noise: float = self.recording.once("filtered noise", self._filtered_noise)
+        return noise
+
+    def _filtered_noise(self) -> float:
         operator = self.recording.operator
         gain = float(np.sqrt(operator.multiply(operator).sum() / operator.shape[0]))
         return self.recording.noise * gain

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 from idtool.model.motion import Array
 
@@ -42,15 +43,20 @@ class Contribution:
     saturation: Term = 0.0
     gain_change: Term = 0.0
 
+    @cached_property
+    def places(self) -> tuple[str, ...]:
+        """Where it acts."""
+        return tuple(name for name in FIELDS if not is_zero(getattr(self, name)))
+
     @property
     def only_torque(self) -> bool:
         """Whether it adds a torque and acts nowhere else."""
-        return not is_zero(self.torque) and self.is_torque_at_most
+        return self.places == ("torque",)
 
     @property
     def is_torque_at_most(self) -> bool:
         """Whether it acts nowhere but on the torque."""
-        return all(is_zero(getattr(self, name)) for name in FIELDS if name != "torque")
+        return self.places in ((), ("torque",))
 
 
 def is_zero(term: Term) -> bool:
@@ -78,8 +84,7 @@ def combine(parts: Iterable[Contribution]) -> Contribution:
     """The sum of several contributions."""
     total: dict[str, Term] = dict.fromkeys(FIELDS, 0.0)
     for part in parts:
-        for name in FIELDS:
-            value = getattr(part, name)
-            if not is_zero(value):
-                total[name] = total[name] + value
+        for name in part.places:
+            own = getattr(part, name)
+            total[name] = own if is_zero(total[name]) else total[name] + own
     return Contribution(**total)

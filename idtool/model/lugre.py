@@ -29,6 +29,8 @@ from numpy.typing import NDArray
 from idtool.model.jit import jit
 from idtool.model.motion import Array
 
+#: Tangents that are propagated at a time.
+BLOCK = 4
 _SMALL = 1e-5  # below this x, 1 - exp(-x) - x exp(-x) loses its digits and x*x/2 is exact enough
 
 
@@ -112,22 +114,36 @@ def _propagate_pace(
 
 
 @jit()
-def _tangent(
+def _tangents(
     dlog_rho: Array,
     begins: NDArray[np.bool_],
     left: Array,
     pace: Array,
     kept: Array,
     sensitivity: Array,
-) -> Array:
-    out = np.empty(len(dlog_rho))
-    running = 0.0  # of the forced state, of which the first row of a trial keeps nothing
-    fading = 0.0  # of -ln(fade)
-    for k in range(len(out)):
-        running = kept[k] * running + sensitivity[k] * dlog_rho[k]
-        fading = 0.0 if begins[k] else fading + pace[k] * dlog_rho[k]
-        out[k] = running - left[k] * fading
-    return out
+    factor: Array,
+    out: Array,
+) -> None:
+    """Add dz times a factor to `out`; arguments of `_propagate_pace`, and BLOCK rows of dln(rho) and `out`.
+
+    Each row needs the one before: a processor waits for it, and advances several meanwhile.
+    """
+    r0 = r1 = r2 = r3 = 0.0  # of the forced state, of which the first row of a trial keeps nothing
+    f0 = f1 = f2 = f3 = 0.0  # of -ln(fade)
+    for k in range(len(pace)):
+        d0, d1, d2, d3 = dlog_rho[0, k], dlog_rho[1, k], dlog_rho[2, k], dlog_rho[3, k]
+        e, s = kept[k], sensitivity[k]
+        r0, r1, r2, r3 = e * r0 + s * d0, e * r1 + s * d1, e * r2 + s * d2, e * r3 + s * d3
+        if begins[k]:
+            f0 = f1 = f2 = f3 = 0.0
+        else:
+            x = pace[k]
+            f0, f1, f2, f3 = f0 + x * d0, f1 + x * d1, f2 + x * d2, f3 + x * d3
+        start, by = left[k], factor[k]
+        out[0, k] += by * (r0 - start * f0)
+        out[1, k] += by * (r1 - start * f1)
+        out[2, k] += by * (r2 - start * f2)
+        out[3, k] += by * (r3 - start * f3)
 
 
 def propagate(
@@ -156,6 +172,31 @@ def propagate(
     return z, decay
 
 
+def propagate_blocks(
+    velocity: Array,
+    step: Array,
+    rho: Array,
+    first: NDArray[np.bool_],
+    start: Array,
+    restart: NDArray[np.bool_] | None = None,
+) -> tuple[Array, Array, Callable[[Array, Array, Array], None]]:
+    """As `propagate`, with derivatives.
+
+    Returns:
+        z, decay, and a function of the derivatives of ln(rho) over each step with respect to `BLOCK`
+        parameters, shape (BLOCK, rows), a factor, shape (rows,), and sums, shape (BLOCK, rows): it adds dz
+        times the factor to the sums.
+    """
+    at = _nowhere(first, restart)
+    z, decay, left, pace, kept, sensitivity = _propagate_pace(velocity, step, rho, first, at, start)
+    begins = first | at
+
+    def tangents(dlog_rho: Array, factor: Array, out: Array) -> None:
+        _tangents(dlog_rho, begins, left, pace, kept, sensitivity, factor, out)
+
+    return z, decay, tangents
+
+
 def propagate_tangents(
     velocity: Array,
     step: Array,
@@ -167,17 +208,20 @@ def propagate_tangents(
     """As `propagate`, with derivatives.
 
     Returns:
-        z, decay, and a function from the derivative of ln(rho) over each step with respect to a parameter to
-        dz, shape (rows,) both.
+        z, decay, and a function from the derivatives of ln(rho) over each step with respect to parameters to
+        those of z, shape (parameters, rows) both.
     """
-    at = _nowhere(first, restart)
-    z, decay, *along = _propagate_pace(velocity, step, rho, first, at, start)
-    begins = first | at
+    z, decay, add = propagate_blocks(velocity, step, rho, first, start, restart)
 
-    def tangent(dlog_rho: Array) -> Array:
-        return np.asarray(_tangent(dlog_rho, begins, *along))
+    def tangents(dlog_rho: Array) -> Array:
+        blocks = -(-len(dlog_rho) // BLOCK)
+        padded, out = np.zeros((2, blocks, BLOCK, len(z)))
+        padded.reshape(-1, len(z))[: len(dlog_rho)] = dlog_rho
+        for given, found in zip(padded, out, strict=True):
+            add(given, np.ones(len(z)), found)
+        return np.asarray(out.reshape(-1, len(z))[: len(dlog_rho)])
 
-    return z, decay, tangent
+    return z, decay, tangents
 
 
 def _nowhere(first: NDArray[np.bool_], restart: NDArray[np.bool_] | None) -> NDArray[np.bool_]:

@@ -140,9 +140,10 @@ class Motion:
 
     def at_step(self, values: Array) -> Array:
         """Mean of a row quantity over the step that ends at each row."""
-        mean = values.copy()
-        mean[1:] = 0.5 * (values[1:] + values[:-1])
-        mean[self.first] = values[self.first]
+        mean = np.empty(len(values))
+        np.add(values[1:], values[:-1], out=mean[1:])
+        mean *= 0.5
+        mean[self.starts] = values[self.starts]
         return mean
 
     @property

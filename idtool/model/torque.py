@@ -8,7 +8,8 @@ to one parameter. `predict` evaluates, `linearise` evaluates and propagates ever
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -27,6 +28,10 @@ _LEVEL_FLOOR = 0.02
 _LEAST_GAIN = 0.2
 #: Places of a `Contribution` that the friction level depends on.
 _OF_LEVEL = ("level_change", "level_torque", "static_change", "exponent_change")
+#: Places that act on the finished torque.
+ON_FINISHED = ("delay", "saturation", "gain_change")
+#: Derivatives that are computed at a time.
+BLOCK = lugre.BLOCK
 
 
 @dataclass(frozen=True)
@@ -70,8 +75,7 @@ class Direction:
 
     def bends_bristle(self) -> bool:
         """Whether the bristle's state depends on this parameter."""
-        touched = (getattr(self.effect, name) for name in _OF_LEVEL)
-        return any(self._base) or not all(map(is_zero, touched))
+        return any(self._base) or any(place in _OF_LEVEL for place in self.effect.places)
 
 
 @dataclass(frozen=True)
@@ -98,76 +102,171 @@ def predict(motion: Motion, friction: Friction, effect: Contribution, start: Arr
         effect: the sum of gravity and all effects, see `Contribution`.
         start: bristle deflection at the start of each stretch (`lugre.propagate`), shape (stretches,).
     """
-    level = _Level(motion.step_velocity, friction, _at_step(effect, motion))
-    rho = friction.bristle_stiffness / level.value
-    along = motion.step_velocity, motion.step, rho, motion.first
-    z, decay = lugre.propagate(*along, start, motion.restart)
-    at_row = _Level(motion.velocity, friction, effect)
-    return _Finished(motion, effect, _finish(motion, friction, effect, at_row, z, decay)).prediction
+    return At(motion, friction, effect).predict(start)
 
 
 def linearise(
     motion: Motion, friction: Friction, effect: Contribution, start: Array, directions: Sequence[Direction]
 ) -> tuple[Prediction, Iterator[Array]]:
     """Predicted torque and its derivative along each direction, one after another, shape (rows,) each."""
-    at_step = _Level(motion.step_velocity, friction, _at_step(effect, motion))
-    at_row = _Level(motion.velocity, friction, effect)
-    rho_step = friction.bristle_stiffness / at_step.value
-    along = motion.step_velocity, motion.step, rho_step, motion.first
-    z, decay, tangent = lugre.propagate_tangents(*along, start, motion.restart)
-    finished = _Finished(motion, effect, _finish(motion, friction, effect, at_row, z, decay), directions)
+    prediction, blocks = At(motion, friction, effect).linearise(start, directions)
+    each = (column.copy() for block in blocks for column in block)
+    return prediction, itertools.islice(each, len(directions))
 
-    def derivatives() -> Iterator[Array]:
-        rho_speed = friction.bristle_stiffness / at_row.value * np.abs(motion.velocity)
-        z_rate = motion.velocity - rho_speed * z
-        passed = 1.0 + effect.bristle_change
-        through_z = passed * (friction.bristle_stiffness - friction.bristle_damping * rho_speed)
-        through_log = passed * (friction.bristle_damping * rho_speed * z)
-        for direction in directions:
-            along = direction.effect
-            column = np.zeros(len(motion))
-            if direction.bristle_stiffness:
-                column += direction.bristle_stiffness * passed * z
-            if direction.bristle_damping:
-                column += direction.bristle_damping * passed * z_rate
-            if not is_zero(along.bristle_change):
-                bristle = friction.bristle_stiffness * z + friction.bristle_damping * z_rate
-                column += along.bristle_change * bristle
-            if direction.viscous:
-                column += direction.viscous * (1.0 + effect.viscous_change) * motion.velocity
-            if not is_zero(along.viscous_change):
-                column += friction.viscous * along.viscous_change * motion.velocity
-            if not is_zero(along.torque):
-                column += along.torque
-            if direction.bends_bristle():
-                over_step = at_step.dlog_rho(direction, _at_step(along, motion), friction)
-                at_end = at_row.dlog_rho(direction, along, friction)
-                column += through_z * tangent(np.broadcast_to(over_step, z.shape)) - through_log * at_end
-            yield finished.derivative(column, along)
 
-    return finished.prediction, derivatives()
+class At:
+    """The model at one set of parameters: what is asked of it twice there is computed once."""
+
+    def __init__(self, motion: Motion, friction: Friction, effect: Contribution) -> None:
+        self.motion, self.friction, self.effect = motion, friction, effect
+        self._tangents: tuple[bytes, _Tangents] | None = None
+
+    @cached_property
+    def _at_step(self) -> _Level:
+        return _Level(self.motion.step_velocity, self.friction, _at_step(self.effect, self.motion))
+
+    @cached_property
+    def _at_row(self) -> _Level:
+        return _Level(self.motion.velocity, self.friction, self.effect)
+
+    @cached_property
+    def _along(self) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+        rho = self.friction.bristle_stiffness / self._at_step.value
+        return self.motion.step_velocity, self.motion.step, rho, self.motion.first
+
+    @cached_property
+    def _rho_speed(self) -> Array:
+        return np.asarray(self.friction.bristle_stiffness / self._at_row.value * np.abs(self.motion.velocity))
+
+    @cached_property
+    def _through_z(self) -> Array:
+        friction, passed = self.friction, 1.0 + self.effect.bristle_change
+        return np.asarray(passed * (friction.bristle_stiffness - friction.bristle_damping * self._rho_speed))
+
+    def predict(self, start: Array) -> Prediction:
+        """As the function of that name."""
+        z, decay = lugre.propagate(*self._along, start, self.motion.restart)
+        return _Finished(self.motion, self.effect, self._finish(z, decay)).prediction
+
+    def linearise(self, start: Array, directions: Sequence[Direction]) -> tuple[Prediction, Iterator[Array]]:
+        """As the function of that name, derivatives `BLOCK` at a time, shape (BLOCK, rows), each in the place
+        of those before; the last ones may be of nothing."""
+        key = start.tobytes()
+        if self._tangents is None or self._tangents[0] != key:
+            self._tangents = key, self._propagated(start)
+        known = self._tangents[1]
+        finished = _Finished(self.motion, self.effect, known.prediction, directions)
+        return finished.prediction, self._blocks(known, finished, directions)
+
+    def _propagated(self, start: Array) -> _Tangents:
+        z, decay, tangent = lugre.propagate_blocks(*self._along, start, self.motion.restart)
+        z_rate = self.motion.velocity - self._rho_speed * z
+        passed = 1.0 + self.effect.bristle_change
+        through_log = passed * (self.friction.bristle_damping * self._rho_speed * z)
+        return _Tangents(self._finish(z, decay), tangent, z_rate, through_log)
+
+    def _blocks(
+        self, known: _Tangents, finished: _Finished, directions: Sequence[Direction]
+    ) -> Iterator[Array]:
+        """The derivatives of the finished torque."""
+        columns, dlog_rho = space = np.empty((2, BLOCK, len(self.motion)))
+        for begin in range(0, len(directions), BLOCK):
+            some = directions[begin : begin + BLOCK]
+            space[:] = 0.0
+            bent = False
+            for column, over_step, direction in zip(columns, dlog_rho, some, strict=False):
+                self._beside_the_state(known, direction, column)
+                if direction.bends_bristle():
+                    along, bent = direction.effect, True
+                    self._at_step.dlog_rho(direction, _at_step(along, self.motion), self.friction, over_step)
+                    at_row = self._at_row.dlog_rho(direction, along, self.friction)
+                    at_row *= known.through_log
+                    column -= at_row
+            if bent:
+                known.tangent(dlog_rho, self._through_z, columns)
+            if finished.acts:
+                for column, direction in zip(columns, some, strict=False):
+                    column[:] = finished.derivative(column, direction.effect)
+            yield columns
+
+    def _beside_the_state(self, known: _Tangents, direction: Direction, column: Array) -> None:
+        """Add the derivative of the torque at a bristle's state, but for that of the friction level."""
+        motion, friction, effect = self.motion, self.friction, self.effect
+        passed, z, z_rate = 1.0 + effect.bristle_change, known.prediction.bristle, known.z_rate
+        along = direction.effect
+        if direction.bristle_stiffness:
+            column += direction.bristle_stiffness * passed * z
+        if direction.bristle_damping:
+            column += direction.bristle_damping * passed * z_rate
+        if not is_zero(along.bristle_change):
+            bristle = friction.bristle_stiffness * z + friction.bristle_damping * z_rate
+            column += along.bristle_change * bristle
+        if direction.viscous:
+            column += direction.viscous * (1.0 + effect.viscous_change) * motion.velocity
+        if not is_zero(along.viscous_change):
+            column += friction.viscous * along.viscous_change * motion.velocity
+        if not is_zero(along.torque):
+            column += along.torque
+
+    def _finish(self, z: Array, decay: Array) -> Prediction:
+        """The torque before what acts on the finished torque (`_Finished`)."""
+        friction, effect, velocity = self.friction, self.effect, self.motion.velocity
+        torque = self._through_z * z
+        torque += (1.0 + effect.bristle_change) * friction.bristle_damping * velocity
+        torque += friction.viscous * (1.0 + effect.viscous_change) * velocity
+        torque += effect.torque
+        return Prediction(torque, self._through_z * decay, z)
+
+
+@dataclass(frozen=True)
+class _Tangents:
+    """What derivatives of the bristle take, from one start deflection.
+
+    Attributes:
+        prediction: before what acts on the finished torque.
+        tangent: see `lugre.propagate_blocks`.
+        z_rate: rate of the deflection, shape (rows,).
+        through_log: what a change of ln(rho) at the row takes off, shape (rows,).
+    """
+
+    prediction: Prediction
+    tangent: Callable[[Array, Array, Array], None]
+    z_rate: Array
+    through_log: Array
 
 
 class _Level:
     """g over rows or steps, and the derivative of ln(sigma0 / g)."""
 
     def __init__(self, velocity: Array, friction: Friction, effect: Contribution) -> None:
+        # in place, and nothing that changes nothing: a fit spends a quarter of its time here
         self.exponent = EXPONENT + effect.exponent_change
-        self.ratio = np.abs(velocity) / friction.stribeck_velocity
+        self.ratio = np.abs(velocity)
+        self.ratio /= friction.stribeck_velocity
         self.power = (
             self.ratio * self.ratio
             if isinstance(self.exponent, float) and self.exponent == 2.0
             else (self.ratio**self.exponent)
         )
-        self.fade = np.exp(-self.power)
+        self.fade = np.negative(self.power)
+        np.exp(self.fade, out=self.fade)
         self.static = friction.static * (1.0 + effect.static_change)
-        self.plain = friction.coulomb + (self.static - friction.coulomb) * self.fade
+        self.plain = (self.static - friction.coulomb) * self.fade
+        self.plain += friction.coulomb
         self.scale = 1.0 + effect.level_change
         floor = _LEVEL_FLOOR * min(friction.coulomb, friction.static) + 1e-12
-        self.value: Array = np.maximum(self.plain * self.scale + effect.level_torque, floor)
+        value = self.plain
+        if not is_zero(effect.level_change):
+            value = value * self.scale
+        if not is_zero(effect.level_torque):
+            value = value + effect.level_torque
+        self.value: Array = np.maximum(value, floor)
 
-    def dlog_rho(self, direction: Direction, effect: Contribution, friction: Friction) -> Array:
-        """Derivative of ln(sigma0 / g) along `direction`, whose effect part is `effect`."""
+    def dlog_rho(
+        self, direction: Direction, effect: Contribution, friction: Friction, out: Array | None = None
+    ) -> Array:
+        """Derivative of ln(sigma0 / g) along `direction`, whose effect part is `effect`, shape (rows,)."""
+        out = np.empty(len(self.value)) if out is None else out
         change: Term = 0.0
         if direction.coulomb:
             change = direction.coulomb * (1.0 - self.fade)
@@ -182,34 +281,26 @@ class _Level:
             if not is_zero(effect.exponent_change):
                 bend = bend - self.power * np.log(np.maximum(self.ratio, 1e-12)) * effect.exponent_change
             change = change + (self.static - friction.coulomb) * self.fade * bend
-        if not is_zero(change):
+        if not is_zero(change) and not isinstance(self.scale, float):
             change = self.scale * change
         if not is_zero(effect.level_change):
             change = change + self.plain * effect.level_change
-        change = change + effect.level_torque
+        if not is_zero(effect.level_torque):
+            change = change + effect.level_torque
         stiff = direction.bristle_stiffness / friction.bristle_stiffness
-        return np.asarray(stiff if is_zero(change) else stiff - change / self.value, dtype=float)
+        if is_zero(change):
+            out[:] = stiff
+            return out
+        np.divide(change, self.value, out=out)
+        return np.subtract(stiff, out, out=out)
 
 
 def _at_step(effect: Contribution, motion: Motion) -> Contribution:
     """The level terms of a contribution, averaged over each step."""
-    terms = {name: getattr(effect, name) for name in _OF_LEVEL}
+    terms = {name: getattr(effect, name) for name in effect.places if name in _OF_LEVEL}
     return Contribution(
         **{name: motion.at_step(t) if isinstance(t, np.ndarray) else t for name, t in terms.items()}
     )
-
-
-def _finish(
-    motion: Motion, friction: Friction, effect: Contribution, level: _Level, z: Array, decay: Array
-) -> Prediction:
-    """The torque before what acts on the finished torque (`_output`)."""
-    rho_speed = friction.bristle_stiffness / level.value * np.abs(motion.velocity)
-    passed = 1.0 + effect.bristle_change
-    through_z = passed * (friction.bristle_stiffness - friction.bristle_damping * rho_speed)
-    torque = through_z * z + passed * friction.bristle_damping * motion.velocity
-    torque += friction.viscous * (1.0 + effect.viscous_change) * motion.velocity
-    torque += effect.torque
-    return Prediction(torque, through_z * decay, z)
 
 
 class _Finished:
@@ -241,6 +332,8 @@ class _Finished:
             torque, self._gain = 2.0 * torque / (gain + inside), 1.0 / inside
             start_column = start_column * self._gain
         self.prediction = replace(prediction, torque=torque, start_column=start_column)
+        #: Whether anything acts there at all.
+        self.acts = self._later is not None or not isinstance(self._gain, float)
 
     def derivative(self, column: Array, along: Contribution) -> Array:
         """Of the torque behind, from that of the torque before; `along` holds the direction's effects."""

@@ -8,9 +8,10 @@ nothing; see docs and `Recording.filtered`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,6 +114,11 @@ class Recording:
             matrix.data *= np.repeat(self.weight[_middle(matrix)], np.diff(matrix.indptr))
         return matrix
 
+    @property
+    def csr(self) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
+        """Data, indices and pointers of the operator."""
+        return self.operator.data, self.operator.indices, self.operator.indptr
+
     @cached_property
     def row_weight(self) -> Array:
         """Weight of each filtered row; `filtered` has it in it."""
@@ -155,6 +161,22 @@ class Recording:
     def stretch_pointer(self) -> NDArray[np.intp]:
         """First filtered row of each stretch, and the number of rows at its end, (stretches + 1,)."""
         return np.searchsorted(self.filtered_stretch, np.arange(self.motion.stretches + 1))
+
+    @cached_property
+    def _kept(self) -> dict[object, Any]:
+        return {}
+
+    def once(self, key: object, compute: Callable[[], Any]) -> Any:
+        """What `compute` returned when it was asked for by that key first: many models are tried on the same
+        rows."""
+        if key not in self._kept:
+            self._kept[key] = compute()
+        return self._kept[key]
+
+    @cached_property
+    def filtered_torque(self) -> Array:
+        """Measured torque, filtered."""
+        return self.filtered(self.torque)
 
     @cached_property
     def added(self) -> dict[str, tuple[object, Array]]:
