@@ -8,23 +8,17 @@ from typing import Any
 import click
 
 
-class Number(click.types.FloatParamType):
+class _Finite(click.ParamType[float]):
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{number} is no finite number", param, ctx)
+        return float(number)
+
+
+class Number(_Finite, click.types.FloatParamType):
     """Any finite number."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        return _finite(self, super().convert(value, param, ctx), param, ctx)
 
-
-class NumberRange(click.FloatRange):
+class NumberRange(_Finite, click.FloatRange):
     """A finite number of a range."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        return _finite(self, super().convert(value, param, ctx), param, ctx)
-
-
-def _finite(
-    type_: click.ParamType[Any], number: float, param: click.Parameter | None, ctx: click.Context | None
-) -> float:
-    if not math.isfinite(number):
-        type_.fail(f"{number} is no finite number", param, ctx)
-    return number

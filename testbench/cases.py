@@ -16,20 +16,17 @@ from idtool.errors import FfcIdError
 from idtool.log import Log
 from idtool.rig.plant_file import EFFECT_KEYS
 from idtool.rig.sensors import SENSORS
-from testbench.plants import TORQUE_CONSTANT, Plant, between, record_session
+from testbench.draws import between, sign
+from testbench.plants import TORQUE_CONSTANT, Plant, record_session
 
 Draw = Callable[[np.random.Generator, float], dict[str, float]]
-
-
-def _sign(rng: np.random.Generator) -> float:
-    return float(rng.choice((-1.0, 1.0)))
 
 
 #: Effect -> how its numbers are drawn, the range of its strength, in the keys of a plant file. Inertia is
 #: in every axis.
 EFFECTS: dict[str, tuple[float, float, Draw]] = {
-    "torque_offset": (0.005, 0.08, lambda r, s: {"offset_nm": s * _sign(r)}),
-    "direction_asymmetry": (0.01, 0.2, lambda r, s: {"asymmetry_nm_s_per_rad": s * _sign(r)}),
+    "torque_offset": (0.005, 0.08, lambda r, s: {"offset_nm": s * sign(r)}),
+    "direction_asymmetry": (0.01, 0.2, lambda r, s: {"asymmetry_nm_s_per_rad": s * sign(r)}),
     "load_dependent_friction": (0.01, 0.15, lambda r, s: {"mu": s}),
     "drive_backdrive": (
         0.02,
@@ -50,15 +47,15 @@ EFFECTS: dict[str, tuple[float, float, Draw]] = {
     "position_dependent_friction": (
         0.05,
         0.6,
-        lambda r, s: {"slope_1": s * _sign(r), "slope_2": s * r.uniform(-0.5, 0.5), "half_stroke_rad": 2.5},
+        lambda r, s: {"slope_1": s * sign(r), "slope_2": s * r.uniform(-0.5, 0.5), "half_stroke_rad": 2.5},
     ),
     "position_stiffness": (
         0.003,
         0.06,
-        lambda r, s: {"stiffness_nm_per_rad": s * _sign(r), "neutral_rad": r.uniform(-0.5, 0.5)},
+        lambda r, s: {"stiffness_nm_per_rad": s * sign(r), "neutral_rad": r.uniform(-0.5, 0.5)},
     ),
     "thermal_drift": (0.01, 0.06, lambda r, s: {"rate_per_k": s}),
-    "nonlinear_viscous": (0.02, 0.4, lambda r, s: {"quadratic_nm_s2_per_rad2": s * _sign(r)}),
+    "nonlinear_viscous": (0.02, 0.4, lambda r, s: {"quadratic_nm_s2_per_rad2": s * sign(r)}),
     "stribeck_shape": (0.5, 1.3, lambda r, s: {"exponent": s}),
     "backlash": (0.2, 0.8, lambda r, s: {"share_behind_gap": s, "gap_rad": between(r, 0.01, 0.1)}),
     "hysteresis": (
@@ -86,7 +83,7 @@ EFFECTS: dict[str, tuple[float, float, Draw]] = {
             "phase_rad": r.uniform(-math.pi, math.pi),
         },
     ),
-    "tilt_misalignment": (0.02, 0.15, lambda r, s: {"alpha_rad": s * _sign(r)}),
+    "tilt_misalignment": (0.02, 0.15, lambda r, s: {"alpha_rad": s * sign(r)}),
     "breakaway_dwell": (0.3, 2.0, lambda r, s: {"gain": s, "time_constant_s": between(r, 0.3, 3.0)}),
 }
 

@@ -12,11 +12,12 @@ import numpy as np
 
 from idtool.log import Log
 from testbench.cases import DISTURBANCES, EFFECTS, disturb, draw_effects, noise_of
+from testbench.draws import between
 from testbench.other_plants.cases import OtherCase
 from testbench.other_plants.cases import cases as other_cases
 from testbench.other_plants.effects import DISTURBANCES as OTHER_DISTURBANCES
 from testbench.other_plants.session import make, save
-from testbench.plants import SESSION, between, either_bristle, random_plant, record_session
+from testbench.plants import SESSION, either_bristle, random_plant, record_session
 
 GRADES = ("lab", "dynamixel")
 KINDS = ("none", "one effect", "several effects", "not in the library", "like a real joint")

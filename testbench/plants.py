@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from idtool.log import Log
 from idtool.parameters.axis import Axis
 from idtool.rig.plant_file import PlantFile
 from idtool.rig.simulated import SimulatedRig
+from testbench.draws import between
 
 #: The packaged experiments that a session consists of.
 SESSION = ("gravity", "sweep", "sine")
@@ -128,8 +128,3 @@ def _harder(recipe: Recipe) -> Recipe:
         for trial in recipe.trials
     )
     return replace(recipe, trials=trials)
-
-
-def between(rng: np.random.Generator, low: float, high: float) -> float:
-    """Log-uniform."""
-    return math.exp(rng.uniform(math.log(low), math.log(high)))

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from typing import final
 
 from idtool.export.base import Plan, Target, number
-from idtool.export.joint import inertia_of, simulated
+from idtool.export.joint import inertia_alone, inertia_of, simulated
 from idtool.log import Log
-from idtool.parameters import EffectEntry, Parameters
+from idtool.parameters import Parameters
 
 
 @final
@@ -23,7 +23,7 @@ class Isaac(Target):
     title = "Isaac Lab and mjlab (Python)"
 
     def plan(self, parameters: Parameters, logs: Sequence[Log], friction: str) -> Plan:
-        return simulated(parameters, logs, friction, _carries, bristle=False)
+        return simulated(parameters, logs, friction, inertia_alone, bristle=False)
 
     def render(self, plan: Plan, remarks: Sequence[str], joint: str) -> str:
         comments = [f"# {line}".rstrip() for remark in remarks for line in textwrap.wrap(remark, 100) or [""]]
@@ -85,7 +85,3 @@ def _gains(model: Parameters) -> tuple[list[str], str, str]:
         f"{position} * TORQUE_PER_DUTY",
         f"{velocity} * TORQUE_PER_DUTY",
     )
-
-
-def _carries(entry: EffectEntry) -> tuple[EffectEntry | None, str | None]:
-    return (entry, None) if entry.name == "inertia" else (None, None)

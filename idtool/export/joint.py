@@ -21,6 +21,11 @@ _LEVELS_ALIKE = 1e-6
 Carries = Callable[[EffectEntry], tuple[EffectEntry | None, str | None]]
 
 
+def inertia_alone(entry: EffectEntry) -> tuple[EffectEntry | None, str | None]:
+    """For a joint that has no effect but inertia."""
+    return (entry, None) if entry.name == "inertia" else (None, None)
+
+
 def simulated(
     parameters: Parameters,
     logs: Sequence[Log],

@@ -11,10 +11,10 @@ from typing import final
 from xml.etree import ElementTree as ET
 
 from idtool.export.base import Plan, Target, number
-from idtool.export.joint import inertia_of, simulated
+from idtool.export.joint import inertia_alone, inertia_of, simulated
 from idtool.export.xml_text import document
 from idtool.log import Log
-from idtool.parameters import EffectEntry, Parameters
+from idtool.parameters import Parameters
 
 #: Mass, kg, and inertia, kg m^2, that a link must have where none is known: simulators refuse a link without.
 _PLACEHOLDER = 1e-3
@@ -26,7 +26,7 @@ class Urdf(Target):
     title = "URDF"
 
     def plan(self, parameters: Parameters, logs: Sequence[Log], friction: str) -> Plan:
-        plan = simulated(parameters, logs, friction, _carries, bristle=False)
+        plan = simulated(parameters, logs, friction, inertia_alone, bristle=False)
         notes = [*plan.notes]
         if plan.model.effect("inertia"):
             notes.append("the link's inertial is ALL of the identified inertia, that of the load included")
@@ -53,7 +53,3 @@ class Urdf(Target):
         friction = {"damping": static["viscous"].value, "friction": static["coulomb"].value}
         ET.SubElement(element, "dynamics", {key: number(value) for key, value in friction.items()})
         return document(root, remarks, declaration=True)
-
-
-def _carries(entry: EffectEntry) -> tuple[EffectEntry | None, str | None]:
-    return (entry, None) if entry.name == "inertia" else (None, None)

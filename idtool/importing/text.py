@@ -13,6 +13,7 @@ import pandas as pd
 
 from idtool.errors import InputError
 from idtool.log.format import parse_header
+from idtool.log.table import is_number
 
 
 def read_csv(
@@ -45,9 +46,9 @@ def read_csv(
     comments = [line[1:].removeprefix(" ") for line in lines[:start]]
     delimiter = _delimiter(lines[start])
     names = _fields(lines[start], delimiter)
-    if all(_number(name) for name in names):  # numpy.savetxt puts the names into a comment line
+    if all(is_number(name) for name in names):  # numpy.savetxt puts the names into a comment line
         above = _fields(comments[-1], delimiter) if comments else []
-        if len(above) != len(names) or any(map(_number, above)):
+        if len(above) != len(names) or any(map(is_number, above)):
             raise InputError(
                 "has no header row",
                 file=file,
@@ -80,7 +81,7 @@ def _row_of_units(names: list[str], body: list[str], delimiter: str) -> dict[str
         [field.replace(",", ".") if delimiter != "," else field for field in _fields(line, delimiter)]
         for line in body[:2]
     )
-    if len(first) != len(names) or any(map(_number, first)) or not any(map(_number, second)):
+    if len(first) != len(names) or any(map(is_number, first)) or not any(map(is_number, second)):
         return {}
     return {
         name: text.strip("[]() ") for name, text in zip(names, first, strict=True) if text.strip("[]() -")
@@ -120,14 +121,6 @@ def _fields(line: str, delimiter: str) -> list[str]:
         ]
     except csv.Error:
         return [field.strip() for field in line.split(delimiter)]
-
-
-def _number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _table(names: list[str], body: list[str], delimiter: str, file: Path, first: int) -> pd.DataFrame:

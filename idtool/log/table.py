@@ -143,7 +143,7 @@ def _names(line: bytes, number: int, file: Path) -> list[str]:
         raise InputError(
             "has no header row", file=file, place=place, remedy="the first row must name the columns"
         )
-    if all(_is_number(name) for name in names):
+    if all(is_number(name) for name in names):
         raise InputError(
             "the header row is missing, the rows start at once",
             file=file,
@@ -169,7 +169,8 @@ def _names(line: bytes, number: int, file: Path) -> list[str]:
     return names
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a cell of a table holds a number."""
     try:
         float(text)
     except ValueError:

@@ -41,7 +41,7 @@ from idtool.parameters.scaling import in_torque, with_constant
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
 from idtool.verbs.fit_motion import MotionFit, fit_motion
-from idtool.verbs.predict import Prediction, predict
+from idtool.verbs.predict import Prediction, predict, refuse_other_axis
 from idtool.version import __version__
 
 #: `--friction coulomb` asks for the textbook model, to be compared with published ones: these effects
@@ -361,14 +361,7 @@ def diagnose_from(
             "the parameter file has no [friction.static]",
             remedy="run ffc-id fit-static first, or ffc-id identify",
         )
-    for log in (*logs, *validate):
-        if not log.axis.agrees(known.axis):
-            raise InputError(
-                "is of another axis than the parameter file (kind or torque constant differs)",
-                file=log.source,
-                place="[axis]",
-                remedy="give logs of that axis",
-            )
+    refuse_other_axis([*logs, *validate], known.axis)
     law = friction if known.dynamic or friction != "lugre" else "stribeck"
     gravity = known.gravity_model or "auto"
     return identify(

@@ -26,6 +26,7 @@ from idtool.model.motion import Array
 from idtool.model.torque import predict as predict_torque
 from idtool.model.units import torque_name, unit_suffix, unit_text
 from idtool.parameters import GRAVITY_MODELS, Parameters
+from idtool.parameters.axis import Axis
 from idtool.parameters.correction import Correction
 from idtool.presentation.text import listed
 from idtool.signals import Recording, record
@@ -152,13 +153,12 @@ def loaded(logs: Sequence[Log], parameters: Parameters) -> Recording:
     return _loaded(record(of_axis(logs, parameters)), parameters)
 
 
-def of_axis(logs: Sequence[Log], parameters: Parameters) -> list[Log]:
-    """The logs with what the parameter file knows of their axis (its torque constant, say).
+def refuse_other_axis(logs: Sequence[Log], known: Axis) -> None:
+    """Refuse logs that are of another axis than a parameter file.
 
     Raises:
-        InputError: logs of another axis.
+        InputError: it names the log.
     """
-    known = parameters.axis
     for log in logs:
         if not log.axis.agrees(known):
             raise InputError(
@@ -167,6 +167,17 @@ def of_axis(logs: Sequence[Log], parameters: Parameters) -> list[Log]:
                 place="[axis]",
                 remedy="give logs of that axis",
             )
+
+
+def of_axis(logs: Sequence[Log], parameters: Parameters) -> list[Log]:
+    """The logs with what the parameter file knows of their axis (its torque constant, say).
+
+    Raises:
+        InputError: logs of another axis.
+    """
+    known = parameters.axis
+    refuse_other_axis(logs, known)
+    for log in logs:
         unit = effort_of(log).unit
         if known.effort != "torque" and unit != known.effort:
             raise InputError(

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from typing import Any, Protocol
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Protocol
 
 from idtool.virtual_servo.axis import VirtualAxis
+
+#: Bit of an overload in the error status of either vendor.
+OVERLOAD = 0x20
 
 
 class Decoder(Protocol):
@@ -21,14 +24,18 @@ class VirtualServo(ABC):
     """One servo on the bus.
 
     Attributes:
+        baud_rates: what it can be set to, bits a second, by the code in its table.
         axis: what it moves.
+        table: its registers, by name.
         decoder: of the bytes that it hears.
         stuck: its encoder stands still.
         torque_since: when the torque was first switched on, None before that.
         heard: when it last heard an instruction.
     """
 
+    baud_rates: ClassVar[Mapping[int, int]]
     axis: VirtualAxis
+    table: Any
     decoder: Decoder
     stuck: bool = False
     torque_since: float | None = None
@@ -45,9 +52,9 @@ class VirtualServo(ABC):
             self._now = until
 
     @property
-    @abstractmethod
     def baud(self) -> int:
         """Its baud rate, bits a second."""
+        return self.baud_rates[self.table["baud_rate"]]
 
     @property
     @abstractmethod
@@ -67,9 +74,9 @@ class VirtualServo(ABC):
     def reply(self, packet: Any, now: float) -> list[bytes]:
         """Do what an instruction says: the bytes of its answers, in the order of the bus."""
 
-    @abstractmethod
     def overload(self) -> None:
         """Shut the motor off because of an overload."""
+        self.fail(OVERLOAD)
 
     @abstractmethod
     def fail(self, bits: int) -> None:

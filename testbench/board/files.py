@@ -9,16 +9,17 @@ from idtool.parameters.axis import Axis
 from testbench.effect_numbers import NUMBERS
 
 
-def _pick(**values: float) -> dict[str, Parameter]:
+def stated(**values: float) -> dict[str, Parameter]:
+    """Numbers that nobody identified, as a file holds them."""
     return {name: Parameter(value) for name, value in values.items()}
 
 
 BASE = Parameters(
     axis=Axis("rotary", 2.67),
     gravity_model="slide",
-    gravity=_pick(base=0.23, per_payload=0.4455),
-    static=_pick(coulomb=0.05, static=0.075, stribeck_velocity=0.09, viscous=0.08),
-    dynamic=_pick(bristle_stiffness=8.0, bristle_damping=0.1),
+    gravity=stated(base=0.23, per_payload=0.4455),
+    static=stated(coulomb=0.05, static=0.075, stribeck_velocity=0.09, viscous=0.08),
+    dynamic=stated(bristle_stiffness=8.0, bristle_damping=0.1),
 )
 
 #: As `ffc-id tune` writes it.
@@ -32,6 +33,6 @@ def with_effects(*names: str, light: bool = False) -> Parameters:
     """The base file and these effects, in the published or the light mode."""
     file = replace(BASE, controller=LIGHT) if light else BASE
     for name in names:
-        numbers = {key: Parameter(value) for key, value in EFFECTS[name].items()}
+        numbers = stated(**EFFECTS[name])
         file = file.with_effect(EffectEntry(name, numbers))
     return file

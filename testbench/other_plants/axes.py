@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbench.draws import between
 from testbench.other_plants.motion import Drive
 from testbench.other_plants.physics import ELASTO_PLASTIC, LUGRE, MAXWELL_SLIP, Axis
 
@@ -49,11 +50,6 @@ class Machine:
     def linear(self) -> bool:
         """Whether it moves in metres."""
         return self.kind == "stage"
-
-
-def between(rng: np.random.Generator, low: float, high: float) -> float:
-    """Log-uniform."""
-    return math.exp(rng.uniform(math.log(low), math.log(high)))
 
 
 #: Current and speed steps of a DYNAMIXEL XH540 (e-manual): 2.69 mA, 0.229 rpm; 4096 counts a turn.

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from testbench.other_plants.axes import Machine, between
+from testbench.draws import between, sign
+from testbench.other_plants.axes import Machine
 from testbench.other_plants.physics import Array, Axis
 
 #: Time constant of warming over the length of a session.
@@ -71,24 +72,20 @@ class Extra:
     partly: tuple[str, ...] = ()
 
 
-def _sign(rng: np.random.Generator) -> float:
-    return float(rng.choice((-1.0, 1.0)))
-
-
 def _zero(*names: str) -> Callable[[Plant], Plant]:
     return lambda plant: plant.with_numbers(**dict.fromkeys(names, 0.0))
 
 
 def _offset(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
-    return p.with_numbers(offset=s * _sign(r) * m.axis.coulomb)
+    return p.with_numbers(offset=s * sign(r) * m.axis.coulomb)
 
 
 def _asymmetry(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
-    return p.with_numbers(asymmetry=s * _sign(r) * m.axis.coulomb / m.speed)
+    return p.with_numbers(asymmetry=s * sign(r) * m.axis.coulomb / m.speed)
 
 
 def _quadratic(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
-    return p.with_numbers(quadratic=s * _sign(r) * m.axis.coulomb / m.speed**2)
+    return p.with_numbers(quadratic=s * sign(r) * m.axis.coulomb / m.speed**2)
 
 
 def _load(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
@@ -116,12 +113,12 @@ def _ripple(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
 
 
 def _along(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
-    return p.with_numbers(slope=s * _sign(r), bowl=s * r.uniform(-0.5, 0.5))
+    return p.with_numbers(slope=s * sign(r), bowl=s * r.uniform(-0.5, 0.5))
 
 
 def _spring(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
     half = m.axis.half_stroke
-    stiffness = s * _sign(r) * m.axis.coulomb / half
+    stiffness = s * sign(r) * m.axis.coulomb / half
     return p.with_numbers(spring=stiffness, spring_neutral=r.uniform(-0.3, 0.3) * half)
 
 
@@ -174,7 +171,7 @@ def _periodic(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
 
 
 def _tilt(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
-    return p.with_numbers(tilt_alpha=s * _sign(r))
+    return p.with_numbers(tilt_alpha=s * sign(r))
 
 
 def _dwell(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
@@ -217,7 +214,7 @@ EFFECTS: dict[str, Extra] = {
 def _bump(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
     half = m.axis.half_stroke
     return p.with_numbers(
-        bump=s * _sign(r) * m.axis.coulomb,
+        bump=s * sign(r) * m.axis.coulomb,
         bump_at=r.uniform(-0.4, 0.4) * half,
         bump_width=r.uniform(0.06, 0.15) * half,
     )
@@ -226,7 +223,7 @@ def _bump(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
 def _tooth(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
     half = m.axis.half_stroke
     return p.with_numbers(
-        tooth=s * _sign(r) * m.axis.coulomb,
+        tooth=s * sign(r) * m.axis.coulomb,
         bump_at=r.uniform(-0.3, 0.3) * half,
         tooth_pitch=10.0 * half if m.linear else 2.0 * math.pi,
         tooth_width=r.uniform(0.025, 0.05) * half,
@@ -303,14 +300,14 @@ def real_machine(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plan
         lines.append([n, size, r.uniform(-math.pi, math.pi), turn])
         if n > 1.0:
             lines.append([2.0 * n, 0.4 * size, r.uniform(-math.pi, math.pi), turn])
-    spring = s * _sign(r) * coulomb / half
+    spring = s * sign(r) * coulomb / half
     plant = replace(p, lines=np.array(lines)).with_numbers(
         spring=0.8 * spring,
         spring_cubic=1.5 * spring / half**2,
         spring_neutral=r.uniform(-0.3, 0.3) * half,
-        slope=s * _sign(r),
+        slope=s * sign(r),
         bowl=s * r.uniform(-0.6, 0.6),
-        asymmetry=0.8 * s * _sign(r) * coulomb / m.speed,
+        asymmetry=0.8 * s * sign(r) * coulomb / m.speed,
     )
     return plant.with_numbers(mu=0.4 * s) if m.kind in _LOADED else plant
 

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from testbench.other_plants.axes import KINDS, Machine, between, draw
+from testbench.draws import between
+from testbench.other_plants.axes import KINDS, Machine, draw
 from testbench.other_plants.effects import (
     DISTURBANCES,
     EFFECTS,

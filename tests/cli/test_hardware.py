@@ -15,8 +15,9 @@ import pytest
 from idtool.cli.main import main
 
 from idtool.log import Log
-from idtool.parameters import Controller, Parameter, Parameters
+from idtool.parameters import Controller, Parameters
 from idtool.parameters.axis import Axis
+from testbench.board.files import stated
 
 from .support import PROGRAM, ffc_id
 
@@ -169,15 +170,12 @@ def test_guiding_by_hand(tmp_path: Path) -> None:
     # tests does not stop the controller, which takes a gap of 50 ms for a fault.
     servo = Servo(tmp_path, "--tilt", "1.5707963", "0", scale=0.25)
 
-    def numbers(**values: float) -> dict[str, Parameter]:
-        return {name: Parameter(value) for name, value in values.items()}
-
     Parameters(
         axis=Axis("rotary", 2.67),
         gravity_model="slide",
-        gravity=numbers(base=0.20, per_payload=0.42),
-        static=numbers(coulomb=0.080, static=0.115, stribeck_velocity=0.08, viscous=0.12),
-        dynamic=numbers(bristle_stiffness=8.0, bristle_damping=0.2),
+        gravity=stated(base=0.20, per_payload=0.42),
+        static=stated(coulomb=0.080, static=0.115, stribeck_velocity=0.08, viscous=0.12),
+        dynamic=stated(bristle_stiffness=8.0, bristle_damping=0.2),
         controller=Controller(2.05, 1.68, 0.01),
     ).write(tmp_path / "params.toml")
     log = tmp_path / "run.csv"

@@ -13,16 +13,13 @@ import numpy as np
 import pytest
 
 from idtool.log import Log
-from idtool.parameters import Controller, Parameter, Parameters
+from idtool.parameters import Controller, Parameters
 from idtool.parameters.axis import Axis
+from testbench.board.files import stated
 
 from .support import ffc_id
 
 TRAVEL = 2 * 0.0265 * 6 / 7  # m of the slide per rad of the shaft; the pulley's radius is inferred
-
-
-def numbers(**values: float) -> dict[str, Parameter]:
-    return {name: Parameter(value) for name, value in values.items()}
 
 
 @pytest.fixture
@@ -32,9 +29,9 @@ def parameters() -> Parameters:
     return Parameters(
         axis=Axis("rotary", 2.67),
         gravity_model="slide",
-        gravity=numbers(base=per_payload * (0.427 + 0.176 / 2), per_payload=per_payload),
-        static=numbers(coulomb=0.070, static=0.030, stribeck_velocity=0.090, viscous=0.155),
-        dynamic=numbers(bristle_stiffness=0.051, bristle_damping=0.297),
+        gravity=stated(base=per_payload * (0.427 + 0.176 / 2), per_payload=per_payload),
+        static=stated(coulomb=0.070, static=0.030, stribeck_velocity=0.090, viscous=0.155),
+        dynamic=stated(bristle_stiffness=0.051, bristle_damping=0.297),
         controller=Controller(2.05, 1.68, 0.01),
     )
 
@@ -130,7 +127,7 @@ def test_says_what_the_file_s_effects_are_worth(tmp_path: Path, parameters: Para
     packaged = Path(opening.__file__).with_name("paper.toml").read_text(encoding="utf-8")
     effect = '\n[[effects]]\nname = "nonlinear_viscous"\nquadratic_nm_s2_per_rad2 = 0.4\n'
     (tmp_path / "plant.toml").write_text(packaged + effect, encoding="utf-8")
-    extended = parameters.with_effect(EffectEntry("nonlinear_viscous", numbers(quadratic=0.4)))
+    extended = parameters.with_effect(EffectEntry("nonlinear_viscous", stated(quadratic=0.4)))
     extended.write(tmp_path / "params.toml")
     done = run(tmp_path, "teach", "-p", "params.toml", "--rig", "sim:plant.toml", "--json")
     assert done.returncode == 0, done.stderr

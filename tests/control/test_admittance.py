@@ -17,6 +17,7 @@ from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
 from idtool.rig.base import TrialSetup
 from idtool.rig.numbers import plant_numbers
+from testbench.board.files import stated
 from testbench.guided_axes.axis import NO_HAND, GuidedAxis
 from testbench.guided_axes.cases import AXES, Case, corner, file_of, plant_of, random_case
 from testbench.guided_axes.pushes import COUNT, GAINS, at_rest, guide
@@ -165,15 +166,12 @@ def test_the_paper_s_law_has_no_tare() -> None:
 def test_a_linear_axis_has_it_too() -> None:
     """Metres and newtons: it rests, is tared, and moves the way of the push."""
 
-    def pick(**values: float) -> dict[str, Parameter]:
-        return {name: Parameter(value) for name, value in values.items()}
-
     file = Parameters(
         axis=Axis("linear", 30.0),
         gravity_model="slide",
-        gravity=pick(base=0.0, per_payload=0.0),
-        static=pick(coulomb=15.0, static=18.0, stribeck_velocity=0.01, viscous=200.0),
-        dynamic=pick(bristle_stiffness=1e5, bristle_damping=100.0),
+        gravity=stated(base=0.0, per_payload=0.0),
+        static=stated(coulomb=15.0, static=18.0, stribeck_velocity=0.01, viscous=200.0),
+        dynamic=stated(bristle_stiffness=1e5, bristle_damping=100.0),
         controller=Controller(2.05, 0.01, 0.01, mode="light"),
     )
     law = ForceFreeController(file, limits=Limits(-0.2, 0.2, speed=0.3))
@@ -205,8 +203,8 @@ def declared(machine: Machine) -> Parameters:
     return Parameters(
         axis=Axis("rotary", p.torque_constant),
         gravity_model="slide",
-        gravity=pick(base=machine.base, per_payload=kilogram),
-        static=pick(
+        gravity=stated(base=machine.base, per_payload=kilogram),
+        static=stated(
             coulomb=p.coulomb, static=p.static, stribeck_velocity=p.stribeck_velocity, viscous=p.viscous
         ),
         dynamic=bristle,

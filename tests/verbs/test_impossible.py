@@ -19,8 +19,7 @@ from idtool.signals import record
 from idtool.verbs.check import check
 from idtool.verbs.identify import begin
 
-from .support import GRAVITY, SINE, SWEEP, document, ffc_id
-from .support import record as run
+from .support import document, ffc_id
 
 COLUMN = {"position": "position_rad", "velocity": "velocity_rad_s", "effort": "current_a"}
 #: Recordings of real machines and how they are imported.
@@ -82,13 +81,6 @@ def test_nothing_of_an_independent_axis_is_impossible(measured: Path) -> None:
         found = find(Log.read(path))
         assert not flagged(found), path
         assert not found.slips, path
-
-
-@pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> list[Log]:
-    folder = tmp_path_factory.mktemp("session")
-    recipes = {"gravity": GRAVITY, "sweep": SWEEP, "sine": SINE}
-    return [run(text, folder / f"{name}.csv", seed=seed) for seed, (name, text) in enumerate(recipes.items())]
 
 
 def spoilt(log: Log, role: str, size: float, length: int, count: int, seed: int) -> tuple[Log, set[int]]:

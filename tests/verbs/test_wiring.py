@@ -16,21 +16,13 @@ from idtool.log import Log
 from idtool.signals import record
 from idtool.verbs.check import check
 
-from .support import GRAVITY, SINE, SWEEP, document, ffc_id
-from .support import record as run
+from .support import document, ffc_id
 from .test_impossible import RECORDINGS
 
 #: What the source's speed and position contradict each other by, said of the recording as it is.
 WRONG = {"motor05_dm4310.csv.gz": "the position moves 1.658 times as far as the speed says"}
 #: Recordings in which the speed sensor is dead, which is refused before.
 REFUSED = ("stopped_mapping.csv.gz",)
-
-
-@pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> list[Log]:
-    folder = tmp_path_factory.mktemp("session")
-    recipes = {"gravity": GRAVITY, "sweep": SWEEP, "sine": SINE}
-    return [run(text, folder / f"{name}.csv", seed=seed) for seed, (name, text) in enumerate(recipes.items())]
 
 
 @pytest.mark.parametrize("name", [name for name in RECORDINGS if not name.endswith(REFUSED)])

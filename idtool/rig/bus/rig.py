@@ -86,8 +86,6 @@ class ServoRig(Rig):
         self, device: str, settings: Settings, kind: ServoKind, *, clock: Clock | None = None
     ) -> None:
         self._clock = clock or HostClock(settings.scale)
-        self._closed = False
-        self._prepared = False
         baud = settings.baud or kind.baud
         self._bus: Bus = kind.open_bus(device, settings.id, baud, self._clock)
         self._bus.patience_s = _OPENING_S
@@ -195,8 +193,6 @@ class ServoRig(Rig):
         """
         self._ready()
         command = np.asarray(trajectory.command, dtype=float)
-        if not np.all(np.isfinite(command)) or trajectory.period_s <= 0.0:
-            raise InputError("a trajectory needs finite commands and a period above zero")
         servo = self._servo
         moves = trajectory.mode == "velocity"
         self._enter(trajectory.mode)
@@ -369,15 +365,6 @@ class ServoRig(Rig):
         time = np.array([reading.time_s - self._origin for reading, _ in rows])
         sent = np.array([command for _, command in rows])
         return Block(time, command=sent, **{name: column(name) for name in names})  # type: ignore[arg-type]
-
-    def _open(self) -> None:
-        if self._closed:
-            raise RigFault("the rig is closed")
-
-    def _ready(self) -> None:
-        self._open()
-        if not self._prepared:
-            raise RigFault("the rig was not prepared for a trial")
 
 
 def _at_most(name: str, wanted: float | None, limit: float, unit: str) -> float:

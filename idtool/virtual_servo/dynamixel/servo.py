@@ -29,7 +29,6 @@ PING, READ, WRITE, REG_WRITE, ACTION, REBOOT = 0x01, 0x02, 0x03, 0x04, 0x05, 0x0
 SYNC_READ, SYNC_WRITE = 0x82, 0x83
 
 ALERT = 0x80
-OVERLOAD = 0x20
 
 COUNT_RAD = 2.0 * math.pi / 4096
 SPEED_UNIT = 0.229 * 2.0 * math.pi / 60.0
@@ -56,6 +55,9 @@ class VirtualDynamixel(VirtualServo):
     Attributes:
         table: its control table.
     """
+
+    baud_rates = BAUD_RATES
+    table: ControlTable
 
     def __init__(
         self, axis: VirtualAxis, *, id: int = 1, model: int = 1150, baud: int = 57600, now: float = 0.0
@@ -86,11 +88,6 @@ class VirtualDynamixel(VirtualServo):
         self._measure()
 
     @property
-    def baud(self) -> int:
-        """Its baud rate, bits a second."""
-        return BAUD_RATES[self.table["baud_rate"]]
-
-    @property
     def return_delay_s(self) -> float:
         """How long it waits before it answers, s."""
         return 2e-6 * self.table["return_delay_time"]
@@ -117,10 +114,6 @@ class VirtualDynamixel(VirtualServo):
         self._measure()
         self.table["goal_position"] = self.table["present_position"]
         self._drive()
-
-    def overload(self) -> None:
-        """Shut the motor off because of an overload."""
-        self.fail(OVERLOAD)
 
     def fail(self, bits: int) -> None:
         """A hardware error; if the shutdown mask has it, the torque goes off until a reboot."""

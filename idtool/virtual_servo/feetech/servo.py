@@ -17,7 +17,6 @@ from idtool.virtual_servo.feetech.packet import BROADCAST, Decoder, Packet, enco
 from idtool.virtual_servo.feetech.table import MemoryTable
 
 PING, READ, WRITE, REG_WRITE, ACTION, SYNC_READ, SYNC_WRITE = 0x01, 0x02, 0x03, 0x04, 0x05, 0x82, 0x83
-OVERLOAD = 0x20
 
 COUNT_RAD = 2.0 * math.pi / 4096
 #: rad/s2 per unit of acceleration.
@@ -45,6 +44,9 @@ class VirtualFeetech(VirtualServo):
         table: its memory table.
     """
 
+    baud_rates = BAUD_RATES
+    table: MemoryTable
+
     def __init__(
         self, axis: VirtualAxis, *, id: int = 1, model: int = 777, baud: int = 1_000_000, now: float = 0.0
     ) -> None:
@@ -67,11 +69,6 @@ class VirtualFeetech(VirtualServo):
         self._measure()
 
     @property
-    def baud(self) -> int:
-        """Its baud rate, bits a second."""
-        return BAUD_RATES[self.table["baud_rate"]]
-
-    @property
     def return_delay_s(self) -> float:
         """How long it waits before it answers, s."""
         return 2e-6 * self.table["return_delay"]
@@ -87,10 +84,6 @@ class VirtualFeetech(VirtualServo):
 
     def trip_watchdog(self) -> None:
         """Nothing: the series has none."""
-
-    def overload(self) -> None:
-        """Shut the motor off because of an overload."""
-        self.fail(OVERLOAD)
 
     def fail(self, bits: int) -> None:
         """Set errors; those of the unloading mask switch the torque off."""
