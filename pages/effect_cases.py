@@ -10,8 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.model.motion import Array, Motion
-from idtool.report.effect_pictures import since_reversal
+from idtool.model.motion import Array, Motion, since_reversal
 
 #: How the rows of a residual are drawn: as they are, turned so that too little friction in the model is
 #: above zero in both directions, or as a line over time.

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from idtool.diagnosis.evidence import Background, Score, score
@@ -19,7 +20,7 @@ from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit, refit, torque_of
 from idtool.fit.model import JointModel
 from idtool.model.contribution import Contribution
-from idtool.model.motion import Array
+from idtool.model.motion import Array, since_reversal
 from idtool.model.torque import Direction
 from idtool.signals import Recording
 
@@ -29,6 +30,10 @@ LEAST_GAIN = 0.01
 WORTH = 0.01
 #: ... and one that is in is nothing any more below this share of it.
 _NOTHING = 0.2 * WORTH
+#: The bristle has forgotten a reversal after so many of its bends (3e-4 is left). What rows beyond it say of a
+#: curve of sliding has to be as sure as every effect: a chance of 0.01 in a library of twenty.
+_SETTLED = 8.0
+_CHANCE_IN_SLIDING = 5e-4
 #: Highest frequency that filtered rows show, as a share of their rate.
 _NYQUIST = 0.45
 #: What beats from outside has no regard for the motion: a wave of which the motion explains more than half
@@ -329,16 +334,38 @@ def _within_reach(
     return extra
 
 
-def chance_of(fit: JointFit, effect: Effect) -> float:
-    """P-value of an effect that is in a model: of no relation to what the rest of the model leaves."""
+def chance_of(fit: JointFit, effect: Effect, rows: NDArray[np.bool_] | None = None) -> float:
+    """P-value of an effect that is in a model: of no relation to what the rest of the model leaves.
+
+    Args:
+        fit: with the effect.
+        effect: it.
+        rows: the filtered rows to ask; None is all.
+    """
     own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
-    n = len(fit.residual)
-    rest = fit.jacobian[:n, ~own]  # what sits at a bound for the effect's sake could stand for it
-    basis = orthonormal(rest)
-    columns = fit.jacobian[:n, own]  # of minus the residual
-    without = fit.residual + columns @ fit.x[own]
-    trial = fit.model.recording.filtered_trial
-    return noise.p_value(fit.residual, trial, without - basis @ (basis.T @ without), basis, columns)
+    chosen = np.arange(len(fit.residual)) if rows is None else np.flatnonzero(rows)
+    jacobian, left = fit.jacobian[chosen], fit.residual[chosen]
+    basis = orthonormal(jacobian[:, ~own])  # what sits at a bound for the effect's sake could stand for it
+    columns = jacobian[:, own]  # of minus the residual
+    # one number alone says where the effect vanishes; among several that of a shape says nothing
+    coordinates = effect.active(fit.model.recording.motion)
+    without = left + columns @ (fit.x[own] - (coordinates[0].null if len(coordinates) == 1 else 0.0))
+    trial = fit.model.recording.filtered_trial[chosen]
+    return noise.p_value(left, trial, without - basis @ (basis.T @ without), basis, columns)
+
+
+def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
+    """Whether rows on which the bristle has forgotten the last reversal show an effect too. Where the
+    presliding is none of LuGre's, what the model leaves after each reversal bends the curve of sliding."""
+    recording, friction = fit.model.recording, fit.model.friction(fit.x)
+    (element,) = (e for e in fit.model.spec.effects if e.name == "hysteresis")
+    slips_at, reach, of_friction = element.numbers(fit.model.effect_values(fit.x, element))
+    own = max(friction.coulomb, friction.static) - slips_at * of_friction
+    motion = recording.motion
+    travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
+    # the element slips on when it has turned round, a reach back and one on
+    settled = travel > max(_SETTLED * own / friction.bristle_stiffness, 2.0 * reach)
+    return bool(settled.any()) and chance_of(fit, effect, settled) < _CHANCE_IN_SLIDING
 
 
 def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
@@ -357,11 +384,14 @@ def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
 def impossible(fit: JointFit, effect: Effect) -> str | None:
     """Why the fitted values cannot be that effect, as a sentence; None if they can."""
     own = (name for name in fit.model.names if name.startswith(f"{effect.name}."))
+    names = {other.name for other in fit.model.spec.effects}
     if not isinstance(effect, Unnamed) and any(fit.at_bound[name] for name in own):
         return "its parameter ran to a bound"
     values = fit.model.effect_values(fit.x, effect)
     if reason := effect.implausible(values, fit.values) or _beyond_physics(fit, effect, values):
         return reason
+    if effect.of_sliding and "hysteresis" in names and not _shows_in_sliding(fit, effect):
+        return "it does not show where the axis slides steadily, and its presliding is none of LuGre's"
     if effect.name != "inertia" and not worth_it(fit, effect, _NOTHING):
         return "next to nothing of it is left"
     # what accelerates a drive that friction hardly brakes may be any multiple of what is left for it

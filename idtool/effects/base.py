@@ -160,6 +160,8 @@ class Effect(ABC):
         is_lag: whether it can stand for a lag between torque and motion. The columns of lags are nearly the
             same, so only refitted models tell which one it is.
         after_reversal: whether it shows after each reversal, whichever way the axis then goes.
+        of_sliding: whether it is a property of the curve of steady sliding, so that it must show where the
+            axis slides steadily.
     """
 
     name: ClassVar[str]
@@ -178,6 +180,7 @@ class Effect(ABC):
     free_start: ClassVar[bool] = False
     is_lag: ClassVar[bool] = False
     after_reversal: ClassVar[bool] = False
+    of_sliding: ClassVar[bool] = False
 
     #: The formula as a static method that numba compiled: at(row, numbers, memory, total) adds what the
     #: effect adds to `total` (places of `FIELDS`) and moves its memory on. Without a memory it takes all rows

@@ -23,6 +23,7 @@ class NonlinearViscous(Effect):
     name = "nonlinear_viscous"
     title = "Nonlinear viscous friction"
     follows = ("velocity",)
+    of_sliding = True
     formula = "c |w| w"
     reveals = "a wide range of speeds"
     look_alikes = ("stribeck_shape",)

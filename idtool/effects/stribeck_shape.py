@@ -22,6 +22,7 @@ class StribeckShape(Effect):
     name = "stribeck_shape"
     title = "Stribeck shape"
     follows = ("velocity",)
+    of_sliding = True
     formula = "exponent delta of exp(-|w / w_s|^delta), 2 in the paper"
     reveals = "many low speeds, closely spaced"
     look_alikes = ("nonlinear_viscous",)

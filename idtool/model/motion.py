@@ -152,5 +152,14 @@ class Motion:
         return len(self.starts)
 
 
+def since_reversal(position: Array, velocity: Array, trial: NDArray[np.intp]) -> Array:
+    """Travel since the axis last turned round, or the trial began; shapes (rows,), rad (m)."""
+    way = np.sign(velocity)
+    travelled = np.cumsum(np.abs(np.diff(position, prepend=position[0])))
+    anew = (np.diff(way, prepend=way[0]) != 0) | (np.diff(trial, prepend=trial[0] - 1) != 0)
+    last = np.maximum.accumulate(np.where(anew, np.arange(len(way)), 0))
+    return np.asarray(travelled - travelled[last])
+
+
 def _known(values: Array | float | None, unknown: float = math.nan) -> Array | float:
     return unknown if values is None else values

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from importlib.resources import files
 
 import numpy as np
-from numpy.typing import NDArray
 
 from idtool.effects.base import Effect
-from idtool.model.motion import Array
+from idtool.model.motion import since_reversal
 from idtool.presentation.html import embedded
 from idtool.presentation.style import axis_label, few_colours, look
 from idtool.report.evidence import Evidence
@@ -47,7 +46,7 @@ class Beside:
 def found_picture(evidence: Evidence, effect: Effect) -> Beside | None:
     """The residual before and after over what the effect follows; None where that was not logged."""
     rows = evidence.rows
-    sign: Array | float = 1.0
+    sign = np.ones(len(rows.velocity))
     if effect.after_reversal and rows.position is not None:
         x = since_reversal(rows.position, rows.velocity, rows.trial)
         sign = np.sign(rows.velocity)
@@ -85,15 +84,6 @@ def typical_picture(effect: Effect) -> Beside | None:
     if not picture.is_file():
         return None
     return _beside(picture.read_bytes(), f"How {effect.title.lower()} looks on a simulated axis.")
-
-
-def since_reversal(position: Array, velocity: Array, trial: NDArray[np.intp]) -> Array:
-    """Travel since the axis last turned round, or the trial began; shapes (rows,), rad (m)."""
-    way = np.sign(velocity)
-    travelled = np.cumsum(np.abs(np.diff(position, prepend=position[0])))
-    anew = (np.diff(way, prepend=way[0]) != 0) | (np.diff(trial, prepend=trial[0] - 1) != 0)
-    last = np.maximum.accumulate(np.where(anew, np.arange(len(way)), 0))
-    return np.asarray(travelled - travelled[last])
 
 
 def _waves(what: str) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,6 +16,7 @@ from idtool.effects import registry
 from idtool.effects.hysteresis import Hysteresis
 from idtool.fit.joint import JointFit
 from idtool.fit.left_out import left_out_error
+from idtool.model.motion import since_reversal
 from idtool.signals import record
 from idtool.verbs.identify import begin
 
@@ -88,3 +91,25 @@ def test_it_is_refitted_from_other_starts_than_its_best_score(slipping: JointFit
     both = try_effect(slipping, part, Start(0.5, 1e-6, wrong, (right,)), far=True)
     assert both.fit.sse < 0.2 * slipping.sse
     assert both.fit.sse <= alone.fit.sse
+
+
+def with_a_curve(fit: JointFit, *, where_it_slides: bool) -> JointFit:
+    """The fit with quadratic friction that shows on rows of steady sliding alone, or on the others alone."""
+    fit = try_effect(fit, registry.get("nonlinear_viscous"), Start(0.1, 1e-6, {"quadratic": 0.0})).fit
+    motion, row = fit.model.recording.motion, fit.model.recording.row
+    travel = since_reversal(motion.position, motion.velocity, motion.trial)[row]
+    own = np.array(fit.model.names) == "nonlinear_viscous.quadratic"
+    absent = (travel > 2.0 * REACH) != where_it_slides
+    size = 0.05
+    column = fit.jacobian[: len(row), own][:, 0]
+    return replace(fit, x=fit.x + size * own, residual=fit.residual - size * column * absent)
+
+
+def test_a_curve_of_sliding_shows_where_the_axis_slides(slipping: JointFit) -> None:
+    """Beside a presliding that is none of LuGre's, what shows after the reversals alone is no such curve."""
+    part, curve = Hysteresis(of_friction=True), registry.get("nonlinear_viscous")
+    bent = try_effect(slipping, part, best_start(Background.of(slipping), part), far=True).fit
+    assert impossible(with_a_curve(bent, where_it_slides=True), curve) is None
+    assert "slides steadily" in (impossible(with_a_curve(bent, where_it_slides=False), curve) or "")
+    # a bristle of LuGre's knows what it leaves after a reversal
+    assert "slides" not in (impossible(with_a_curve(slipping, where_it_slides=False), curve) or "")

@@ -15,7 +15,6 @@ from PIL import Image
 
 from idtool.parameters import Parameters
 from idtool.report import write_report
-from idtool.report.effect_pictures import since_reversal
 from idtool.report.evidence import read_evidence
 from idtool.report.folding import quiet
 from idtool.report.gallery import uncertainty_plates
@@ -117,12 +116,6 @@ def test_an_effect_has_its_picture_beside_that_of_its_page(page: Page) -> None:
     assert shown[1] == shipped
     assert shown[0] != shipped
     assert sum(map(len, shown)) < 100_000
-
-
-def test_travel_counts_from_the_last_reversal() -> None:
-    position, velocity = np.array([0.0, 1.0, 2.0, 1.0, 0.0, 5.0, 6.0]), np.array([1.0, 1, 1, -1, -1, 1, 1])
-    trial = np.array([0, 0, 0, 0, 0, 1, 1])
-    np.testing.assert_allclose(since_reversal(position, velocity, trial), [0, 1, 2, 0, 1, 0, 1])
 
 
 def test_figures_without_a_finding_are_folded(page: Page) -> None:
