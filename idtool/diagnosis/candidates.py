@@ -30,8 +30,8 @@ LEAST_GAIN = 0.01
 WORTH = 0.01
 #: ... and one that is in is nothing any more below this share of it.
 _NOTHING = 0.2 * WORTH
-#: The bristle has forgotten a reversal after so many of its bends (3e-4 is left). What rows beyond it say of a
-#: curve of sliding has to be as sure as every effect: a chance of 0.01 in a library of twenty.
+#: The bristle has forgotten a reversal after so many of its bends (3e-4 is left). What rows beyond it say of
+#: a curve of sliding has to be as sure as every effect: a chance of 0.01 in a library of twenty.
 _SETTLED = 8.0
 _CHANCE_IN_SLIDING = 5e-4
 #: Highest frequency that filtered rows show, as a share of their rate.
