@@ -43,9 +43,9 @@ def measure(rounds: int = 5, tasks: tuple[str, ...] = tuple(TASKS)) -> Section:
             "the next ones each of them alone (numpy is in all), and the last import is everything that a "
             "fit needs before it computes. "
             "A figure is drawn only where `--figure` asks for one: matplotlib takes as long to import as "
-            "two thirds of all others together. The sum of numpy, pandas, numba and SciPy's parts, and what "
-            "numba sets up at its first compiled function (a second process, above), leave hardly anything "
-            "of the goal of 1 s; the search of a fit takes the rest."
+            "two thirds of all others together. What the libraries take leaves little of the goal of 1 s, "
+            "whoever calls them; the search of a fit takes the rest, twice where the first fit leaves more "
+            "than noise, as here, where a ripple is undeclared: then a softer bristle is tried too."
         ],
     )
     best = dict.fromkeys(tasks, float("inf"))

@@ -13,6 +13,7 @@ import shlex
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -144,6 +145,13 @@ def told_rig(spec: str | None, output: Output) -> str:
     raise UsageError(
         f"--rig is missing; name the axis, as --rig {EXAMPLE_RIG} (simulated) or --rig dynamixel:DEVICE."
     )
+
+
+def picture_name(_: click.Context, __: click.Parameter, path: Path | None) -> Path | None:
+    """The file of a picture, whose name says what kind it is."""
+    if path is not None and path.suffix.lower() not in (".png", ".svg"):
+        raise click.BadParameter(f"{path}: expected a name that ends in .png or .svg")
+    return path
 
 
 def radians(

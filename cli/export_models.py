@@ -150,7 +150,7 @@ def _run(
     from idtool.parameters import Parameters
 
     parameters = Parameters.read(params)
-    refuse_existing(out, force)
+    refuse_existing(out, force, params, *logs)
     read = given.read(logs, output, parameters.axis) if logs else []
     exported = export(target, parameters, read, joint=joint, friction=friction)
     with atomic_write(out) as stream:

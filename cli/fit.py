@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from .axis import Given, axis_options
-from .common import Output, output_options, seed_option
+from .common import Output, output_options, picture_name, seed_option
 from .words import Choice
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def _shared(command: F) -> F:
         click.option(
             "--figure",
             type=click.Path(path_type=Path),
-            callback=_picture,
+            callback=picture_name,
             help="Draw a figure too, to this PNG or SVG.",
         ),
         click.option(
@@ -72,12 +72,6 @@ def _shared(command: F) -> F:
     ):
         command = decorate(command)
     return command
-
-
-def _picture(_: click.Context, __: click.Parameter, path: Path | None) -> Path | None:
-    if path is not None and path.suffix.lower() not in (".png", ".svg"):
-        raise click.BadParameter(f"{path}: expected a name that ends in .png or .svg")
-    return path
 
 
 @click.command("fit-gravity")

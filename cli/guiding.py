@@ -113,7 +113,9 @@ def told_payload(payload: float | None, parameters: Parameters, axis: Rig) -> fl
     return click.prompt("what does the axis carry, kg", type=NumberRange(0.0), err=True)
 
 
-def watching_of(params: Path | None, contact: float | None, log: Path | None, *, force: bool) -> Watching:
+def watching_of(
+    params: Path | None, contact: float | None, log: Path | None, *read: Path | None, force: bool
+) -> Watching:
     """How an axis is watched that is played or jogged.
 
     Raises:
@@ -130,7 +132,7 @@ def watching_of(params: Path | None, contact: float | None, log: Path | None, *,
         check_complete(parameters, params)
     limit = contact_limit(parameters, contact)
     if log is not None:
-        refuse_existing(log, force)
+        refuse_existing(log, force, params, *read)
     return Watching(parameters=parameters, contact=limit, log=log, force=force)
 
 

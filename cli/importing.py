@@ -132,9 +132,7 @@ def import_recording(
             raise click.UsageError("--axis says what --kind and --torque-constant would; leave them away.")
         axis = AxisFile.read(axis_file).axis
         kind, torque_constant = axis.kind, axis.torque_constant
-    refuse_existing(target, force)
-    if target.exists() and file.exists() and target.samefile(file):
-        raise click.UsageError(f"{target} is the recording itself; name another file with -o.")
+    refuse_existing(target, force, file)
     imported = convert(
         file,
         mapping=mapping,

@@ -101,14 +101,16 @@ def play(
     from idtool.guiding.path import limited, read_path, write_waypoints
     from idtool.guiding.playback import play as run
     from idtool.guiding.player import BEHIND_SHARE
+    from idtool.io.atomic import refuse_existing
     from idtool.rig import open_rig
 
     path, axis = read_path(taught)
     if waypoints is not None:
+        refuse_existing(waypoints, force, taught, params)
         points = write_waypoints(waypoints, path, force=force)
         output.say(f"{points} waypoints written: {waypoints}")
         path, axis = read_path(waypoints)
-    watching = watching_of(params, contact, log, force=force)
+    watching = watching_of(params, contact, log, taught, waypoints, force=force)
     parameters = watching["parameters"]
     tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
     with open_rig(told_rig(rig, output), seed=seed) as device:

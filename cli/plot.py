@@ -7,13 +7,18 @@ from pathlib import Path
 import click
 
 from .axis import Given, axis_options
-from .common import Output, force_option, output_options
+from .common import Output, force_option, output_options, picture_name
 
 
 @click.command()
 @click.argument("log", type=click.Path(path_type=Path), metavar="LOG")
 @click.option(
-    "-o", "--output", "target", type=click.Path(path_type=Path), help="The picture, PNG or SVG [LOG.png]."
+    "-o",
+    "--output",
+    "target",
+    type=click.Path(path_type=Path),
+    callback=picture_name,
+    help="The picture, PNG or SVG [LOG.png].",
 )
 @axis_options
 @force_option
@@ -32,7 +37,7 @@ def plot(log: Path, target: Path | None, given: Given, force: bool, output: Outp
 
     (read,) = given.read([log], output)
     path = target or Path(f"{log.name.removesuffix('.gz').removesuffix('.csv')}.png")
-    refuse_existing(path, force)
+    refuse_existing(path, force, log)
     save(read.plot(), path)
     output.result({"figure": str(path)}, lambda _: click.echo(f"figure: {path}"))
     output.next("check", log)

@@ -53,7 +53,7 @@ def predict(
 
     parameters = Parameters.read(params)
     read = given.read(logs, output, parameters.axis)
-    refuse_existing(out, force)
+    refuse_existing(out, force, params, correction, *logs)
     result = run(read, parameters, None if correction is None else Correction.read(correction))
     output.warn(*result.contradictions)
     with atomic_write(out) as stream:

@@ -195,8 +195,7 @@ def _run(name: str, options: RunOptions, experiment: str | None, **changes: Any)
             f'recipe {recipe.name} is marked as experiment "{recipe.experiment}", and so will be the log; '
             f'run-{experiment} expects "{experiment}".'
         )
-    refuse_existing(log, options.force or options.resume)
-    _refuse_itself(name, log)
+    refuse_existing(log, options.force or options.resume, Path(name))
     spec = told_rig(options.rig, output)
     with (
         open_rig(spec, seed=options.seed) as rig,
@@ -259,15 +258,6 @@ def _tell(summary: RunSummary, recipe: Recipe, options: RunOptions, rig: str, si
             output.say("next: the same command with --resume goes on from there")
     elif summary.rows:
         output.next("check", summary.file)
-
-
-def _refuse_itself(recipe: str, log: Path) -> None:
-    """Do not overwrite the recipe with its own log."""
-    from idtool.errors import UsageError
-
-    file = Path(recipe)
-    if log.exists() and file.exists() and file.samefile(log):
-        raise UsageError(f"{log} is the recipe itself; name another file for the log.")
 
 
 class _Bar(Progress):

@@ -56,7 +56,7 @@ def simulate(
 
     parameters = Parameters.read(params)
     read = given.read(logs, output, parameters.axis)
-    refuse_existing(out, force)
+    refuse_existing(out, force, params, *logs)
     result = run(read, parameters, source)
     with atomic_write(out) as stream:
         result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")

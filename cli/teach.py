@@ -12,6 +12,7 @@ from .common import (
     Output,
     force_option,
     output_options,
+    picture_name,
     radians,
     rig_option,
     seed_option,
@@ -58,7 +59,12 @@ if TYPE_CHECKING:
     help="Compensate this smooth correction too (correction.toml of `identify`).",
 )
 @log_option
-@click.option("--figure", type=click.Path(path_type=Path), help="Draw the run into a PNG file.")
+@click.option(
+    "--figure",
+    type=click.Path(path_type=Path),
+    callback=picture_name,
+    help="Draw the run into this PNG or SVG.",
+)
 @payload_option
 @click.option(
     "--told-payload",
@@ -158,7 +164,7 @@ def teach(
     smooth = Correction.read(correction) if correction is not None else None
     for path in (log, figure):
         if path is not None:
-            refuse_existing(path, force)
+            refuse_existing(path, force, params, correction)
     tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
     rig = told_rig(rig, output)
     with open_rig(rig, seed=seed) as axis:

@@ -9,16 +9,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from idtool.errors import InputError
+from idtool.errors import InputError, UsageError
 from idtool.io.lock import refuse_held
 
 
-def refuse_existing(path: Path, force: bool) -> None:
-    """Raise unless `path` may be written: absent, or an ordinary file and `force` given.
+def refuse_existing(path: Path, force: bool, *read: Path | None) -> None:
+    """Raise unless `path` may be written: absent, or an ordinary file and `force` given; and none of what is
+    `read` on the way.
 
     Raises:
         InputError: it is a folder or a device, exists without `force`, is being written by another program,
             or its folder is missing.
+        UsageError: it is one of `read`.
     """
     try:
         if path.is_dir():
@@ -26,6 +28,8 @@ def refuse_existing(path: Path, force: bool) -> None:
         if path.exists() and not path.is_file():
             raise InputError("is not an ordinary file", file=path, remedy="name another file")
         if path.exists():
+            if any(one is not None and one.exists() and one.samefile(path) for one in read):
+                raise UsageError(f"{path} is what is read here; name another file for what is written.")
             refuse_held(path)
         if path.exists() and not force:
             raise InputError("already exists", file=path, remedy="pass force=True to overwrite it")

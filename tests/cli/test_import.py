@@ -58,13 +58,17 @@ def test_json_is_one_document_and_quiet_is_quiet(recording: Path, tmp_path: Path
     ("arguments", "code", "expected"),
     [
         (["absent.csv", "-o", "log.csv"], 3, "ffc-id: absent.csv: no such file; check the path."),
-        (["run.csv", "-o", "run.csv", "--torque-constant", "1"], 3, "run.csv: already exists; pass --force"),
+        (
+            ["run.csv", "-o", "run.csv", "--torque-constant", "1"],
+            2,
+            "is what is read here; name another file",
+        ),
         (["run.csv", "-o", "no/log.csv", "--torque-constant", "1"], 3, "make the folder no first"),
         (["run.csv", "-o", "log.csv", "--where", "note=z"], 3, "no row has note = z; it holds a, b, c."),
         (["run.csv", "-o", "log.csv", "--unit", "position=dge"], 2, '"dge" is no unit of angle'),
         (["run.csv", "-o", "log.csv", "--map", "position_rad"], 2, "write it as --map NAME=VALUE;"),
         (["run.csv", "-o", "log.csv", "--unwrap", "-1"], 2, "above zero;"),
-        (["run.csv", "-o", "run.csv", "--force"], 2, "is the recording itself; name another file"),
+        (["run.csv", "-o", "run.csv", "--force"], 2, "is what is read here; name another file"),
         (["run.csv"], 2, "Missing option '-o'"),
     ],
 )

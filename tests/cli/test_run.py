@@ -168,7 +168,7 @@ def test_a_recipe_of_another_experiment_is_told(ffc_id: Program) -> None:
         (["run-sine", "-o", "."], 3, "folder"),
         (["run-sine", "-o", ".", "--force"], 3, "folder"),
         (["run-sine", "-o", "no/x.csv"], 3, "make the folder no first"),
-        (["run", "--recipe", "short.toml", "-o", "short.toml", "--force"], 2, "is the recipe itself"),
+        (["run", "--recipe", "short.toml", "-o", "short.toml", "--force"], 2, "is what is read here"),
         (["run", "-o", "x.csv"], 2, "Missing option '--recipe'"),
         (["run-sine"], 2, "Missing option '-o' / '--output' (The log); ffc-id run-sine --help shows"),
         (["run-sine", "--seed", "-1", "-o", "x.csv"], 2, "--seed"),
