@@ -46,19 +46,21 @@ def strongest_line(
     width = max(width, span / count)
     bins = np.bincount((from_zero / width).astype(np.intp), residual)
     length = fft.next_fast_len(_FINE * len(bins), real=True)
-    power = np.abs(fft.rfft(bins, length)) ** 2
-    frequency = 2.0 * math.pi * np.arange(len(power)) / (length * width)
-    inside = (frequency >= lowest) & (frequency <= highest)
-    if not inside.any():
+    apart = 2.0 * math.pi / (length * width)
+    frequency = 2.0 * math.pi * np.arange(length // 2 + 1) / (length * width)
+    inside = slice(*np.searchsorted(frequency, [lowest, np.nextafter(highest, np.inf)]))
+    frequency = frequency[inside]
+    if not len(frequency):
         return lowest, 1
-    power, frequency = power[inside], frequency[inside]
+    # in half the bits, which tell the best dozen as well, and in half the time
+    spectrum = fft.rfft((bins / max(float(np.max(np.abs(bins))), 1e-300)).astype(np.float32), length)[inside]
+    power = spectrum.real**2 + spectrum.imag**2
     best = (0.0, lowest)
     for _ in range(_CHECKED):
         at = int(np.argmax(power))
         best = max(best, (_gain(background, frequency[at] * of, size), float(frequency[at])))
         power[max(at - _FINE, 0) : at + _FINE + 1] = 0.0  # the line and its flanks
     # what a line that is a little off leaves beats, and looks like chance
-    apart = 2.0 * math.pi / (length * width)
     around = (max(best[1] - apart, lowest), min(best[1] + apart, highest))
     found = minimize_scalar(
         lambda f: -_gain(background, f * of, size),
