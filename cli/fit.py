@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -49,7 +51,117 @@ def optimizer_option(command: F) -> F:
     )(command)
 
 
-def _shared(command: F) -> F:
+@dataclass(frozen=True)
+class _Part:
+    """A fit of one part of a parameter file, as it was asked for."""
+
+    logs: Sequence[Path]
+    params: Path
+    figure: Path | None
+    given: Given
+    optimizer: str
+    seed: int
+    output: Output
+
+    def read(self) -> tuple[Recording, Parameters]:
+        """The logs as one, and the parameter file that is there, or a blank one of their axis.
+
+        Raises:
+            InputError: logs that cannot be used, or of another axis than the file.
+        """
+        from idtool.errors import InputError
+        from idtool.parameters import Parameters
+        from idtool.signals import record
+
+        read = self.given.read(self.logs, self.output)
+        recording = record(read)
+        self.output.warn(*recording.contradictions)
+        if not self.params.exists():
+            return recording, Parameters(axis=recording.axis)
+        known = Parameters.read(self.params)
+        mine, theirs = recording.axis, known.axis
+        same = (mine.torque_constant, mine.effort) == (theirs.torque_constant, theirs.effort)
+        if not same or not mine.agrees(theirs):
+            raise InputError(
+                f"is of another axis than {read[0].source} (kind, torque constant or unit of the effort "
+                "differs)",
+                file=self.params,
+                place="[axis]",
+                remedy="name another parameter file",
+            )
+        return recording, known
+
+    def finish(
+        self,
+        part: str,
+        known: Parameters,
+        parameters: Parameters,
+        fit: JointFit,
+        notes: list[str],
+        quality: dict[str, Any],
+        draw: Callable[[], Figure],
+    ) -> None:
+        """Write the file and the figure, and tell what came out.
+
+        Args:
+            part: "gravity", "static" or "dynamic".
+            known: the file as it was read.
+            parameters: with that part fitted.
+            fit: of which that is a part.
+            notes: sentences on it.
+            quality: how well it fits.
+            draw: makes the figure.
+        """
+        from dataclasses import replace
+
+        from idtool.fit.findings import findings
+        from idtool.fit.identifiability import shortcomings
+
+        from .tables import document_of, print_parameters
+
+        ended = {f"fit_{part}": fit.outcome.value}
+        parameters = replace(parameters, provenance={**parameters.provenance, **ended})
+        parameters.write_over(self.params, known)
+        if self.figure is not None:
+            from idtool.report import save_figure
+
+            save_figure(draw(), self.figure)
+        parts = ("dynamic", "effects") if part == "dynamic" else (part,)
+        notes = [*notes, *findings(fit, parts)]
+
+        def show(console: Console) -> None:
+            print_parameters(console, parameters, parts)
+            for name, value in quality.items():
+                if isinstance(value, float) and math.isfinite(value):
+                    click.echo(f"{name.replace('_', ' ')}: {value:.5g}")
+            for note in notes:
+                click.echo(f"note: {note}")
+            click.echo(f"written: {self.params}" + (f", figure {self.figure}" if self.figure else ""))
+
+        document = {
+            "params": str(self.params),
+            "figure": str(self.figure) if self.figure is not None else None,
+            "parameters": document_of(parameters, part),
+            "quality": quality,
+            "fit": fit.outcome.value,
+            "notes": [*fit.model.recording.contradictions, *notes],
+            "findings": [one.to_document() for one in shortcomings(fit, parts)],
+        }
+        self.output.result(document, show)
+        following = {"gravity": ("fit-static", "LOG"), "static": ("fit-dynamic", "LOG")}
+        on = following.get(part, ("diagnose", "LOG...", "-o", "result"))
+        self.output.next(*on, "-p", self.params, odd=fit.model.recording.odd)
+
+
+def _shared(command: Callable[..., None]) -> Callable[..., None]:
+    """The options of every such fit, handed to the command as a `_Part`."""
+
+    @wraps(command)
+    def gathered(**given: Any) -> None:
+        own = {field.name: given.pop(field.name) for field in fields(_Part)}
+        command(_Part(**own), **given)
+
+    decorated: Callable[..., None] = gathered
     for decorate in (
         output_options,
         seed_option,
@@ -70,21 +182,13 @@ def _shared(command: F) -> F:
         ),
         click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG..."),
     ):
-        command = decorate(command)
-    return command
+        decorated = decorate(decorated)
+    return decorated
 
 
 @click.command("fit-gravity")
 @_shared
-def fit_gravity(
-    logs: Sequence[Path],
-    params: Path,
-    figure: Path | None,
-    given: Given,
-    optimizer: str,
-    seed: int,
-    output: Output,
-) -> None:
+def fit_gravity(part: _Part) -> None:
     """Recover the gravity coefficients from payload steps and add them to the parameter file.
 
     \b
@@ -96,8 +200,8 @@ def fit_gravity(
     from idtool.fit.staged import fit_gravity as fit
     from idtool.signals.coverage import constant_tilt
 
-    recording, known = _read(logs, params, given, output)
-    result = fit(recording, optimizer=optimizer, seed=seed)
+    recording, known = part.read()
+    result = fit(recording, optimizer=part.optimizer, seed=part.seed)
     spec = result.fit.model.spec
     fitted, notes = _doubted(result.fit)
     parameters = replace(known, gravity_model=spec.gravity, gravity=gravity_parameters(fitted))
@@ -125,22 +229,13 @@ def fit_gravity(
         )
 
     quality = {"average_error_percent": result.average_error}
-    _finish(known, parameters, params, "gravity", quality, fitted, notes, draw, figure, output)
+    part.finish("gravity", known, parameters, fitted, notes, quality, draw)
 
 
 @click.command("fit-static")
 @friction_option
 @_shared
-def fit_static(
-    logs: Sequence[Path],
-    params: Path,
-    figure: Path | None,
-    given: Given,
-    optimizer: str,
-    friction: str,
-    seed: int,
-    output: Output,
-) -> None:
+def fit_static(part: _Part, friction: str) -> None:
     """Recover the static (Stribeck) friction parameters from a velocity sweep.
 
     The windows of constant speed are checked for being steady; where a soft bristle has not settled,
@@ -154,8 +249,8 @@ def fit_static(
     from idtool.fit.results import static_parameters
     from idtool.fit.staged import fit_static as fit
 
-    recording, known = _read(logs, params, given, output)
-    result = fit(recording, known, law=friction, optimizer=optimizer, seed=seed)
+    recording, known = part.read()
+    result = fit(recording, known, law=friction, optimizer=part.optimizer, seed=part.seed)
     fitted, notes = _doubted(result.fit)
     parameters = replace(known, static=static_parameters(fitted))
 
@@ -186,20 +281,12 @@ def fit_static(
         notes.append(
             f"the curve through the windows: {result.curve_outcome.value}; the joint fit's stands for it."
         )
-    _finish(known, parameters, params, "static", quality, fitted, notes, draw, figure, output)
+    part.finish("static", known, parameters, fitted, notes, quality, draw)
 
 
 @click.command("fit-dynamic")
 @_shared
-def fit_dynamic(
-    logs: Sequence[Path],
-    params: Path,
-    figure: Path | None,
-    given: Given,
-    optimizer: str,
-    seed: int,
-    output: Output,
-) -> None:
+def fit_dynamic(part: _Part) -> None:
     """Recover sigma0 and sigma1 of the LuGre model from sines, with NLopt's global search.
 
     The static parameters and the gravity of the file are held. Inertia is estimated along and written
@@ -215,15 +302,12 @@ def fit_dynamic(
     from idtool.fit.results import dynamic_parameters, effect_entry
     from idtool.fit.staged import fit_dynamic as fit
 
-    recording, known = _read(logs, params, given, output)
+    recording, known = part.read()
     if not known.static:
-        why = (
-            "has no [friction.static] yet"
-            if params.exists()
-            else "no such file, which holds [friction.static]"
-        )
-        raise InputError(why, file=params, remedy="run ffc-id fit-static first, or ffc-id identify")
-    result = fit(recording, known, optimizer=optimizer, seed=seed)
+        there = part.params.exists()
+        why = "has no [friction.static] yet" if there else "no such file, which holds [friction.static]"
+        raise InputError(why, file=part.params, remedy="run ffc-id fit-static first, or ffc-id identify")
+    result = fit(recording, known, optimizer=part.optimizer, seed=part.seed)
     fitted, notes = _doubted(result.fit)
     parameters = replace(known, dynamic=dynamic_parameters(fitted))
     if any(effect.name == "inertia" for effect in result.fit.model.spec.effects):
@@ -247,7 +331,7 @@ def fit_dynamic(
         "relative_percent": 100.0 * result.fit.relative,
         "model_evaluations": result.fit.evaluations,
     }
-    _finish(known, parameters, params, "dynamic", quality, fitted, notes, draw, figure, output)
+    part.finish("dynamic", known, parameters, fitted, notes, quality, draw)
 
 
 def _doubted(fit: JointFit) -> tuple[JointFit, list[str]]:
@@ -274,79 +358,3 @@ def _doubted(fit: JointFit) -> tuple[JointFit, list[str]]:
         "for it."
     )
     return doubted(fit, left), [what]
-
-
-def _read(logs: Sequence[Path], params: Path, given: Given, output: Output) -> tuple[Recording, Parameters]:
-    from idtool.errors import InputError
-    from idtool.parameters import Parameters
-    from idtool.signals import record
-
-    read = given.read(logs, output)
-    recording = record(read)
-    output.warn(*recording.contradictions)
-    if not params.exists():
-        return recording, Parameters(axis=recording.axis)
-    known = Parameters.read(params)
-    mine, theirs = recording.axis, known.axis
-    same = (mine.torque_constant, mine.effort) == (theirs.torque_constant, theirs.effort)
-    if not same or not mine.agrees(theirs):
-        raise InputError(
-            f"is of another axis than {read[0].source} (kind, torque constant or unit of the effort differs)",
-            file=params,
-            place="[axis]",
-            remedy="name another parameter file",
-        )
-    return recording, known
-
-
-def _finish(
-    known: Parameters,
-    parameters: Parameters,
-    params: Path,
-    part: str,
-    quality: dict[str, Any],
-    fit: JointFit,
-    notes: list[str],
-    draw: Callable[[], Figure],
-    figure: Path | None,
-    output: Output,
-) -> None:
-    from dataclasses import replace
-
-    from idtool.fit.findings import findings
-    from idtool.fit.identifiability import shortcomings
-
-    from .tables import document_of, print_parameters
-
-    ended = {f"fit_{part}": fit.outcome.value}
-    parameters = replace(parameters, provenance={**parameters.provenance, **ended})
-    parameters.write_over(params, known)
-    if figure is not None:
-        from idtool.report import save_figure
-
-        save_figure(draw(), figure)
-    parts = ("dynamic", "effects") if part == "dynamic" else (part,)
-    notes = [*notes, *findings(fit, parts)]
-
-    def show(console: Console) -> None:
-        print_parameters(console, parameters, parts)
-        for name, value in quality.items():
-            if isinstance(value, float) and math.isfinite(value):
-                click.echo(f"{name.replace('_', ' ')}: {value:.5g}")
-        for note in notes:
-            click.echo(f"note: {note}")
-        click.echo(f"written: {params}" + (f", figure {figure}" if figure is not None else ""))
-
-    document = {
-        "params": str(params),
-        "figure": str(figure) if figure is not None else None,
-        "parameters": document_of(parameters, part),
-        "quality": quality,
-        "fit": fit.outcome.value,
-        "notes": [*fit.model.recording.contradictions, *notes],
-        "findings": [one.to_document() for one in shortcomings(fit, parts)],
-    }
-    output.result(document, show)
-    following = {"gravity": ("fit-static", "LOG"), "static": ("fit-dynamic", "LOG")}
-    on = following.get(part, ("diagnose", "LOG...", "-o", "result"))
-    output.next(*on, "-p", params, odd=fit.model.recording.odd)
