@@ -13,6 +13,7 @@ from scipy import optimize
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
 from idtool.log.effort import DRIVE_OFF, DUTY_FULL, effort_of
+from idtool.log.sensor_faults import clipped
 from idtool.model.motion import Array, Motion
 from idtool.parameters import Parameter
 from idtool.parameters.drive import Command, Drive
@@ -24,6 +25,8 @@ _SHORTEST, _LONGEST, _STEP = 0.0, 0.06, 0.004
 _FINE = 1e-3
 #: A gain of speed that takes less of the residual than this is none.
 _WORTH = 0.02
+#: How near the highest command of all logs one's own is the same limit.
+_NEAR = 0.02
 #: A law that leaves more than this share of the command's variance is not the loop's.
 _MOST_LEFT = 0.5
 
@@ -56,7 +59,6 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
         raise InputError(
             "the drive is never on inside its limits", file=logs[0].source, remedy="log gentler motions"
         )
-    full = max(part.limit for part in parts)
 
     def at(delay: float) -> tuple[float, Array, Array, Array]:
         columns = np.vstack([part.columns(delay) for part in parts])
@@ -95,7 +97,7 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
         command,
         _parameter(float(found[0]), errors[0]),
         _parameter(float(found[1]), errors[1] if with_speed else None),
-        Parameter(full),
+        _limit(command, parts),
         _parameter(delay, spread, at_bound=delay > _LONGEST - _FINE),
         reference,
     )
@@ -118,6 +120,18 @@ def goal_of(log: Log) -> Array:
     return goal
 
 
+def _limit(command: Command, parts: Sequence[_Rows]) -> Parameter:
+    """The most that the drive commands: where it was seen to stop short of what the law asks for.
+
+    What was merely the largest command of some gentle logs must not hold back a higher gain, or a faster
+    goal: a duty then ends where all duties do, and nothing says where an effort would.
+    """
+    most = max(part.most for part in parts)
+    if any(part.most >= (1.0 - _NEAR) * most and part.clipped for part in parts):
+        return Parameter(most)
+    return Parameter(1.0) if command == "duty" else Parameter(most).undetermined(at_least=most)
+
+
 class _Rows:
     """One log: what its loop commanded and what it saw."""
 
@@ -130,7 +144,8 @@ class _Rows:
         self.position, self.velocity = motion.position, motion.velocity
         self.command = np.asarray(values, dtype=float)
         self.setting = setting
-        self.limit = float(np.max(np.abs(self.command)))
+        self.most = float(np.max(np.abs(self.command)))
+        self.clipped = bool(clipped(self.command).any())
         self.usable: NDArray[np.bool_] = np.ones(len(self.time), dtype=bool)
         for reason in (DRIVE_OFF, DUTY_FULL):
             if reason in effort.unfit:

@@ -42,7 +42,7 @@ class Drive:
         position_gain: p, duty or effort per rad (m); it and the next three are None where no log told a
             goal, so that the loop is not known.
         velocity_gain: d, duty or effort per rad/s (m/s).
-        limit: the most that it commands.
+        limit: the most that it commands; not identified where no log reached it.
         delay: by how much the goal acts later than it is logged, s.
         back_emf: the part of the viscous coefficient that is there only while the drive is on, since it is
             the motor's back-EMF; None where that is not known.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -129,11 +130,12 @@ class PlantFile:
         if file.drive is not None:
             for entry, number in (
                 (forward.VELOCITY_GAIN, file.drive.velocity_gain),
-                (forward.LIMIT, file.drive.limit),
                 (forward.DEAD_BAND, file.drive.dead_band),
                 (forward.BEND, file.drive.bend),
             ):
                 n[entry] = number.value if number is not None else 0.0
+            limit = file.drive.limit
+            n[forward.LIMIT] = limit.value if limit is not None and limit.identified else math.inf
         n[forward.TIME_STEP] = forward.COARSE_STEP if self.coarse else forward.LONGEST_STEP
         n[forward.FIRST_POSITION], n[forward.POSITION_STEP] = over[0], over[1] - over[0]
         n[forward.FIRST_VELOCITY], n[forward.VELOCITY_STEP] = speeds[0], speeds[1] - speeds[0]

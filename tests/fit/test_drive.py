@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from idtool import Log
+from idtool import Axis, Log
 from idtool.fit.drive import fit_drive
 from idtool.parameters.drive import Drive
 from testbench.pendulums import Pendulum
@@ -41,3 +41,22 @@ def test_a_delay_beyond_what_is_looked_for_sits_at_its_bound() -> None:
     delay = found(0.1).delay
     assert delay is not None
     assert delay.at_bound
+
+
+def test_the_largest_command_of_gentle_logs_is_no_limit() -> None:
+    limit = found(0.02).limit
+    assert limit is not None
+    assert not limit.identified
+    assert limit.at_least == limit.value
+
+
+def test_a_duty_that_stops_short_of_its_goal_tells_the_limit_and_else_ends_at_one() -> None:
+    log = log_of(0.0)
+    frame = log.frame.drop(columns="current_a")
+    asked = 0.5 * (frame["position_command_rad"] - frame["position_rad"])
+    for most, wanted in ((10.0, 1.0), (0.6 * asked.abs().max(), 0.6 * asked.abs().max())):
+        by_duty = frame.assign(duty=asked.clip(-most, most), supply_voltage_v=7.4)
+        limit = fit_drive([replace(log, axis=Axis(), frame=by_duty)]).limit
+        assert limit is not None
+        assert limit.value == pytest.approx(wanted)
+        assert limit.known
