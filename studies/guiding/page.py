@@ -84,9 +84,8 @@ def page(axes: list[Axis], images: Path) -> str:
     forces = {axis.name.split(",")[0]: axis.asked for axis in axes}
     machines, asked = len(forces), list(forces.values())
     above = (
-        f"on {sum(f > min(asked) for f in asked)} of {machines} machines that would leave less than the"
-        " margin that `tune` asks for, and they take the least force that does not, up to"
-        f" {max(asked):.2f} N; 2 N is accepted on {sum(f <= 2.0 for f in asked)} of {machines}"
+        f"accepted on {sum(f <= min(asked) for f in asked)} of {machines} machines; the others take the least"
+        f" force that leaves the margin that `tune` asks for, up to {max(asked):.2f} N"
     )
     text = _TEXT.format(axes=len(axes), machines=machines, least=f"{min(asked):g}", asked=above)
     for mark, lines in (
