@@ -84,9 +84,9 @@ def page(axes: list[Axis], images: Path) -> str:
     forces = {axis.name.split(",")[0]: axis.asked for axis in axes}
     machines, asked = len(forces), list(forces.values())
     refused = sum(force > min(asked) for force in asked)
-    above = f"accepted on {machines - refused} of {machines} machines" + (
-        f"; the others take the least force that leaves the margins, up to {max(asked):.2f} N" if refused else ""
-    )
+    above = f"accepted on {machines - refused} of {machines} machines"
+    if refused:
+        above += f"; the others take the least force that leaves the margins, up to {max(asked):.2f} N"
     text = _TEXT.format(axes=len(axes), machines=machines, least=f"{min(asked):g}", asked=above)
     for mark, lines in (
         ("PAPER", teach_paper.section(images)),
