@@ -21,7 +21,7 @@ from idtool.rig.faults import LimitExceeded, NotFollowing
 
 #: Bandwidth times period up to which the three poles stay real once the loop is closed in periods.
 _MOST_PER_PERIOD = 0.4
-#: Share of the highest speed at which the axis is brought to a start.
+#: Share of the highest speed that the axis reaches on the way to a start.
 _RETURN_SHARE = 0.25
 #: The start is reached within this share of the range of positions, and waited for so long, in 1 / bandwidth.
 _REACHED, _PATIENCE = 0.01, 50.0
@@ -80,9 +80,11 @@ class TorqueRig(Rig):
             raise LimitExceeded(f"the axis cannot start at {goal:g}, outside its limits {low:g} to {high:g}")
         if not self._prepared:
             self._integral, self._reference = 0.0, here
-        count = math.ceil(abs(goal - self._reference) / (_RETURN_SHARE * self.limits.speed * self.period_s))
-        for reference in np.linspace(self._reference, goal, count + 1)[1:].tolist():
-            self._follow(reference)
+        way = goal - self._reference
+        # half a wave of a cosine, whose speed rises from nothing to the share and falls again
+        count = math.ceil(0.5 * math.pi * abs(way) / (_RETURN_SHARE * self.limits.speed * self.period_s))
+        for left in 0.5 + 0.5 * np.cos(np.pi * np.arange(1, count + 1) / max(count, 1)):
+            self._follow(goal - way * float(left))
         patience = math.ceil(_PATIENCE / (self.bandwidth * self.period_s))
         while abs((here := self._follow(goal).position) - goal) > _REACHED * (high - low):
             patience -= 1

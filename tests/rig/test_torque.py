@@ -65,6 +65,29 @@ def test_it_follows_a_speed_under_a_load() -> None:
     np.testing.assert_allclose(velocity, speed, atol=0.02)
 
 
+def test_it_goes_to_a_start_slowly_and_waits_for_it() -> None:
+    class Soft(Arm):
+        bandwidth = 15.0
+
+    rig = Soft()
+    rig._position = 1.2  # held by nobody: a loop this slow finds the load while it sags
+    rig.prepare(TrialSetup(rest_s=0.0))
+    assert rig.where() == pytest.approx(1.2, abs=0.04)
+    rig = Arm()
+    rig.prepare(TrialSetup(start_position=1.5, rest_s=0.0))
+    assert 3.1 < len(rig.applied) * rig.period_s < 3.2  # up to a quarter of 3 rad/s
+    assert max(map(abs, rig.applied)) < 0.41  # the load, and no jerk
+
+
+def test_a_stop_brakes() -> None:
+    rig = Arm()
+    rig.prepare(TrialSetup(start_position=0.0))
+    blocks = rig.play(Trajectory(rig.period_s, "velocity", np.full(1000, 2.0)))
+    assert next(blocks).velocity[-1] == pytest.approx(2.0, abs=0.1)
+    rig.stop()
+    assert abs(rig._velocity) < 1e-3
+
+
 def test_what_is_blocked_is_told_and_pushed_no_harder_than_the_limit() -> None:
     rig = Arm(block=0.3)
     with pytest.raises(NotFollowing, match=r"stands at 0\.3 instead of 1; see what blocks it"):
