@@ -23,8 +23,9 @@ from idtool.rig.faults import LimitExceeded, NotFollowing
 _MOST_PER_PERIOD = 0.4
 #: Share of the highest speed that the axis reaches on the way to a start.
 _RETURN_SHARE = 0.25
-#: The start is reached within this share of the range of positions, and waited for so long, in 1 / bandwidth.
-_REACHED, _PATIENCE = 0.01, 50.0
+#: The loop has settled after so long, in 1 / bandwidth (three equal poles leave 5e-7 then), and the start is
+#: reached within this share of the range of positions.
+_SETTLED, _REACHED = 20.0, 0.01
 #: How often a block is yielded, and how long the axis is braked at most, s.
 _BLOCK_S, _BRAKING_S = 0.25, 0.3
 
@@ -85,17 +86,14 @@ class TorqueRig(Rig):
         count = math.ceil(0.5 * math.pi * abs(way) / (_RETURN_SHARE * self.limits.speed * self.period_s))
         for left in 0.5 + 0.5 * np.cos(np.pi * np.arange(1, count + 1) / max(count, 1)):
             self._follow(goal - way * float(left))
-        patience = math.ceil(_PATIENCE / (self.bandwidth * self.period_s))
-        while abs((here := self._follow(goal).position) - goal) > _REACHED * (high - low):
-            patience -= 1
-            if not patience:
-                self.stop()
-                raise NotFollowing(
-                    f"the axis did not reach the start of the trial: it stands at {here:.3g} "
-                    f"instead of {goal:.3g}; see what blocks it, and whether its inertia is told right"
-                )
-        for _ in range(math.ceil(setup.rest_s / self.period_s)):
-            self._follow(goal)
+        for _ in range(math.ceil((_SETTLED / self.bandwidth + setup.rest_s) / self.period_s)):
+            here = self._follow(goal).position
+        if abs(here - goal) > _REACHED * (high - low):
+            self.stop()
+            raise NotFollowing(
+                f"the axis did not reach the start of the trial: it stands at {here:.3g} instead of "
+                f"{goal:.3g}; see what blocks it, and whether its inertia is told right"
+            )
         self._prepared = True
 
     def play(self, trajectory: Trajectory) -> Iterator[Block]:

@@ -75,7 +75,7 @@ def test_it_goes_to_a_start_slowly_and_waits_for_it() -> None:
     assert rig.where() == pytest.approx(1.2, abs=0.04)
     rig = Arm()
     rig.prepare(TrialSetup(start_position=1.5, rest_s=0.0))
-    assert 3.1 < len(rig.applied) * rig.period_s < 3.2  # up to a quarter of 3 rad/s
+    assert 3.4 < len(rig.applied) * rig.period_s < 3.5  # up to a quarter of 3 rad/s, and settled
     assert max(map(abs, rig.applied)) < 0.41  # the load, and no jerk
 
 
