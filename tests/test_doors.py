@@ -37,6 +37,7 @@ from idtool.rig import forms, open_rig
 from idtool.signals import record
 from idtool.verbs.identify import Identification, begin, identify
 from idtool.verbs.predict import predict
+from testbench.imbalance import COSINE, SINE, pulled
 
 PACKAGE = Path(__file__).parent / "outside"
 PROGRAM = Path(sys.executable).parent / "ffc-id"
@@ -91,21 +92,14 @@ def ffc_id(*words: str | Path) -> str:
 
 @pytest.mark.usefixtures("outside")
 def test_the_effect_goes_from_the_fit_to_the_board(tmp_path: Path) -> None:
-    logs = []
-    with open_rig("sim:bench", seed=1) as rig:
-        for name in ("gravity", "sweep"):
-            run(read_recipe(name), rig, tmp_path / f"{name}.csv")
-            log = Log.read(tmp_path / f"{name}.csv")
-            q = log.frame["position_rad"]
-            pull = (0.02 * np.sin(q) - 0.01 * np.cos(q)) / 2.67
-            logs.append(replace(log, frame=log.frame.assign(current_a=log.frame["current_a"] + pull)))
+    logs = pulled(tmp_path)
     data = record(logs)
     starts, notes, stepped = begin(data, "lugre", "auto")
     library = [effect for effect in registry.library() if effect.name in ("inertia", "imbalance")]
     result = Identification(data, diagnose(data, starts, library), notes, {}, stepped[0][1])
     found = result.parameters.effect("imbalance")
     assert found is not None
-    assert found.values() == pytest.approx({"sine": 0.02, "cosine": -0.01}, rel=0.1)
+    assert found.values() == pytest.approx({"sine": SINE, "cosine": COSINE}, rel=0.1)
 
     folder = tmp_path / "result"
     write_results(result, folder)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import inspect
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ from idtool.rig import open_rig
 from idtool.signals import record
 from idtool.verbs.identify import begin
 from pages.markdown import fences
+from testbench.imbalance import COSINE, SINE, pulled
 
 from .support import PROJECT
 
@@ -43,21 +43,14 @@ def example(name: str) -> Any:
 @pytest.mark.long
 def test_the_effect_is_named_and_recovered(tmp_path: Path) -> None:
     effect = example("Imbalance")()
-    logs = []
-    with open_rig("sim:bench", seed=1) as rig:
-        for name in ("gravity", "sweep"):
-            run(read_recipe(name), rig, tmp_path / f"{name}.csv")
-            log = Log.read(tmp_path / f"{name}.csv")
-            q = log.frame["position_rad"]
-            pull = (0.02 * np.sin(q) - 0.01 * np.cos(q)) / 2.67
-            logs.append(replace(log, frame=log.frame.assign(current_a=log.frame["current_a"] + pull)))
+    logs = pulled(tmp_path)
     data = record(logs)
     starts, *_ = begin(data, "lugre", "auto")
     library = (registry.get("inertia"), registry.get("position_stiffness"), effect)
     found = diagnose(data, starts, library)
     assert "imbalance" in [one.name for one in found.effects], found.selection.candidates
-    assert found.final.values["imbalance.sine"] == pytest.approx(0.02, rel=0.05)
-    assert found.final.values["imbalance.cosine"] == pytest.approx(-0.01, rel=0.15)
+    assert found.final.values["imbalance.sine"] == pytest.approx(SINE, rel=0.05)
+    assert found.final.values["imbalance.cosine"] == pytest.approx(COSINE, rel=0.15)
 
 
 def test_the_effect_keeps_what_the_library_promises(tmp_path: Path) -> None:
