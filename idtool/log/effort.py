@@ -102,6 +102,13 @@ def effort_of(log: Log) -> Effort:
         )
     driven = values if on is None else values[on > 0.0]
     if driven.max() == driven.min():
+        raw = log.frame[column].to_numpy(dtype=float)
+        if column == names["duty"] and np.ptp(raw if on is None else raw[on > 0.0]) > 0.0:
+            raise InputError(
+                f'column "{names["supply_voltage"]}" is 0, so that no duty makes a torque',
+                file=log.source,
+                remedy="write the voltage of the supply",
+            )
         raise InputError(
             f'column "{column}" is the same on every row',
             file=log.source,

@@ -328,6 +328,8 @@ ROUNDING = 1e-3
 _TURN = 2.0 * math.pi + ROUNDING
 #: No winding is whole at this temperature, degC (copper melts at 1085).
 _HOTTEST = 1000.0
+#: Where low voltage ends (direct current, IEC 60364); no drive of an axis is fed with more.
+_MOST_SUPPLY = 1500.0
 #: Column, the least and the most that it may hold, what it should hold, and what to do.
 _RANGES = (
     (
@@ -338,6 +340,13 @@ _RANGES = (
         "divide it by its full scale (`ffc-id import --unit duty=percent`, or duty=count:885)",
     ),
     ("drive_on", 0.0, 1.0, "0 (off) or 1 (on)", "correct it"),
+    (
+        "supply_voltage_v",
+        0.0,
+        _MOST_SUPPLY,
+        "the voltage of a drive's supply: it may be in millivolts",
+        "turn it into volts (`ffc-id import --unit supply_voltage=mV`)",
+    ),
     ("payload_kg", 0.0, math.inf, "a mass", "write what hangs on the axis, 0 where nothing does"),
     ("temperature_degc", -273.15, _HOTTEST, "a temperature", "correct it, or remove the column"),
     *(

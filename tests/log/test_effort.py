@@ -105,6 +105,11 @@ BAD = {
     "counts": ("duty,supply_voltage_v", "-885,12", 'line 2: column "duty" holds -885, not a share'),
     "no duty": ("bus_current_a", "0.4", 'column "bus_current_a" is the current of the supply'),
     "no supply": ("duty", "0.4", 'column "duty" says nothing of the motor without'),
+    "millivolts": (
+        "duty,supply_voltage_v",
+        "0.4,7400",
+        'column "supply_voltage_v" holds 7400, not the voltage',
+    ),
     "drive half on": ("current_a,drive_on", "0.4,0.5", 'line 2: column "drive_on" holds 0.5, not 0 (off)'),
 }
 
@@ -118,6 +123,11 @@ def test_bad_input_is_one_sentence(tmp_path: Path, case: str) -> None:
         Log.read(file)
     assert expected in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_supply_of_nothing_is_said_of_the_supply() -> None:
+    with pytest.raises(InputError, match='column "supply_voltage_v" is 0'):
+        effort_of(log(duty=_DUTY, supply_voltage_v=np.zeros(_ROWS)))
 
 
 def test_logs_of_two_quantities_are_no_one_fit() -> None:
