@@ -233,6 +233,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         JUMP="jump",
         START_TORQUE="start_torque",
         ZERO_SAMPLES="zero_samples",
+        BIAS_MOST="bias_most",
         ZERO_MOST="zero_most",
     )
     torques["COMES"], torques["STEADY"] = kernel.COMES, kernel.STEADY
@@ -245,6 +246,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         ZERO_SHARE="zero_time",
         USUAL_SHARE="usual_time",
         LEAST_SHARE="least_time",
+        BIAS_SHARE="bias_time",
     )
     numbers = [
         _group("law: gains, and torques of the hand", **torques),

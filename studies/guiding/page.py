@@ -127,9 +127,9 @@ The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned light
                friction,  |        |                 +-> filter -> dead zone -> f -------+               |
                effects    |        |                     20 ms                 w = 0 unless f w > 0      |
                           |        |                                                                     |
-              learned o, b, v    zero                                            q_d = x + T w  <--------+
+              learned o, b, v    zero, bias                                      q_d = x + T w  <--------+
 
-    tau_hand = tau_model + o + b tau_elastic + v tau_damping + zero - K i
+    tau_hand = tau_model + o + b tau_elastic + v tau_damping + zero + bias - K i
     T_v dw/dt = K_c dead(tau_hand, D) - w,   w = 0 once f = dead(filtered tau_hand, D) does not push its way
     q_d = x + T w,   dx/dt = w
 
@@ -152,6 +152,8 @@ The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned light
   the axis rests; a hand comes. So what starts a motion has to be 2.8 noises beyond the mean of the last two
   seconds as well, or beyond three standard deviations, 1.5 max(D, B), and 1.4 noises. A hand that rises by
   less than 0.3 N/s is such a steady one, and so is a load.
+- **Bias.** While guided, a steady torque is taken for bias, with 2.5 s, up to one noise. A zero-mean hand so
+  wanders little; a steady one pushes that much more.
 - **Release.** A torque that falls by two thirds from one sample to the next, or by half of the least that
   it was of late (0.15 s, so that a trembling hand does not) within two, and by more than a hand trembles,
   passes the filter at once. What is left of it may be the model's error in motion, so that for three samples
@@ -231,8 +233,8 @@ most soft axes, but a hand that leans while it turns round is learned too; 1.2 N
 third of the axes, and a fifth start without a hand. A zero that is taken half a second after a
 hand eased off: the same in small. A brake that commands against the measured speed: the readings are too
 late for it, it rebounds. Another brake time (30, 50 ms), less to start with (1.1 noises), a longer memory
-of what is usual (4 s): nothing gained. A bias estimate in motion was part of this law, and is gone: without
-it fewer hands have to push harder and as few breathing ones wander.
+of what is usual (4 s): nothing gained. No bias estimate: a break-away below 1 N on 107 of 200 axes of
+this page, but 1.2 N wander too far on 69 of them, and 81 take more than 60 ms after a hand that pushed back.
 
 What wanders is the middle of the swing, from the first breath to the last. A payload of 0.4 kg that is hung
 on untold is a hand to a law without a teach button; with one it is held and named.

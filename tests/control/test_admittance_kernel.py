@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from idtool.control.admittance import kernel
-from idtool.control.admittance.constants import constants_of
+from idtool.control.admittance.constants import CONSTANTS, constants_of
 from idtool.control.admittance.states import GUIDING, RESTING, STOPPING, TARING
 
 from .kernel_law import AXIS, law
@@ -22,12 +22,19 @@ def test_the_record_counts_in_noises_and_periods() -> None:
     assert c["floor"] == pytest.approx(0.018)
     assert c["jump"] == pytest.approx(0.055)
     assert c["stop_noise"] == pytest.approx(0.01)
+    assert c["bias_most"] == pytest.approx(0.01)
     assert c["virtual"] == pytest.approx(1.0 - math.exp(-0.01 / 0.15))
     assert c["follows"] == pytest.approx(1.0 - math.exp(-0.4))
     assert c["hand_filter"] == pytest.approx(1.0 - math.exp(-0.5))
     assert c["least_time"] == pytest.approx(1.0 - math.exp(-0.01 / 0.15))
+    assert c["bias_time"] == pytest.approx(0.01 / 2.5)
     assert c["zero_time"] == pytest.approx(0.01 / 30.0)
     assert (c["coverage"], c["left"], c["seems"]) == (2.0, 0.65, 0.55)
+
+
+def test_bias_never_takes_all_of_the_floor() -> None:
+    """Or a hand as light as the floor would be learned away while it pushes."""
+    assert CONSTANTS["bias_most"].value < CONSTANTS["floor"].value
 
 
 def test_the_speed_is_what_was_asked_for_late_and_a_share_of_what_is_measured() -> None:
@@ -55,12 +62,12 @@ def sensed(c: Any, s: Any, plain: float, kept: float = 1.0) -> float:
 
 
 def test_the_hand_is_the_model_with_what_was_learned() -> None:
-    c, s = law(zero=0.002, zero_before=0.001)
+    c, s = law(zero=0.002, zero_before=0.001, bias=0.004)
     s["learned"][:3] = 0.003, 0.1, 0.2
     assert sensed(c, s, 0.01, kept=0.5) == pytest.approx(0.01 + 0.003 + 0.005 + 0.02 + 0.001)
     assert (s["zero"], s["zero_before"]) == pytest.approx((0.001, 0.0005))
     s["state"] = GUIDING
-    assert sensed(c, s, 0.01) == pytest.approx(0.01 + 0.003 + 0.005 + 0.02 + 0.001)
+    assert sensed(c, s, 0.01) == pytest.approx(0.01 + 0.003 + 0.005 + 0.02 + 0.001 + 0.004)
     assert s["zero_before"] == pytest.approx(0.0005)
 
 

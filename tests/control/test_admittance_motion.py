@@ -70,6 +70,16 @@ def test_a_hand_that_seems_to_leave_goes_on_only_if_it_would_start() -> None:
     assert s["state"] == STOPPING
 
 
+def test_a_steady_torque_in_motion_is_bias_up_to_one_noise() -> None:
+    c, s = guided(raw=0.05)
+    kernel.guide(c, s, 0.1)
+    assert s["bias"] == pytest.approx(-0.05 * 0.01 / 2.5)
+    for raw, bias in ((99.0, -0.01), (-99.0, 0.01)):
+        c, s = guided(raw=raw)
+        kernel.guide(c, s, 0.1)
+        assert s["bias"] == pytest.approx(bias)
+
+
 def test_the_end_of_the_range_winds_nothing_up() -> None:
     for way, end in ((1.0, 1.0), (-1.0, -1.0)):
         c, s = guided(hand=way, raw=way, way=way, w=way, position=0.999 * end, x=0.999 * end)
@@ -150,7 +160,7 @@ def test_a_tare_begins_at_rest_and_untouched_only() -> None:
     c, s = law(hand=-0.0141)
     assert not kernel.tare(c, s)
     assert s["outcome"] == kernel.TOUCHED
-    c, s = law(hand=0.0139, anchor=0.3, zero=0.01, w=1.0, outcome=kernel.TOUCHED)
+    c, s = law(hand=0.0139, anchor=0.3, zero=0.01, bias=0.02, w=1.0, outcome=kernel.TOUCHED)
     assert kernel.tare(c, s)
     assert (s["state"], s["way"], s["x"], s["outcome"], s["zero_before"]) == (
         TARING,
@@ -159,7 +169,7 @@ def test_a_tare_begins_at_rest_and_untouched_only() -> None:
         kernel.USED,
         0.01,
     )
-    assert not any(s[name] for name in ("hand", "w", "zero", "since"))
+    assert not any(s[name] for name in ("hand", "w", "zero", "bias", "since"))
     np.testing.assert_array_equal(s["information"], np.eye(4))
     c, s = law(anchor=-0.3)
     kernel.tare(c, s)

@@ -44,13 +44,15 @@ CONSTANTS: dict[str, Constant] = {
     "seems": _C(0.55, "1", "one whose least torque of late falls by this within two seems to leave", _STUDY),
     "jump": _C(5.5, "noises", "and by so much at least", "more than the 0.5 N of a trembling hand"),
     "coverage": _C(2.0, "1", "standard deviations of the model that are left to the hand", "95 %"),
-    "floor": _C(1.8, "noises", "and so much at least: the noise", _STUDY),
+    "floor": _C(1.8, "noises", "and so much at least: the bias estimate and the noise", _STUDY),
     "start": _C(1.4, "noises", "so far beyond what a rest may be wrong by a motion starts", _STUDY),
     "stop_counts": _C(1.5, "counts", "what a stop may leave in the bristle unseen", _STUDY),
     "stop_noise": _C(1.0, "noises", "and so much at least", _STUDY),
     "zero_samples": _C(12.0, "1", "samples of a rest that the zero is the mean of", "noise / 3.5"),
     "zero_time": _C(30.0, "s", "the zero then follows so slowly", "a servo warms within minutes"),
     "usual_time": _C(2.0, "s", "what is felt at rest is usual after so long", _STUDY),
+    "bias_time": _C(2.5, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
+    "bias_most": _C(1.0, "noises", "and up to so much, less than `floor`", _STUDY),
     "still": _C(0.05, "s", "an axis that kept its count for so long stands", "6 Hz at one count"),
     "coast": _C(
         0.006, "s", "a braked axis rests where it is so much later, at first", "40 rad/s^2 from 19 mm/s"
@@ -96,5 +98,6 @@ def constants_of(axis: dict[str, Any]) -> Any:
         record[name] = constant.value * (noise if constant.unit == "noises" else 1.0)
     for name in ("virtual", "follows", "hand_filter", "least_time", "usual_time"):
         record[name] = share(CONSTANTS[name].value, period)
-    record["zero_time"] = period / CONSTANTS["zero_time"].value
+    for name in ("zero_time", "bias_time"):
+        record[name] = period / CONSTANTS[name].value
     return record

@@ -1,6 +1,6 @@
 """The admittance law, compiled: one sample in, one command out, on two records of numbers.
 
-    tau_hand = tau_model + learned(o, b, v) + zero - K i                          estimate
+    tau_hand = tau_model + learned(o, b, v) + zero + bias - K i                          estimate
     f        = tau_hand, less the uncertainty of the model, towards zero                  certain part
     T_v dw/dt = K_c f - w,   w = 0 as soon as f no longer pushes the way of w             virtual mass
     q_d      = x + T w,   dx/dt = w                                                       command
@@ -44,7 +44,7 @@ _COUNTS = ("state", "since", "moved", "pushed", "seems", "left", "outcome", "lim
 #: torques, N m; the motion; sums of a tare, and of what was heard
 _NUMBERS = (
     "raw", "hand", "least", "least_1", "least_2", "dead", "zero", "zero_before", "zero_variance",
-    "unexplained", "usual",
+    "bias", "unexplained", "usual",
     "elastic", "damping", "plain", "correction",
     "position", "seen", "nominal", "w", "x", "way", "lead", "anchor", "fast",
     "fade", "square", "weight", "tare_sum", "load",
@@ -78,7 +78,7 @@ def begin(c: Any, s: Any, position: float) -> None:
     """The first sample: the bristle is unknown, what was learned of load and friction still holds."""
     s.state = STARTING
     s.since = s.pushed = s.seems = s.left = s.limited = s.turn = 0
-    s.raw = s.hand = s.dead = s.zero = s.zero_before = s.zero_variance = s.correction = 0.0
+    s.raw = s.hand = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
     s.seen = s.nominal = s.w = s.tare_sum = s.usual = 0.0
     forget_push(s)
     s.position = position
@@ -129,6 +129,8 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
     if s.state == RESTING:
         s.zero_before *= kept
     s.correction = s.learned[LOAD] + s.learned[LEVEL] * elastic + s.learned[DAMPING] * damping + s.zero
+    if s.state == GUIDING:
+        s.correction += s.bias
     s.raw = plain + s.correction
     if s.dead == 0.0 or (s.state != RESTING and s.turn == 0):  # at rest friction stays what it was
         s.dead = uncertainty(c, s)
@@ -246,6 +248,7 @@ def follow(c: Any, s: Any) -> float:
 @jit()
 def guide(c: Any, s: Any, velocity: float) -> float:
     """The admittance."""
+    s.bias = min(max(s.bias - c.bias_time * s.raw, -c.bias_most), c.bias_most)
     pushes = s.way * certain(s.hand, s.dead) > 0.0
     if s.seems > 0:
         # what a hand that seems to have left leaves may be the model's error in motion: only one that would
@@ -326,7 +329,7 @@ def tare(c: Any, s: Any) -> bool:
     s.w = s.nominal = 0.0
     s.x = s.anchor
     s.zero_before = s.zero
-    s.zero = 0.0
+    s.zero = s.bias = 0.0
     s.fade = 1.0
     s.square = s.weight = s.tare_sum = 0.0
     s.outcome = USED

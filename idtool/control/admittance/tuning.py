@@ -1,14 +1,14 @@
 """Gains of the admittance law for a wanted feel, with the margins that they leave.
 
-The feel is one force at one speed. What the model may still be wrong by after a tare, D at this speed, is
-left to the hand, so it feels tau with
+The feel is one force at one speed. What the model may still be wrong by after a tare, D at this speed, and
+the most that the bias estimate takes of a steady hand, B, are left to the hand, so it feels tau with
 
-    K_c = w / (tau - D)
+    K_c = w / (tau - D - B)
 
 in the mean over what the file knows, and tau is exceeded on every other day. So it is made lighter by one
 standard deviation of the model, sigma, which leaves one day in six, as far as the margins allow:
 
-    K_c = w / (tau - D - sigma).
+    K_c = w / (tau - D - B - sigma).
 
 The loop through the hand, with everything that is late in it (d: sampling and the delay of the readings; s
 the Laplace variable), is
@@ -147,7 +147,8 @@ def tune(
     model = OnlineModel(parameters)
     torque, pace = force * ratio, speed / ratio
     law = _law(parameters, period)
-    uncertainty = uncertainty_after_tare(parameters, pace, period)
+    dead = uncertainty_after_tare(parameters, pace, period)
+    uncertainty = dead + float(law.constants["bias_most"])
     start = law.settings.start_torque
     rest = _break_away(law)
     floor = (
@@ -172,7 +173,7 @@ def tune(
             f" {worst.frequency:.1f} Hz",
             remedy=f"ask for {least:.2f} N or more at this speed, or shorten the period of {period:g} s",
         )
-    over = torque - uncertainty - uncertainty / float(law.constants["coverage"])
+    over = torque - uncertainty - dead / float(law.constants["coverage"])
     gain = min(pace / over, gain * scale) if over > 0.0 else gain * scale
     margins = margins_of(model, gain, ratio, period, servo_bandwidth)
     command = parameters.controller.command_gain if parameters.controller else COMMAND_GAIN
