@@ -18,7 +18,6 @@ from idtool.fit.search import search
 from idtool.fit.shortcoming import Shortcoming
 from idtool.model import gravity
 from idtool.model.motion import Array
-from idtool.model.stribeck import level
 from idtool.parameters import GRAVITY_MODELS
 from idtool.signals import Recording
 
@@ -134,12 +133,6 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
             notes.append(f"{still.why}: the static curve is used instead of LuGre; {still.remedy}.")
             reasons.append(still)
             fit = _with_law(fit, "stribeck")
-        elif fit.at_bound["bristle_stiffness"] and _bend(fit) > fit.model.scales.travel:
-            notes.append(
-                "the fit bends the bristle over more than the whole travel, which is no presliding: "
-                "the static curve is used instead of LuGre; sines with more reversals would show it."
-            )
-            fit = _with_law(fit, "stribeck")
         elif not fit.rigid and (fit.at_bound["bristle_stiffness"] or seldom):
             simpler = _with_law(fit, "stribeck")
             if not predicts_better(fit, _with_spring(simpler)):
@@ -175,13 +168,6 @@ def _with_spring(fit: JointFit) -> JointFit:
     more = JointModel.build(model.recording, model.spec.adding(spring), model.constants)
     nothing = {f"{spring.name}.{c.name}": c.null for c in spring.active(model.recording.motion)}
     return refit(fit, more, nothing)
-
-
-def _bend(fit: JointFit) -> float:
-    """How far the bristle bends while the axis slides at a medium speed, rad (m)."""
-    f, scales = fit.model.friction(fit.x), fit.model.scales
-    medium = np.array([np.sqrt(scales.slowest * scales.speed)])
-    return float(level(medium, f.coulomb, f.static, f.stribeck_velocity)[0]) / f.bristle_stiffness
 
 
 def _with_law(fit: JointFit, law: FrictionKind) -> JointFit:

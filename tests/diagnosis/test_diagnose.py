@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
@@ -12,6 +13,9 @@ from idtool.fit.choose import choose_gravity, first_fit
 from idtool.fit.model import Spec
 from idtool.signals import record
 from idtool.signals.thin import thin
+from idtool.verbs.identify import identify
+from testbench.diagnosis_cases import cases
+from testbench.diagnosis_cases import record as recorded
 from testbench.plants import Plant, record_session
 
 PAPER = Plant(0.070, 0.030, 0.090, 0.155, 0.051, 0.297, 0.006, 0.2295, 0.4457)
@@ -28,3 +32,15 @@ def test_a_result_is_not_taken_while_another_base_model_predicts_better() -> Non
     assert found.start == 1
     assert found.verdict == "adequate"
     assert np.isclose(found.final.values["coulomb"], 0.070, rtol=0.05)
+
+
+@pytest.mark.long
+def test_a_law_that_predicts_worse_is_not_stepped_down_to() -> None:
+    """Friction that is higher at one speed, which no effect is: beside what stands for it the bristle bends over
+    more than the travel. The static curve in its place left half as much again on the held-out trials."""
+    (case,) = (
+        c for c in cases(("ours",), 0, 0, 0, 2, 0) if c.what == ("bump at one speed",) and c.sensors != "lab"
+    )
+    found = identify(recorded(case).logs).diagnosis
+    assert found["verdict"] == "unexplained"
+    assert found["error"]["held_out"]["after"] < found["error"]["held_out"]["before"]
