@@ -36,8 +36,8 @@ def test_a_result_is_not_taken_while_another_base_model_predicts_better() -> Non
 
 @pytest.mark.long
 def test_a_law_that_predicts_worse_is_not_stepped_down_to() -> None:
-    """Friction that is higher at one speed, which no effect is: beside what stands for it the bristle bends over
-    more than the travel. The static curve in its place left half as much again on the held-out trials."""
+    """Friction that is higher at one speed, which no effect is: beside what stands for it the bristle bends
+    over more than the travel. The static curve in its place left half as much again on held-out trials."""
     (case,) = (
         c for c in cases(("ours",), 0, 0, 0, 2, 0) if c.what == ("bump at one speed",) and c.sensors != "lab"
     )
