@@ -147,7 +147,7 @@ def _show(screen: Console, tuning: Tuning, parameters: Parameters) -> None:
         f" {1e3 * controller.period:g} ms"
     )
     screen.print(
-        f"{tuning.expected / ratio:.2f} N at {1e3 * tuning.speed * ratio:.1f} mm/s, of which"
+        f"{tuning.torque / ratio:.2f} N at {1e3 * tuning.speed * ratio:.1f} mm/s, of which"
         f" {tuning.uncertainty / ratio:.2f} N because the model is not certain (after a tare);"
         f" it starts at {tuning.break_away / ratio:.2f} N at most."
     )

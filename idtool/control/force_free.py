@@ -55,9 +55,9 @@ RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
 #: One step of a DYNAMIXEL's current reading, A, and three steps of a Feetech's duty at 12 V, V: what a sample
 #: is taken to be uncertain by.
 READING_NOISE = {"current": 0.003, "voltage": 0.036}
-#: Of the tolerance of the payload that is told, a standard deviation: a tare that finds more is not used, and
-#: what is anywhere within it has so much.
-PAYLOAD_SIGMA = 1.0 / math.sqrt(3.0)
+#: Of the tolerance of the payload that is told, a standard deviation; a tare that finds more than the
+#: tolerance is not used.
+PAYLOAD_SIGMA = 0.75
 #: How far a tare moves, rad (m), and how fast at most, rad/s (m/s).
 TARE_TRAVEL = {"rotary": 0.2, "linear": 0.01}
 TARE_SPEED = {"rotary": 0.4, "linear": 0.02}

@@ -15,8 +15,8 @@ from testbench.guided_machines.hands import PERIOD, SPEED, Arm
 from testbench.guided_machines.machines import Machine, file_of, on_a_day, random_machine
 from testbench.guided_machines.session import session
 
-#: What `tune` is asked for, N.
-FORCE = 2.0
+#: What `tune` is asked for, N: what it gives is the middle of what a hand feels on other days.
+FORCE = 1.9
 PAYLOAD_OFF = 0.02
 SEED = 1
 

@@ -83,10 +83,11 @@ def page(axes: list[Axis], images: Path) -> str:
     images.mkdir(parents=True, exist_ok=True)
     forces = {axis.name.split(",")[0]: axis.asked for axis in axes}
     machines, asked = len(forces), list(forces.values())
-    refused = sum(force > min(asked) for force in asked)
-    above = f"accepted on {machines - refused} of {machines} machines"
-    if refused:
-        above += f"; the others take the least force that leaves the margins, up to {max(asked):.2f} N"
+    above = (
+        f"on {sum(f > min(asked) for f in asked)} of {machines} machines that would leave less than the"
+        " margin that `tune` asks for, and they take the least force that does not, up to"
+        f" {max(asked):.2f} N; 2 N is accepted on {sum(f <= 2.0 for f in asked)} of {machines}"
+    )
     text = _TEXT.format(axes=len(axes), machines=machines, least=f"{min(asked):g}", asked=above)
     for mark, lines in (
         ("PAPER", teach_paper.section(images)),
@@ -198,43 +199,37 @@ tare.
 
 <TABLE>
 
-Not met on every axis, and why. What limits them, on these machines: a sample of the current has a noise of
-0.12 N at the slide (two readings of 2.7 mA each; the law counts with 0.18 N), 0.05 N behind the filter; a
-count is 0.07 mm, which a stiff bristle answers with 0.2 to 0.4 N; a reading shows a hand that left after
-the age that it comes with (0 to 20 ms), half a period and the two samples of a mean; the drive then takes
-10 ms to let go of its speed reference (40 rad/s^2), and the integral part of its velocity loop holds the
-1.5 to 3 N of friction that went with the speed and lets go of them within some 50 ms.
+Not met on every axis, and why:
 
-- *Break-away below 1 N.* Its middle is at this line, so every tenth of a newton counts. On a stiff axis
-  what a stop left in the bristle unseen (1.5 counts) has to be exceeded, and where a hand eased off, up to
-  0.5 N of it are still there. On a soft one D is 0.4 to 0.6 N, much of it the tolerance of the payload (two
-  standard deviations: 0.45 N), which a tare of 9 mm hardly tells from a bristle deflected by 50 mm.
-- *Force below 2 N.* `tune` aims a standard deviation of the model below it where the margins allow: that
-  leaves one day in six. Where they do not, as on soft axes, half of the days are heavier.
-- *Stop within 48 ms, or within 60 ms of a hand that pushed back.* Seen on a soft axis with readings 10 ms
-  late: the drive is told to stop 20 ms after the hand left, has lost three quarters of the speed at 40 ms
-  and creeps the last two counts until 100, while its integral part lets go; then it is held at a count that
-  is one off, and creeps back by hardly more than the one count that is asked for. And after a turn the
-  friction model may be wrong by more than D, while the torque falls by no more than that of a trembling
-  hand.
+- *Break-away below 1 N.* On a stiff axis friction carries the first 0.2 to 0.4 N of a hand, which deflect the
+  bristle by less than an encoder count, and no motor feels them; what a stop leaves there unseen (1.5 counts)
+  has to be exceeded as well. On a soft one D is 0.4 to 0.7 N: 0.4 N are the tolerance of the payload (two
+  standard deviations of 20 g), which a tare of 9 mm cannot tell from the start of a bristle deflected by
+  50 mm. A file whose fit is unsure of one of the friction levels (stiff-3, stiff-23) costs 0.4 N more.
+- *Force below 2 N.* The gain is for {least} N on the day of the file, and friction is another one on every
+  day: half of the axes are lighter, half are heavier. A higher gain is refused by `tune`.
+- *Stop within 48 ms, or within 60 ms of a hand that pushed back.* Most that miss it take up to 90 ms:
+  readings that are 14 ms late and a drive that takes the last 3 mm/s in 30 ms leave one count more than is
+  asked for. The worst are of two kinds. On a soft axis the integral part of the drive carries it one to two
+  counts beyond the place that it is held at, and it creeps back by hardly more than the one count that is
+  asked for. And after a turn the friction model may be wrong by more than D, while the torque falls by no
+  more than that of a trembling hand.
 - *Starts without a hand.* What a rest is wrong by there is beyond three standard deviations of what the law
   knows of it, or came within the last two seconds: a stop from a brisk push, with a friction level that the
-  session found wrong at that speed. Readings that are 20 ms late let a start that was the hand's come after
-  it has left.
-- *Trembling hands.* Where readings are 14 to 20 ms late, what is felt swings by twice the tremble (0.9 N
-  for 0.45 N): the loop through the hand amplifies it. That looks like a hand that left.
-- *Breathing hands.* A zero-mean force of 1.2 N is above what starts a motion. An error of 0.1 N moves the
-  axis by some 4 mm more one way than the other with every breath: 12 mm in 20 s are 0.06 N, half the noise
-  of a sample.
+  session found wrong at that speed. Readings that are 20 ms late let a start that was the hand's come
+  after it has left.
+- *Trembling and breathing hands.* A zero-mean force of 1.2 N is above what starts a motion. On one axis in
+  six a trembling hand stops and starts again.
 
-Tried and not kept, on 80 axes of two sets of machines, of which one is not that of this page. A Kalman
-filter of load, level, damping and bristle that learns from every rest as well: break-away 0.75 to 0.9 N on
-most soft axes, but a hand that leans while it turns round is learned too; 1.2 N wander beyond 12 mm on a
-third of the axes, and a fifth start without a hand. A zero that is taken half a second after a
-hand eased off: the same in small. A brake that commands against the measured speed: the readings are too
-late for it, it rebounds. Another brake time (30, 50 ms), less to start with (1.1 noises), a longer memory
-of what is usual (4 s): nothing gained. No bias estimate: a break-away below 1 N on 107 of 200 axes of
-this page, but 1.2 N wander too far on 69 of them, and 81 take more than 60 ms after a hand that pushed back.
+Tried and not kept: what is better for one hand is worse for another. `tune` a standard deviation of the model
+below the force asked for (2 N), with the payload anywhere within its tolerance, on 200 of these axes: 2 N on
+average on 156 of them, but a start without a hand on 22, and a trembling hand above 3 mm/s on 50. The same
+without the bias: 2 N on 177 and a break-away below 1 N on 107, but 1.2 N wander too far on 69, and 81 take
+more than 60 ms after a hand that pushed back. A Kalman filter of load, level, damping and bristle that learns
+from every rest: break-away 0.75 to 0.9 N on most soft axes, but a hand that leans while it turns round is
+learned too, and 13 to 25 of 80 axes start without a hand. A zero that is taken half a second after a hand
+eased off: the same in small. A brake that commands against the measured speed: the readings are too late for
+it, it rebounds.
 
 What wanders is the middle of the swing, from the first breath to the last. A payload of 0.4 kg that is hung
 on untold is a hand to a law without a teach button; with one it is held and named.

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from idtool.control import ForceFreeController
-from idtool.control.admittance import AdmittanceLaw
 from idtool.control.admittance.tuning import margins_of, tune, tuned, uncertainty_after_tare
 from idtool.control.online import OnlineModel
 from idtool.errors import InputError
@@ -25,30 +22,14 @@ def test_the_feel_is_what_was_asked_for(axis: str, force: float, speed: float) -
     ratio = travel_per_position(file)
     assert ratio is not None
     tuning = tune(file, force=force, speed=1e-3 * speed, ratio=ratio)
-    assert tuning.controller.loop_gain == pytest.approx(tuning.speed / (tuning.expected - tuning.uncertainty))
-    assert tuning.expected <= tuning.torque
+    assert tuning.controller.loop_gain == pytest.approx(tuning.speed / (tuning.torque - tuning.uncertainty))
     assert tuning.worst.gain >= 1.1
     case = corner(axis, GAINS, (0, 0, 0), stiff=False, delay=0.0, late=False)
     case = replace(case, file=tuned(file, tuning), bristle=0.0, stiffness=1000.0, damping=20.0)
     run = guide(case, tared=True, ramps=False)
     felt = run.force * speed / 19.2 if speed != 19.2 else run.force
-    assert felt == pytest.approx(tuning.expected / ratio, rel=0.25)
+    assert felt == pytest.approx(force, rel=0.25)
     assert run.swing < 1.5
-
-
-def test_it_is_lighter_than_asked_by_what_the_model_may_be_wrong_by() -> None:
-    """By one standard deviation where the margins allow, by less where they do not."""
-    file = file_of(plant_of("paper"))
-    ratio = travel_per_position(file)
-    assert ratio is not None
-    easy = tune(file, force=3.0, speed=0.0192, ratio=ratio)
-    sigma = 0.5 * uncertainty_after_tare(file, easy.speed, 0.01)
-    assert easy.expected == pytest.approx(easy.torque - sigma)
-    assert easy.worst.gain > 1.5
-    hard = tune(file, force=1.8, speed=0.0192, ratio=ratio)
-    assert easy.torque - easy.expected > hard.torque - hard.expected >= 0.0
-    least = min(m.gain / (1.1 if m.delay > 0.015 else 1.5) for m in hard.margins)
-    assert least == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("axis", AXES)
@@ -78,14 +59,6 @@ def test_refuses_what_cannot_be_and_says_why() -> None:
         tune(file, force=0.3, speed=0.0192, ratio=ratio)
     with pytest.raises(InputError, match="above zero"):
         tune(file, force=-1.0, speed=0.0192, ratio=ratio)
-
-
-def test_the_payload_is_anywhere_within_its_tolerance() -> None:
-    file = file_of(plant_of("paper"))
-    law = ForceFreeController(file, 0.01, mode="light", payload_uncertainty_kg=0.06).law
-    assert isinstance(law, AdmittanceLaw)
-    anywhere = np.linspace(-1.0, 1.0, 10_001) * 0.06 * file.gravity["per_payload"].value
-    assert law.settings.load == pytest.approx(np.std(anywhere), rel=1e-3)
 
 
 def test_a_less_certain_file_leaves_more_to_the_hand() -> None:

@@ -1,14 +1,9 @@
 """Gains of the admittance law for a wanted feel, with the margins that they leave.
 
 The feel is one force at one speed. What the model may still be wrong by after a tare, D at this speed, and
-the most that the bias estimate takes of a steady hand, B, are left to the hand, so it feels tau with
+the most that the bias estimate takes of a steady hand, B, are left to the hand, so
 
-    K_c = w / (tau - D - B)
-
-in the mean over what the file knows, and tau is exceeded on every other day. So it is made lighter by one
-standard deviation of the model, sigma, which leaves one day in six, as far as the margins allow:
-
-    K_c = w / (tau - D - B - sigma).
+    K_c = w / (tau - D - B).
 
 The loop through the hand, with everything that is late in it (d: sampling and the delay of the readings; s
 the Laplace variable), is
@@ -77,8 +72,7 @@ class Tuning:
 
     Attributes:
         controller: for the file.
-        torque, speed: the feel that was asked for, at the shaft, N m and rad/s (N and m/s).
-        expected: torque at that speed in the mean over what the file knows, N m (N).
+        torque, speed: the feel at the shaft, N m and rad/s (N and m/s).
         uncertainty: torque of it that is left to the hand because the model is not certain, N m (N).
         break_away: torque at which it starts from rest, N m (N).
         margins: of every hand, delay and friction.
@@ -88,7 +82,6 @@ class Tuning:
     controller: Controller
     torque: float
     speed: float
-    expected: float
     uncertainty: float
     break_away: float
     margins: tuple[Margin, ...]
@@ -111,7 +104,6 @@ class Tuning:
                 "period_s": self.controller.period,
             },
             "force_n": self.torque / self.ratio,
-            "expected_n": self.expected / self.ratio,
             "speed_mm_s": 1e3 * self.speed * self.ratio,
             "uncertainty_n": self.uncertainty / self.ratio,
             "break_away_n": self.break_away / self.ratio,
@@ -147,8 +139,7 @@ def tune(
     model = OnlineModel(parameters)
     torque, pace = force * ratio, speed / ratio
     law = _law(parameters, period)
-    dead = uncertainty_after_tare(parameters, pace, period)
-    uncertainty = dead + float(law.constants["bias_most"])
+    uncertainty = uncertainty_after_tare(parameters, pace, period) + float(law.constants["bias_most"])
     start = law.settings.start_torque
     rest = _break_away(law)
     floor = (
@@ -173,13 +164,9 @@ def tune(
             f" {worst.frequency:.1f} Hz",
             remedy=f"ask for {least:.2f} N or more at this speed, or shorten the period of {period:g} s",
         )
-    over = torque - uncertainty - dead / float(law.constants["coverage"])
-    gain = min(pace / over, gain * scale) if over > 0.0 else gain * scale
-    margins = margins_of(model, gain, ratio, period, servo_bandwidth)
     command = parameters.controller.command_gain if parameters.controller else COMMAND_GAIN
     controller = Controller(command, gain, period, start, "light")
-    expected = uncertainty + pace / gain
-    return Tuning(controller, torque, pace, expected, uncertainty, rest, margins, ratio)
+    return Tuning(controller, torque, pace, uncertainty, rest, margins, ratio)
 
 
 def tuned(parameters: Parameters, tuning: Tuning) -> Parameters:
