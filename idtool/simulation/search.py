@@ -16,6 +16,7 @@ from idtool.model.motion import Array
 from idtool.parameters import EffectEntry, Parameter, Parameters
 from idtool.signals import Recording
 from idtool.simulation.coordinates import (
+    OF_DRIVE,
     Coordinate,
     Scales,
     coordinates_of,
@@ -37,6 +38,11 @@ TRIED, MOST = 6, 40
 _SOFT = 3.0
 #: Share of the cost that what differs between the directions must take to be kept.
 _WORTH = 0.1
+#: A coordinate nearer its end than this makes nothing;
+#: neither does what takes less than this share of the cost.
+_NOTHING = 2e-3
+#: Friction that gears take of the load.
+_GEARS = "load_dependent_friction"
 #: What simulates nothing is as wrong as so many times the way that the axis went.
 _LOST = 3.0
 
@@ -135,17 +141,20 @@ class MotionSearch:
         )
 
     def pruned(self, tried: Tried) -> Tried:
-        """Without what the drive does not have: a bend, a dead band or a back-EMF of nothing."""
-        drive = tried.parameters.drive
-        if drive is None:
+        """Without what the axis does not have: a bend, a dead band or a back-EMF of nothing, and friction
+        under load that the motion is as near without."""
+        places = zip(tried.coordinates, tried.x, strict=True)
+        none = [one.name for one, x in places if one.name in OF_DRIVE and x - one.lower < _NOTHING]
+        if none and tried.parameters.drive is not None:
+            drive = replace(tried.parameters.drive, **dict.fromkeys(none))  # type: ignore[arg-type]
+            kept = [one for one in tried.coordinates if one.name not in none]
+            tried = self.fit(replace(tried.parameters, drive=drive), kept, TRIED)
+        effects = tuple(one for one in tried.parameters.effects if one.name != _GEARS)
+        if len(effects) == len(tried.parameters.effects):
             return tried
-        ends = {one.name: x - one.lower for one, x in zip(tried.coordinates, tried.x, strict=True)}
-        none = [name for name in ("bend", "dead_band", "back_emf") if ends.get(name, 1.0) < 2e-3]
-        if not none:
-            return tried
-        drive = replace(drive, **dict.fromkeys(none))  # type: ignore[arg-type]
-        kept = [one for one in tried.coordinates if one.name not in none]
-        return self.fit(replace(tried.parameters, drive=drive), kept, TRIED)
+        kept = [one for one in tried.coordinates if one.part != _GEARS]
+        less = self.fit(replace(tried.parameters, effects=effects), kept, TRIED)
+        return less if less.cost < (1.0 + _NOTHING) * tried.cost else tried
 
     def without_sides(self, tried: Tried, scales: Scales) -> Tried:
         """Without what differs between the directions, where that hardly brings the motion closer."""

@@ -49,6 +49,12 @@ def test_it_finds_the_axis_behind_the_duty() -> None:
     assert any("20 ms later" in note for note in fitted().notes)
 
 
+def test_gears_that_take_nothing_of_a_load_are_not_in_the_file() -> None:
+    plain = DutyServo(share=0.0)
+    found = fit_motion((plain.log(1.0, 0.25), plain.log(2.2, 0.35))).parameters
+    assert found.effect("load_dependent_friction") is None
+
+
 def test_it_simulates_a_motion_that_no_fit_saw() -> None:
     unseen = SERVO.log(1.9, 0.45)
     found = fitted().parameters
