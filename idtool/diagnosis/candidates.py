@@ -98,6 +98,7 @@ class Selection:
         p_values: accepted effect -> p-value when it was accepted.
         rivals: accepted effect -> the fit with its first alternative in its place.
         searched: the last fit whose friction curve was searched for anew.
+        hopeless: it was given up, since a rival has fewer numbers and predicts better.
     """
 
     fit: JointFit
@@ -106,6 +107,7 @@ class Selection:
     p_values: dict[str, float] = field(default_factory=dict)
     rivals: dict[str, JointFit] = field(default_factory=dict)
     searched: JointFit | None = None
+    hopeless: bool = False
 
     def onto(self, recording: Recording) -> None:
         """Fit what was found to other rows, or to the same ones with other weights."""

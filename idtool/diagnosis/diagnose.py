@@ -259,8 +259,8 @@ def diagnose(
 
     Args:
         recording: all trials.
-        starts: fits of the base model to these data, the one to trust most first; the others are looked at
-            where that leaves something, or they predict better without any effect.
+        starts: fits of the base model to these data, the one to trust most first. Another one is taken where
+            it predicts better without any effect, or where the first one leaves something that it does not.
         library: the effects to consider.
         tell: called with a sentence on what is being tried.
         given: the library is a model that somebody chose; its effects need not explain everything.
@@ -269,10 +269,12 @@ def diagnose(
     parts = split(with_load(recording, starts[0]))
     best: tuple[JointFit, Selection, dict[Unnamed, str], int] | None = None
 
-    def select(selection: Selection, parts: Split) -> dict[Unnamed, str]:
+    def select(selection: Selection, parts: Split, rival: JointFit | None = None) -> dict[Unnamed, str]:
         wanted = library
         while True:
-            extend(selection, wanted, tell, given=given, tolerance=tolerance)
+            extend(selection, wanted, tell, given=given, tolerance=tolerance, rival=rival)
+            if selection.hopeless:
+                return {}
             unnamed = _without_unnamed(selection)
             wanted = absorbed(veto(selection, lambda fit: held_out_error(fit, parts), tell), library)
             if not wanted:
@@ -281,14 +283,21 @@ def diagnose(
     tell("fitting the base model")
     training = thin(parts.training)
     bases = [refit(start, JointModel.build(training, start.model.spec)) for start in starts]
-    for place, base in enumerate(bases):
+    rival: JointFit | None = None
+    # the one to trust most comes last, and goes on only while it may do as well as the others
+    for place, base in reversed(list(enumerate(bases))):
         selection = begun(base, library)
-        unnamed = select(selection, parts)
-        if best is None or predicts_better(selection.fit, best[1].fit):
-            best = base, selection, unnamed, place
+        unnamed = select(selection, parts, rival)
+        if selection.hopeless:
+            continue
         done = not unnamed and not any(test.depends for test in test_residual(selection.fit))
-        if done and not any(predicts_better(other, selection.fit) for other in bases[place + 1 :]):
-            break
+        if (
+            best is None
+            or (done and not predicts_better(best[0], selection.fit))
+            or not predicts_better(best[1].fit, selection.fit)
+        ):
+            best = base, selection, unnamed, place
+        rival = selection.fit if done else rival
     assert best is not None
     base, selection, unnamed, place = best
     recording = weighed(parts.recording, selection.fit)

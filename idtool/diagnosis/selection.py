@@ -87,6 +87,7 @@ def extend(
     *,
     given: bool = False,
     tolerance: float = 0.0,
+    rival: JointFit | None = None,
 ) -> None:
     """Add to a selection the effects that the data ask for.
 
@@ -96,10 +97,14 @@ def extend(
         tell: called with a sentence on what is being tried.
         given: the library is a model that somebody chose; its effects need not explain everything.
         tolerance: error that is good enough, share of the torque (rms).
+        rival: another model that leaves nothing structured; the selection is given up (`Selection.hopeless`)
+            once it has more numbers than that and predicts worse.
     """
     allowed = library
     while True:
-        _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance)
+        _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance, rival)
+        if selection.hopeless:
+            return
         if not given and one_for_many(selection, tell):
             continue
         allowed = absorbed(drop_unneeded(selection, tell), library)
@@ -116,9 +121,13 @@ def absorbed(gone: Sequence[Effect], library: Sequence[Effect]) -> list[Effect]:
 
 
 def _add(
-    selection: Selection, library: Sequence[Effect], tell: Callable[[str], None], tolerance: float
+    selection: Selection,
+    library: Sequence[Effect],
+    tell: Callable[[str], None],
+    tolerance: float,
+    rival: JointFit | None,
 ) -> None:
-    """Round after round, until none finds an effect."""
+    """Round after round, until none finds an effect, or there is no hope."""
     for _ in range(_MOST_ROUNDS):
         if good_enough(selection.fit, tolerance):
             return
@@ -129,6 +138,10 @@ def _add(
                 return
         if winner is not None:
             tell(f"accepted {winner.effect.title.lower()}")
+        fit = selection.fit
+        selection.hopeless = rival is not None and len(fit.x) > len(rival.x) and predicts_better(rival, fit)
+        if selection.hopeless:
+            return
 
 
 def good_enough(fit: JointFit, tolerance: float) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from idtool.diagnosis.diagnose import diagnose
+from idtool.diagnosis.selection import begun, extend
 from idtool.effects import registry
 from idtool.fit.choose import choose_gravity, first_fit
 from idtool.fit.model import Spec
@@ -32,6 +33,21 @@ def test_a_result_is_not_taken_while_another_base_model_predicts_better() -> Non
     assert found.start == 1
     assert found.verdict == "adequate"
     assert np.isclose(found.final.values["coulomb"], 0.070, rtol=0.05)
+
+
+def test_a_base_model_is_given_up_once_it_needs_more_and_predicts_worse() -> None:
+    recording = thin(record(record_session(PAPER, "lab", 3, ("gravity", "sine"))))
+    spec = Spec("lugre", *choose_gravity(recording, "auto"), (registry.get("inertia"),))
+    stiff, soft = (first_fit(recording, replace(spec, soft=how)) for how in (False, True))
+    for rival in (soft, None):
+        selection, said = begun(stiff, []), list[str]()
+        extend(selection, [], said.append, rival=rival)
+        assert selection.hopeless == (rival is not None)
+        assert said[-1].startswith("accepted") == (rival is not None)
+    # one that predicts no better is no reason
+    selection = begun(soft, [])
+    extend(selection, [], rival=stiff)
+    assert not selection.hopeless
 
 
 @pytest.mark.long
