@@ -232,7 +232,10 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         if not apart and (place >= _REFITTED or behind):
             _tell_why(selection, item.effect, "its score was behind that of the effects that were refitted")
             continue
-        tell(f"trying {item.effect.title.lower()} ({place + 1} of at most {min(len(promising), _REFITTED)})")
+        # lags beyond the best few come besides
+        most = min(len(promising), _REFITTED)
+        counted = f" ({place + 1} of at most {most})" if place < most else ""
+        tell(f"trying {item.effect.title.lower()}{counted}")
         trial = try_effect(item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.is_lag)
         if item.fit is not fit and trial.fit.sse > fit.sse:  # the bristle did not find back
             trial = replace(try_effect(fit, item.effect, item.plain, far=True), p_value=item.start.p_value)
