@@ -135,7 +135,8 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
             fit = _with_law(fit, "stribeck")
         elif not fit.rigid and (fit.at_bound["bristle_stiffness"] or seldom):
             simpler = _with_law(fit, "stribeck")
-            if not predicts_better(fit, _with_spring(simpler)):
+            few = fit.at_bound["bristle_stiffness"] and seldom
+            if few or not predicts_better(fit, _with_spring(simpler)):
                 notes.append(
                     "the fit bends the bristle as far as it may, or after so few starts that nothing shows "
                     "it to be presliding: the static curve is used instead of LuGre; sines with more "
