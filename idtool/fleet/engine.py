@@ -108,7 +108,7 @@ class _Processes:
         except BrokenProcessPool:
             self._own.process = None
             self._all.remove(process)
-            process.shutdown(wait=False)
+            process.shutdown()  # a thread of it left behind may fail as the program ends
             raise
 
     def close(self) -> None:

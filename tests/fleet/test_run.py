@@ -6,6 +6,8 @@ import base64
 import hashlib
 import json
 import re
+import threading
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 
@@ -227,3 +229,13 @@ def test_a_table_that_is_left_out_is_said(tmp_path: Path, monkeypatch: pytest.Mo
     run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1, tell=said.append)
     assert said[-1] == "summary.parquet is left out: it needs pyarrow (pip install 'ffc-id[parquet]')"
     assert not old.exists()
+
+
+def test_a_process_that_died_is_gone_when_its_session_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine, "identify_session", pid_of)
+    with engine.open_engine(None, 1) as local:
+        assert local.submit(Task("lives", {}, b"", {})).result().error.isdigit()
+        before = threading.active_count()
+        with pytest.raises(BrokenProcessPool):
+            local.submit(Task("dies", {}, b"", {})).result()
+        assert threading.active_count() < before  # a thread left behind could fail at the program's end
