@@ -85,7 +85,7 @@ class Prediction:
     Attributes:
         torque: predicted measured torque K i.
         start_column: derivative of `torque` with respect to the start deflection of the row's stretch.
-        bristle: deflection z.
+        bristle: deflection z that the next step starts from.
     """
 
     torque: Array
@@ -135,6 +135,25 @@ class At:
         return self.motion.step_velocity, self.motion.step, rho, self.motion.first
 
     @cached_property
+    def _slid(self) -> tuple[Array, Array]:
+        """Share of the bristle that slid in the step that ends at each row, and x (`lugre`)."""
+        velocity, step, rho, _ = self._along
+        pace = rho * np.abs(velocity)
+        pace *= step
+        return -np.expm1(-pace), pace
+
+    @cached_property
+    def _settling(self) -> Array:
+        """How much further the bristle is bent at each row than at its step's mean level.
+
+        What slid in the step is bent to the level of the step's end, not to that of its mean: where the level
+        changes much within a step, dz/dt at the row would otherwise follow from a bend of another speed.
+        """
+        slid, _ = self._slid
+        level = (self._at_row.value - self._at_step.value) / self.friction.bristle_stiffness
+        return np.asarray(np.sign(self.motion.step_velocity) * slid * level)
+
+    @cached_property
     def _rho_speed(self) -> Array:
         return np.asarray(self.friction.bristle_stiffness / self._at_row.value * np.abs(self.motion.velocity))
 
@@ -160,10 +179,16 @@ class At:
 
     def _propagated(self, start: Array) -> _Tangents:
         z, decay, tangent = lugre.propagate_blocks(*self._along, start, self.motion.restart)
-        z_rate = self.motion.velocity - self._rho_speed * z
+        bent = z + self._settling
+        z_rate = self.motion.velocity - self._rho_speed * bent
         passed = 1.0 + self.effect.bristle_change
-        through_log = passed * (self.friction.bristle_damping * self._rho_speed * z)
-        return _Tangents(self._finish(z, decay), tangent, z_rate, through_log)
+        slid, pace = self._slid
+        sliding = np.sign(self.motion.step_velocity) / self.friction.bristle_stiffness * self._through_z
+        at_row, at_step = self._at_row.value, self._at_step.value
+        through_row = passed * (self.friction.bristle_damping * self._rho_speed * bent)
+        through_row += sliding * slid * at_row
+        through_step = sliding * (slid * at_step + (1.0 - slid) * pace * (at_row - at_step))
+        return _Tangents(self._finish(z, decay), tangent, bent, z_rate, through_row, through_step)
 
     def _blocks(
         self, known: _Tangents, finished: _Finished, directions: Sequence[Direction]
@@ -180,8 +205,9 @@ class At:
                     along, bent = direction.effect, True
                     self._at_step.dlog_rho(direction, _at_step(along, self.motion), self.friction, over_step)
                     at_row = self._at_row.dlog_rho(direction, along, self.friction)
-                    at_row *= known.through_log
+                    at_row *= known.through_row
                     column -= at_row
+                    column += known.through_step * over_step
             if bent:
                 known.tangent(dlog_rho, self._through_z, columns)
             if finished.acts:
@@ -192,7 +218,7 @@ class At:
     def _beside_the_state(self, known: _Tangents, direction: Direction, column: Array) -> None:
         """Add the derivative of the torque at a bristle's state, but for that of the friction level."""
         motion, friction, effect = self.motion, self.friction, self.effect
-        passed, z, z_rate = 1.0 + effect.bristle_change, known.prediction.bristle, known.z_rate
+        passed, z, z_rate = 1.0 + effect.bristle_change, known.bent, known.z_rate
         along = direction.effect
         if direction.bristle_stiffness:
             column += direction.bristle_stiffness * passed * z
@@ -211,7 +237,7 @@ class At:
     def _finish(self, z: Array, decay: Array) -> Prediction:
         """The torque before what acts on the finished torque (`_Finished`)."""
         friction, effect, velocity = self.friction, self.effect, self.motion.velocity
-        torque = self._through_z * z
+        torque = self._through_z * (z + self._settling)
         torque += (1.0 + effect.bristle_change) * friction.bristle_damping * velocity
         torque += friction.viscous * (1.0 + effect.viscous_change) * velocity
         torque += effect.torque
@@ -225,14 +251,17 @@ class _Tangents:
     Attributes:
         prediction: before what acts on the finished torque.
         tangent: see `lugre.propagate_blocks`.
-        z_rate: rate of the deflection, shape (rows,).
-        through_log: what a change of ln(rho) at the row takes off, shape (rows,).
+        bent: deflection at the row, shape (rows,), and its rate `z_rate`.
+        through_row: what a change of ln(rho) at the row takes off, shape (rows,).
+        through_step: what one over the step adds beside the state's, shape (rows,).
     """
 
     prediction: Prediction
     tangent: Callable[[Array, Array, Array], None]
+    bent: Array
     z_rate: Array
-    through_log: Array
+    through_row: Array
+    through_step: Array
 
 
 class _Level:

@@ -50,6 +50,22 @@ def test_agrees_with_an_ode_solver() -> None:
     assert np.max(np.abs(z - reference.y[0])) < 0.004 * np.max(np.abs(z))
 
 
+def test_a_level_that_falls_within_one_step_gives_no_pulse_of_damping() -> None:
+    f = Friction(0.01, 0.1, 0.05, 0.0, 200.0, 1.0)
+
+    def velocity(t: np.ndarray) -> np.ndarray:
+        return np.asarray(0.03 + 0.47 * np.clip((t - 0.05) / 0.05, 0.0, 1.0))
+
+    def torque(period: float) -> np.ndarray:
+        t = period * np.arange(round(0.2 / period) + 1)
+        trial = np.zeros(len(t), dtype=np.intp)
+        m = Motion(t, trial, np.cumsum(velocity(t)) * period, velocity(t), np.gradient(velocity(t), period))
+        return predict(m, f, Contribution(), np.array([0.1 / 200.0])).torque
+
+    exact = torque(1e-5)[::1000]
+    assert torque(0.01) == pytest.approx(exact, abs=0.02 * f.static)
+
+
 @given(
     speed=st.floats(-2.0, 2.0),
     seconds=st.floats(1e-4, 5.0),
