@@ -458,8 +458,6 @@ def _usable_rows(
     for reason, rows in faulty.items():
         drop(reason, rows)
     fast = surprise > TOO_FAST
-    near = np.convolve(fast, np.ones(5), mode="same") > 0.5
-    drop("motion faster than its sampling", near)
     usable &= ~_beside_the_unseen(motion)
     # a trial starts from a state nobody knows; where its first rows jump, the jump is such a state
     rows_in = np.arange(len(torque)) - np.repeat(
