@@ -16,12 +16,14 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 _POSITIVE = NumberRange(min=0.0, min_open=True)
+#: As `tune` takes one: a longer one is in millimetres.
+_LEVER = NumberRange(0.0, 10.0, min_open=True)
 
 
 @click.command()
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
 @click.option("--mass", type=_POSITIVE, metavar="KG", help="Mass of the load; else payload_kg tells it.")
-@click.option("--lever", type=_POSITIVE, metavar="M", help="From the axis to the mass; not on a linear axis.")
+@click.option("--lever", type=_LEVER, metavar="M", help="From the axis to the mass; not on a linear axis.")
 @click.option(
     "-p", "--params", type=click.Path(path_type=Path), help="Parameter file to put into N m by it, in place."
 )

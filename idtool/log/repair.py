@@ -11,7 +11,7 @@ from idtool.errors import InputError
 from idtool.log import Log, columns_of, impossible, sensor_faults, wiring
 from idtool.log.clock import doubts, gap_cuts, refuse_odd_clock
 from idtool.log.columns import Columns
-from idtool.log.effort import Effort
+from idtool.log.effort import Effort, effort_of
 from idtool.model.motion import Array
 
 Rows = NDArray[np.bool_]
@@ -276,6 +276,7 @@ class _Repair:
             columns.position,
             columns.velocity,
             columns.effort,
+            effort_of(log).column,
             log.column("current"),
             told,
         )

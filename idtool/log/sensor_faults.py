@@ -70,6 +70,8 @@ def clipped(values: Array) -> NDArray[np.bool_]:
     just below: noise and steps of a sensor that is not at its limit spread over several values.
     """
     result = np.zeros(len(values), dtype=bool)
+    if values.min() == values.max():  # nothing lies below its extreme
+        return result
     extremes = np.isin(values, (values.min(), values.max()))
     # a quiet sensor repeats itself everywhere, not only at its extreme
     repeats = _lengths(np.concatenate([[False], np.diff(values) == 0]) & ~extremes).max(initial=0)

@@ -63,6 +63,7 @@ def contradictions(
     position: Array | None,
     velocity: Array | None,
     effort: Array,
+    read_from: str,
     current: Array | None = None,
     told: Mapping[str, Array] | None = None,
 ) -> list[str]:
@@ -73,6 +74,7 @@ def contradictions(
         first: True at the first row of each trial.
         position, velocity: readings, shape (rows,), or None.
         effort: torque, shape (rows,).
+        read_from: the column that says it.
         current: of the motor, A, shape (rows,), or None.
         told: columns of the log by name that a torque is never in proportion to, shape (rows,).
     """
@@ -84,7 +86,7 @@ def contradictions(
     if position is not None and velocity is not None:
         said += _units(steps, together, position, velocity)
     if position is not None:
-        said += _power(steps, together, position, effort)
+        said += _power(steps, together, position, effort, read_from)
     return said + _computed(effort, told or {})
 
 
@@ -144,7 +146,9 @@ def _units(steps: Array, together: NDArray[np.bool_], position: Array, velocity:
     return [f"the position moves {factor:.4g} times as far as the speed says: {guess}"]
 
 
-def _power(steps: Array, together: NDArray[np.bool_], position: Array, effort: Array) -> list[str]:
+def _power(
+    steps: Array, together: NDArray[np.bool_], position: Array, effort: Array, read_from: str
+) -> list[str]:
     if np.count_nonzero(together) < 2 * _BLOCKS * _STRETCH:
         return []
     speed = np.where(together, np.diff(position) / steps, 0.0)
@@ -188,21 +192,21 @@ def _power(steps: Array, together: NDArray[np.bool_], position: Array, effort: A
     error = math.sqrt((_BLOCKS - 1) * float(np.mean((np.array(powers) - mean) ** 2)))
     if mean + _CERTAIN * error < 0 and -mean > _SHARE * float(np.mean(np.abs(torque * w))):
         return [
-            "the torque pushes along with the motion, so that friction would drive the axis: the current or "
-            "the position is inverted, or something else moved the axis"
+            "the torque pushes along with the motion, so that friction would drive the axis: "
+            f'"{read_from}" or the position is inverted, or something else moved the axis'
         ]
     # one that takes away what the load gives may have one sign too, but then it does not turn round at zero
     size = np.abs(torque)
     folded = float(np.mean(size < _ZERO * np.quantile(size, _USUAL))) > _TURNS
     if folded and abs(int(np.sum(np.sign(torque)))) == np.count_nonzero(torque):
         return [
-            "the torque has one sign whichever way the axis moves, and turns round at zero: the current was "
-            "recorded without its sign"
+            "the torque has one sign whichever way the axis moves, and turns round at zero: "
+            f'"{read_from}" was recorded without its sign'
         ]
     one_way = max(float(np.mean(torque > 0)), float(np.mean(torque < 0))) > _ONE_SIGN
     if one_way and abs(mean) < _NO_POWER * float(np.mean(np.abs(torque * w))):
         return [
-            "the torque has one sign whichever way the axis moves, and friction takes no power: the current "
-            "was recorded without its sign"
+            "the torque has one sign whichever way the axis moves, and friction takes no power: "
+            f'"{read_from}" was recorded without its sign'
         ]
     return []

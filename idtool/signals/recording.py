@@ -102,6 +102,10 @@ class Recording:
     def operator(self) -> sparse.csr_matrix:
         """The filter and decimation as a matrix, shape (filtered rows, rows); a weight is in it."""
         matrix = lowpass.operator(self.motion, self.usable, self.filter)
+        if not matrix.shape[0] and not self.motion.velocity.any():
+            raise InputError(
+                "nothing moves", file=", ".join(self.sources), remedy="record the axis while it moves"
+            )
         if not matrix.shape[0]:
             reasons = "".join(f", {reason}: {count}" for reason, count in self.lost.items())
             rate = 1.0 / float(np.median(self.motion.step[~self.motion.first]))

@@ -97,8 +97,9 @@ class Coordinate:
         return Parameter(self.value(x), slope * stderr, ends)
 
 
-def coordinates_of(parameters: Parameters, scales: Scales) -> list[Coordinate]:
-    """What of a file is varied."""
+def coordinates_of(parameters: Parameters, scales: Scales, *, drive_was_off: bool) -> list[Coordinate]:
+    """What of a file is varied; only where the drive was off do the back-EMF and the rest of the viscous
+    coefficient show apart."""
     found = []
     if parameters.gravity_model:
         dimensions = GRAVITY_MODELS[parameters.gravity_model]
@@ -110,6 +111,7 @@ def coordinates_of(parameters: Parameters, scales: Scales) -> list[Coordinate]:
             found += [_coordinate(entry.name, name, known[name], scales) for name in entry.parameters]
     if parameters.drive is not None:
         there = [name for name in OF_DRIVE if getattr(parameters.drive, name) is not None]
+        there = [name for name in there if drive_was_off or name != "back_emf"]
         found += [_coordinate("drive", name, OF_DRIVE[name], scales) for name in there]
     return found
 

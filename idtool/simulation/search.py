@@ -72,7 +72,12 @@ class MotionSearch:
         for number, part in enumerate(parts):
             self.window[part] = number
         self.way = float(np.ptp(measured))
+        self.drive_was_off = not bool(np.all(self.stages[0].driven > 0.0))
         self.soft: list[float] = []
+
+    def coordinates(self, parameters: Parameters, scales: Scales) -> list[Coordinate]:
+        """What these logs can tell of a file."""
+        return coordinates_of(parameters, scales, drive_was_off=self.drive_was_off)
 
     def rms(self, parameters: Parameters) -> float:
         """Error of the position that the effort makes, rad (m)."""
@@ -160,7 +165,7 @@ class MotionSearch:
         """Without what differs between the directions, where that hardly brings the motion closer."""
         effects = tuple(one for one in tried.parameters.effects if one.name not in dict(SIDES))
         less = replace(tried.parameters, effects=effects)
-        other = self.fit(less, coordinates_of(less, scales), MOST)
+        other = self.fit(less, self.coordinates(less, scales), MOST)
         return other if other.cost < (1.0 + _WORTH) * tried.cost else tried
 
     def with_intervals(self, tried: Tried) -> Parameters:

@@ -18,6 +18,9 @@ from idtool.simulation.coordinates import Scales
 SIDES = (("torque_offset", "offset"), ("direction_asymmetry", "asymmetry"))
 #: An axis that swings over more may be a pendulum, rad.
 _LEAST_SWING = 0.3
+#: Friction over load, bend, and speed at which stiction fades over the top speed. A curve that falls within
+#: the slowest motion and one that falls over all of it are two minima, and no step leads between them.
+_GEARBOXES = ((0.3, 0.3, 0.2), (0.1, 0.1, 0.2), (0.3, 0.8, 0.05))
 
 
 def regress(recording: Recording) -> Parameters:
@@ -65,30 +68,33 @@ def scales_of(recording: Recording) -> Scales:
     )
 
 
-def starts_of_a_gearbox(first: Parameters, recording: Recording, scales: Scales) -> list[Parameters]:
+def starts_of_a_gearbox(
+    first: Parameters, recording: Recording, scales: Scales, *, drive_was_off: bool
+) -> list[Parameters]:
     """Starts with what a servo has between duty and motion: friction that its gears take of the load, a
-    line from duty to torque that bends, back-EMF that is gone where the drive is off."""
+    line from duty to torque that bends, back-EMF that is gone where the drive is off, if it ever was."""
     plain = first
     if recording.by_voltage:
         drive = first.drive or Drive("duty")
+        half = Parameter(0.5 * first.static["viscous"].value) if drive_was_off else None
         drive = replace(
             drive,
             bend=drive.bend or Parameter(0.05),
             dead_band=drive.dead_band or Parameter(0.005),
-            back_emf=drive.back_emf or Parameter(0.5 * first.static["viscous"].value),
+            back_emf=drive.back_emf or half,
         )
         plain = replace(first, drive=drive)
     if first.gravity_model is None:
         return [plain] if recording.by_voltage else []
     load = max(math.hypot(*(one.value for one in first.gravity.values())), 0.1 * scales.torque)
     found = []
-    for share, bend in ((0.3, 0.3), (0.1, 0.1)):
+    for share, bend, fading in _GEARBOXES:
         friction = 0.02 * load
         static = {
             **first.static,
             "coulomb": Parameter(friction),
             "static": Parameter(friction),
-            "stribeck_velocity": Parameter(0.2 * scales.velocity),
+            "stribeck_velocity": Parameter(fading * scales.velocity),
         }
         entry = {"mu": Parameter(0.1), "doubling_load": Parameter(friction / share)}
         start_here = replace(plain, static=static)

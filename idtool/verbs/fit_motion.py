@@ -20,18 +20,17 @@ from idtool.errors import InputError
 from idtool.fit.drive import fit_drive
 from idtool.fit.outcome import Outcome
 from idtool.log import Log
-from idtool.parameters import Parameters
+from idtool.parameters import Parameter, Parameters
 from idtool.parameters.drive import with_loop
 from idtool.signals import record
 from idtool.signals.lateness import without_late_velocity
-from idtool.simulation.coordinates import coordinates_of
 from idtool.simulation.plant import PlantFile
 from idtool.simulation.search import MOST, TRIED, MotionSearch
 from idtool.simulation.stage import measured_position
 from idtool.simulation.starts import regress, scales_of, starts_of_a_gearbox
 
-#: Of the tries so many are followed to their end.
-_FOLLOWED = 2
+#: Of the tries so many are followed to their end: after a few steps the best one is not always ahead.
+_FOLLOWED = 3
 
 
 @dataclass(frozen=True)
@@ -83,11 +82,11 @@ def fit_motion(
         )
     first = _without_bristle(_with_drive(first, logs))
     scales = scales_of(recording)
-    starts = [first, *starts_of_a_gearbox(first, recording, scales)]
     search = MotionSearch(logs, recording, measured)
+    starts = [first, *starts_of_a_gearbox(first, recording, scales, drive_was_off=search.drive_was_off)]
     tell("fitting the motion")
     before = search.rms(first)
-    tries = [search.fit(one, coordinates_of(one, scales), TRIED) for one in starts]
+    tries = [search.fit(one, search.coordinates(one, scales), TRIED) for one in starts]
     nearest = sorted(tries, key=lambda one: one.cost)[:_FOLLOWED]
     ends = [search.fit(one.parameters, one.coordinates, MOST) for one in nearest]
     best = search.pruned(min(ends, key=lambda one: one.cost))
@@ -96,6 +95,8 @@ def fit_motion(
     after = search.rms(best.parameters)
     ended = best.outcome
     fitted = search.with_intervals(best)
+    if not search.drive_was_off:
+        fitted = _with_unseen_back_emf(fitted)
     return MotionFit(
         replace(fitted, provenance={**fitted.provenance, "fit_motion": ended.value}),
         before,
@@ -119,6 +120,18 @@ def _with_drive(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
         return replace(parameters, drive=with_loop(parameters.drive, fit_drive(logs)))
     except InputError:  # the goal is not what drives the motor
         return parameters
+
+
+def _with_unseen_back_emf(parameters: Parameters) -> Parameters:
+    """Of a voltage's viscous coefficient all may be back-EMF, and of a geared motor most is: where no log had
+    the drive off that is what a simulation takes off there, as a bound and not as a number that was found."""
+    drive = parameters.drive
+    told = drive is not None and drive.back_emf is not None and drive.back_emf.identified
+    if drive is None or drive.command != "duty" or told or parameters.axis.back_emf_damping:
+        return parameters
+    viscous = parameters.static["viscous"].value
+    unseen = Parameter(viscous).undetermined(at_most=viscous)
+    return replace(parameters, drive=replace(drive, back_emf=unseen))
 
 
 def _without_bristle(parameters: Parameters) -> Parameters:

@@ -105,6 +105,12 @@ def simulate(log: Log | Sequence[Log], parameters: Parameters, source: Source = 
         notes.append("the parameter file has no [drive]: the position loop was identified from these logs.")
     file = PlantFile.of(parameters, recording.motion.torque_constant)
     stage = Stage.of(logs, recording, file, source)
+    emf = None if parameters.drive is None else parameters.drive.back_emf
+    if emf is not None and not emf.identified and not np.all(stage.driven > 0.0):
+        notes.append(
+            "rows with the drive off were simulated without any viscous friction: no log of the fit had the "
+            "drive off, so nothing told how much of it is back-EMF."
+        )
     path = stage.run(math.inf)
     again = stage.run(WINDOW_S)
     measured = measured_position(logs, recording)

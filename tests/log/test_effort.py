@@ -146,3 +146,26 @@ def test_a_supply_read_within_the_cycle_of_the_bridge_counts_as_its_sag() -> Non
     assert np.abs(effort_of(log).values - duty * sag).max() < 0.06
     slow = Log(frame.assign(supply_voltage_v=sag + 0.3 * np.sin(time)), Axis())
     assert effort_of(slow).values == pytest.approx(duty * (sag + 0.3 * np.sin(time)))
+
+
+def test_a_duty_of_nothing_is_the_same_on_every_row() -> None:
+    with pytest.raises(InputError, match='column "duty" is the same on every row'):
+        effort_of(log(duty=np.zeros(_ROWS), supply_voltage_v=SUPPLY))
+
+
+def test_a_duty_of_the_wrong_sign_is_named_as_the_duty() -> None:
+    time = np.arange(1200) * 0.01
+    swing, speed = np.sin(0.6 * time), 0.6 * np.cos(0.6 * time)
+    torque = swing + 0.3 * np.sign(speed) + 0.3 * speed
+    noise = np.random.default_rng(0).normal(0.0, 3e-3, (2, len(time)))
+    frame = {"trial": 0, "time_s": time, "position_rad": swing + 0.03 * noise[0]}
+    frame |= {"duty": noise[1] - 0.3 * torque, "supply_voltage_v": 7.4 + 0.0 * time}
+    (said,) = record([Log(pd.DataFrame(frame), Axis())]).wiring[0]
+    assert '"duty" or the position is inverted' in said
+
+
+def test_a_log_of_an_axis_that_stands_still_says_so() -> None:
+    noise = np.random.default_rng(0).normal(0.0, 1e-4, (2, _ROWS))
+    columns = {"duty": 0.2 + noise[0], "supply_voltage_v": 12.0 + 0.0 * _TIME, "position_rad": 0.3 + noise[1]}
+    with pytest.raises(InputError, match="nothing moves"):
+        _ = record([log(**columns)]).operator

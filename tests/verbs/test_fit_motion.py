@@ -7,9 +7,11 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from idtool import InputError, Log, Parameters
+from idtool.importing import import_recording
 from idtool.parameters import Parameter
 from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.simulate import simulate
@@ -91,3 +93,32 @@ def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
 def test_a_file_without_friction_is_refused() -> None:
     with pytest.raises(InputError, match=r"no \[friction.static\]"):
         fit_motion(logs(), Parameters(axis=fitted().parameters.axis))
+
+
+def test_back_emf_that_no_log_showed_apart_is_a_bound() -> None:
+    found = fit_motion((SERVO.log(1.0, 0.25), SERVO.log(2.2, 0.35))).parameters
+    assert found.drive is not None
+    assert found.drive.back_emf is not None
+    assert not found.drive.back_emf.identified
+    assert found.drive.back_emf.ci95 is None
+    assert found.drive.back_emf.at_most == found.static["viscous"].value
+    assert found.static["viscous"].ci95 is not None
+    low, high = found.static["viscous"].ci95
+    assert high - low < 0.5 * found.static["viscous"].value
+    off = SERVO.log(1.6, 0.25, seconds=5.0, off_after=1.2)
+    assert any("with the drive off" in note for note in simulate(off, found).notes)
+    assert not any("with the drive off" in note for note in simulate(off, fitted().parameters).notes)
+    assert not any("with the drive off" in note for note in simulate(SERVO.log(1.0, 0.25), found).notes)
+
+
+@pytest.mark.long
+def test_of_two_minima_of_a_real_servo_it_finds_the_lower(measured: Path) -> None:
+    """Stiction that fades within the slowest motion, which the fit of two gains had missed."""
+    kinds = ("lift_and_drop", "sin_sin", "up_and_down")
+    of = {
+        gain: [import_recording(measured / "xl330" / f"kp{gain}_{kind}.json.gz").log for kind in kinds]
+        for gain in (100, 200, 800)
+    }
+    found = fit_motion([*of[100], *of[200]]).parameters
+    for source, most in (("goal", 0.050), ("effort", 0.050)):
+        assert np.mean([simulate(log, found, source).mean_abs for log in of[800]]) < most  # type: ignore[arg-type]

@@ -98,6 +98,9 @@ def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
     code, _, said = ffc_id(capsys, "calibrate", log, "--lever", "0.1")
     assert code == 2
     assert "--lever without --mass" in said
+    code, _, said = ffc_id(capsys, "calibrate", log, "--mass", "0.5", "--lever", "100")  # millimetres
+    assert code == 2
+    assert "--lever" in said
     code, said, _ = ffc_id(capsys, "calibrate", log, "--mass", "0.5", "--lever", "0.1", "-p", file)
     assert code == 0
     assert float(said.split()[1]) == pytest.approx(1.2, rel=0.01)

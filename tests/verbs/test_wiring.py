@@ -47,7 +47,7 @@ def test_a_current_without_its_sign(session: list[Log], sign: float) -> None:
     for log in session[1:]:
         bad = replace(log, frame=log.frame.assign(current_a=sign * log.frame["current_a"].abs()))
         (said,) = record([bad]).wiring[0]
-        assert said.endswith("the current was recorded without its sign.")
+        assert said.endswith('"current_a" was recorded without its sign.')
 
 
 @pytest.mark.parametrize("column", ["velocity_command_rad_s", "velocity_rad_s"])
@@ -122,7 +122,7 @@ def test_a_torque_without_its_sign_where_inertia_or_gravity_outweigh_friction(
 ) -> None:
     log = import_recording(measured / name, **RECORDINGS[name]).log
     (said,) = record([replace(log, frame=log.frame.assign(**{effort: log.frame[effort].abs()}))]).wiring[0]
-    assert said.endswith("the current was recorded without its sign.")
+    assert said.endswith(f'"{effort}" was recorded without its sign.')
 
 
 def test_another_tilt_while_the_axis_moves(session: list[Log]) -> None:
