@@ -98,7 +98,7 @@ def play(
     ffc-id play taught.csv --waypoints points.toml --rig sim:bench
     """
     from idtool.errors import InputError
-    from idtool.guiding.path import limited, read_path, write_waypoints
+    from idtool.guiding.path import cut_by, limited, read_path, write_waypoints
     from idtool.guiding.playback import play as run
     from idtool.guiding.player import BEHIND_SHARE
     from idtool.io.atomic import refuse_existing
@@ -122,6 +122,8 @@ def play(
             )
         load = load_of(payload, parameters, params, device, output)
         low, high = device.limits.position
+        if cut := cut_by(path, low, high):
+            output.warn(f"{cut}.")
         path, scale = limited(path, low=low, high=high, speed=device.limits.speed, scale=speed)
         if scale < speed:
             output.warn(f"played at {scale:.2g} of the taught speed: faster is beyond the limits of the rig.")

@@ -10,7 +10,7 @@ import numpy as np
 from idtool.control.guard import Limits
 from idtool.errors import InputError
 from idtool.export.c_literals import c_float
-from idtool.guiding.path import TaughtPath, limited
+from idtool.guiding.path import TaughtPath, cut_by, limited
 from idtool.guiding.playback import APPROACH_SPEED, LAG_S, LONGEST_LAG_S, TRIM, TRIM_SHARE
 from idtool.guiding.player import BEHIND_SHARE, REST_S
 from idtool.model.motion import Array
@@ -101,6 +101,7 @@ def in_c(path: TaughtPath, limits: Limits, units: str, speed: float = 1.0) -> tu
         raise InputError(
             "a path is played inside a range, and none was told", place="--path", remedy="add --range"
         )
+    cut = cut_by(path, low, high)
     path, scale = limited(path, low=low, high=high, speed=limits.speed, scale=speed)
     table = path_table(path)
     least = TRIM_SHARE * float(np.max(np.abs(np.gradient(path.position, path.time))))
@@ -120,6 +121,7 @@ def in_c(path: TaughtPath, limits: Limits, units: str, speed: float = 1.0) -> tu
     note = (
         f"the path lasts {path.duration:.1f} s at {scale:.2g} of the taught speed and takes {table.bytes}"
         f" bytes of flash, a place every {1e3 * table.step_s:.0f} ms"
+        f"{'; ' + cut if cut else ''}"
     )
     return {
         "path_rows": [str(int(count)) for count in table.counts],

@@ -128,6 +128,17 @@ def limited(
     return TaughtPath(path.time / got, position, path.kind), got
 
 
+def cut_by(path: TaughtPath, low: float, high: float) -> str | None:
+    """What `limited` cuts off, as a sentence without its full stop; None where all is inside.
+
+    A hand wanders past an end by a little; in a file that was edited it is a slip of the pen."""
+    worst = float(path.position[int(np.argmax(np.maximum(low - path.position, path.position - high)))])
+    if low <= worst <= high:
+        return None
+    unit = "m" if path.kind == "linear" else "rad"
+    return f"the path goes to {worst:.4g} {unit}, beyond {low:.4g} to {high:.4g} {unit}, and is cut there"
+
+
 def waypoints(path: TaughtPath) -> list[tuple[float, float]]:
     """Points (time, position) that keep the path to within a share of its way (Douglas & Peucker 1973)."""
     tolerance = _WAYPOINT_SHARE * float(np.ptp(path.position))

@@ -74,6 +74,11 @@ def test_waypoints_can_be_edited_and_played(taught: Path, tmp_path: Path) -> Non
     again = run(tmp_path, "play", "points.toml", "--rig", "sim:paper", "--loop", "2", "--json")
     assert again.returncode == 0, again.stderr
     assert json.loads(again.stdout)["stopped"] is None
+    text = (tmp_path / "points.toml").read_text()
+    far = tomllib.loads(text)["points"][2]["position_rad"]
+    (tmp_path / "points.toml").write_text(text.replace(f"position_rad = {far}", "position_rad = 9.0", 1))
+    slip = run(tmp_path, "play", "points.toml", "--rig", "sim:paper", "--speed", "10")
+    assert "and is cut there" in slip.stderr
 
 
 def test_a_contact_without_a_model_is_a_mistake(taught: Path, tmp_path: Path) -> None:

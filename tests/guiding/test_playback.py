@@ -11,6 +11,7 @@ import pytest
 from idtool.errors import InputError
 from idtool.guiding.path import (
     TaughtPath,
+    cut_by,
     limited,
     read_path,
     smoothed,
@@ -70,6 +71,14 @@ def test_limits_slow_the_whole_path_and_cut_its_ends() -> None:
     speeds = np.gradient(gentle.position, gentle.time)
     assert np.max(np.abs(np.gradient(speeds, gentle.time))) <= 0.31
     assert scale < 1.0
+
+
+def test_what_is_cut_off_a_path_is_said() -> None:
+    path = smoothed(TIME, hand(), "rotary")
+    top = float(np.max(path.position))
+    assert cut_by(path, -9.0, 9.0) is None
+    said = f"goes to {top:.4g} rad, beyond -9 to 0.6 rad, and is cut"
+    assert said in str(cut_by(path, -9.0, 0.6))
 
 
 def test_waypoints_are_few_and_come_back(tmp_path: Path) -> None:
