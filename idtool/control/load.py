@@ -219,7 +219,7 @@ def _advance_bristle(
     """Move the bristle over the step that ends now.
 
     Returns:
-        The share of its deflection that is kept, and by how much more it is bent than at the step's mean level:
+        The share of its deflection that is kept, and by how much more it is bent than at the mean level:
         what slid is bent to `level`, that of the step's end.
     """
     # the bristle sees the mean of the step's two ends, as in the batch model
