@@ -219,8 +219,8 @@ def _advance_bristle(
     """Move the bristle over the step that ends now.
 
     Returns:
-        The share of its deflection that is kept, and by how much more it is bent than at the mean level:
-        what slid is bent to `level`, that of the step's end.
+        The share of its deflection that is kept, and by how much more it is bent than at the step's mean
+        level: what slid is bent to `level`, that of the step's end.
     """
     # the bristle sees the mean of the step's two ends, as in the batch model
     middle = 0.5 * (velocity + m[LAST_VELOCITY]) if math.isnan(travel) else travel / max(step, 1e-9)

@@ -307,7 +307,11 @@ def diagnose(
         selection.onto(thin(as_weighed.training))
         unnamed = select(selection, as_weighed)
     # beside the effects less may be seen of the friction than before they were in
-    selection.fit, notes, stepped_down = step_down(selection.fit)
+    simpler, notes, stepped_down = step_down(selection.fit)
+    if held_out_error(simpler, parts) > (1.0 + LEAST_GAIN) * held_out_error(selection.fit, parts):
+        notes, stepped_down = [], []  # rows that count less since may have been what the law was needed for
+    else:
+        selection.fit = simpler
     if selection.fit.model.spec == base.model.spec:
         # nothing was added: one model, of which the search may have found a better minimum
         base = selection.fit

@@ -15,6 +15,8 @@ from idtool.model.row import Row
 
 #: Degrees of the polynomial over the stroke that are tried, the plainest first.
 _DEGREES = (2, 4)
+#: So many times its mean friction may rise towards an end; below nothing it cannot fall, whatever this says.
+_MOST = 3.0
 
 
 @jit()
@@ -47,15 +49,16 @@ class PositionDependentFriction(Effect):
     look_alikes = ("position_stiffness", "position_ripple")
     citation = "Armstrong-Helouvry et al. 1994, section 3"
     parameters = (
-        EffectParameter("slope_1", "number", "relative change from the centre to an end", -0.9, 0.9),
-        EffectParameter("slope_2", "number", "relative change, curved part T_2", -0.9, 0.9),
-        EffectParameter("slope_3", "number", "relative change, part T_3", -0.9, 0.9, optional=True),
-        EffectParameter("slope_4", "number", "relative change, part T_4", -0.9, 0.9, optional=True),
+        EffectParameter("slope_1", "number", "relative change from the centre to an end", -_MOST, _MOST),
+        EffectParameter("slope_2", "number", "relative change, curved part T_2", -_MOST, _MOST),
+        EffectParameter("slope_3", "number", "relative change, part T_3", -_MOST, _MOST, optional=True),
+        EffectParameter("slope_4", "number", "relative change, part T_4", -_MOST, _MOST, optional=True),
         EffectParameter("center", "position", "middle of the stroke that was moved"),
         EffectParameter("half_stroke", "position", "half of it", 0.0),
     )
     coordinates = tuple(
-        Coordinate(f"slope_{k}", lower=-0.9, upper=0.9, increment=1e-2) for k in range(1, _DEGREES[-1] + 1)
+        Coordinate(f"slope_{k}", lower=-_MOST, upper=_MOST, increment=1e-2)
+        for k in range(1, _DEGREES[-1] + 1)
     )
 
     at = staticmethod(at)

@@ -152,11 +152,14 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
             else:
                 notes.append("LuGre is kept though its presliding is short: it predicts better.")
     if fit.model.spec.friction == "stribeck" and not stribeck_seen(fit):
-        lacking = low_speeds(fit)
-        assert lacking is not None  # it speaks wherever no static level is seen
-        notes.append(f"{lacking.why}: Coulomb and viscous friction is used; {lacking.remedy}.")
-        reasons.append(lacking)
-        fit = _with_law(fit, "coulomb")
+        simpler = _with_law(fit, "coulomb")
+        # the static level may be all but nothing, which no error of its logarithm tells from chance
+        if gain_in_evidence(simpler, fit) < _CLEAR_EVIDENCE:
+            lacking = low_speeds(fit)
+            assert lacking is not None  # it speaks wherever no static level is seen
+            notes.append(f"{lacking.why}: Coulomb and viscous friction is used; {lacking.remedy}.")
+            reasons.append(lacking)
+            fit = simpler
     return fit, notes, reasons
 
 
