@@ -7,11 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from idtool.diagnosis import diagnose as diagnosing
 from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.selection import begun, extend
 from idtool.effects import registry
 from idtool.fit.choose import choose_gravity, first_fit
-from idtool.fit.model import Spec
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.model import JointModel, Spec
+from idtool.fit.shortcoming import Shortcoming
 from idtool.signals import record
 from idtool.signals.thin import thin
 from idtool.verbs.identify import identify
@@ -48,6 +51,23 @@ def test_a_base_model_is_given_up_once_it_needs_more_and_predicts_worse() -> Non
     selection = begun(soft, [])
     extend(selection, [], rival=stiff)
     assert not selection.hopeless
+
+
+def test_a_simpler_law_is_not_taken_where_it_predicts_worse(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    recording = record(record_session(PAPER, "lab", 3, ("gravity", "sine")))
+    few = thin(recording)
+    spec = Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),), soft=True)
+
+    def coulomb(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
+        plain = JointModel.build(fit.model.recording, replace(fit.model.spec, friction="coulomb"))
+        return refit(fit, plain), ["Coulomb friction is used."], []
+
+    monkeypatch.setattr(diagnosing, "step_down", coulomb)
+    found = diagnose(recording, [first_fit(few, spec)], [])
+    assert found.final.model.spec.friction == "lugre"
+    assert "Coulomb friction is used." not in found.notes
 
 
 @pytest.mark.long

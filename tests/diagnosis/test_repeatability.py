@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from idtool.diagnosis.remainder import floor
 from idtool.diagnosis.repeatability import repeatability
 from idtool.model.motion import Array, Motion
 
@@ -34,3 +35,11 @@ def test_it_is_the_noise_beside_any_structure_that_comes_again() -> None:
 
 def test_a_motion_that_never_comes_again_tells_nothing() -> None:
     assert repeatability(fit(np.zeros(ROWS), 10.0 * ROWS * STEP)) is None
+
+
+def test_what_is_large_and_never_comes_again_is_no_noise() -> None:
+    hands = 0.3 * np.sin(2.0 * np.pi / 7.3 * np.arange(ROWS) * STEP)  # beats against the motion
+    one = fit(hands, 4.0)
+    one.model.filtered_noise, one.model.measured = 0.01, np.ones(ROWS)
+    assert repeatability(one) > 0.1
+    assert floor(one) == pytest.approx(0.05)

@@ -65,3 +65,18 @@ def test_a_level_at_rest_that_ran_away_does_not_cost_the_bristle() -> None:
     starts, *_ = begin(record(session.logs), "lugre", "auto")
     assert starts[0].at_bound["static"]
     assert starts[0].model.spec.friction == "lugre"
+
+
+def test_friction_that_fades_in_with_speed_is_no_constant_level(tmp_path: Path) -> None:
+    """Its static level is all but nothing: no error of the logarithm tells that from chance."""
+    rng = np.random.default_rng(0)
+    t = 0.005 * np.arange(6000)
+    slow, fast = 2.0 * np.pi / 9.0, 2.0 * np.pi / 2.3
+    w = 0.9 * slow * np.cos(slow * t) + 0.2 * fast * np.cos(fast * t)
+    q = 0.9 * np.sin(slow * t) + 0.2 * np.sin(fast * t)
+    torque = 0.1 * np.tanh(w / 0.02) + 0.05 * w + 0.002 * rng.normal(size=len(t))
+    q = np.round(q / 1e-5) * 1e-5
+    pd.DataFrame({"time_s": t, "position_rad": q, "torque_nm": torque}).to_csv(
+        tmp_path / "log.csv", index=False
+    )
+    assert _first(tmp_path / "log.csv").model.spec.friction != "coulomb"
