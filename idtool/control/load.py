@@ -289,6 +289,7 @@ def carry(
         tilt_beta,
         temperature,
         n[TORQUE_CONSTANT],
+        0,
     )
     _sum_up(n, m, row)
     total = m[SUM:OUTSIDE]

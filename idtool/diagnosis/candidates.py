@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from idtool.diagnosis.evidence import Background, Score, score
-from idtool.diagnosis.lines import strongest_line
+from idtool.diagnosis.lines import strongest_line, waves_of
 from idtool.diagnosis.repetition import beats_with_motion
 from idtool.diagnosis.residual import motion_columns
 from idtool.diagnosis.shapes import Unnamed
@@ -162,10 +162,12 @@ def best_start(background: Background, effect: Effect) -> Start:
             highest = min(highest, _NYQUIST * model.recording.filter.rate_hz)
         size = _more_friction(fit) if wave.of_friction else 1.0
         of = wave.of[model.recording.row]
-        frequency, tried = strongest_line(background, of, wave.lowest, highest, size)
+        part = None if wave.part is None else wave.part[model.recording.row]
+        frequency, tried = strongest_line(background, of, wave.lowest, highest, size, part)
         starts = [{wave.coordinate: frequency}]
         if "time" in effect.follows and (
-            _own_share(background, of, frequency) < _APART or beats_with_motion(motion, frequency)
+            _own_share(background, waves_of(frequency * of, part=part)) < _APART
+            or beats_with_motion(motion, frequency)
         ):
             return Start(0.0, 1.0, starts[0])
     best: tuple[Score, dict[str, float]] | None = None
@@ -202,10 +204,9 @@ def best_start(background: Background, effect: Effect) -> Start:
     return Start(best[0].gain * share, min(1.0, chance * tried), best[1], tuple(ranked[1:_MOST_STARTS]))
 
 
-def _own_share(background: Background, of: Array, frequency: float) -> float:
-    """How much of a wave is free of what a background can explain, as a share of its size."""
-    waves = np.zeros((len(background.basis), 2))
-    waves[: len(of)] = np.column_stack([np.sin(frequency * of), np.cos(frequency * of)])
+def _own_share(background: Background, waves: Array) -> float:
+    """How much of waves is free of what a background can explain, as a share of their size."""
+    waves = np.vstack([waves, np.zeros((len(background.basis) - len(waves), waves.shape[1]))])
     return float(np.linalg.norm(background.free_of_fit(waves)) / np.linalg.norm(waves))
 
 

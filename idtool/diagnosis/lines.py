@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft
 from scipy.optimize import minimize_scalar
 
@@ -23,7 +24,12 @@ _CHECKED = 12
 
 
 def strongest_line(
-    background: Background, of: Array, lowest: float, highest: float, size: Array | float = 1.0
+    background: Background,
+    of: Array,
+    lowest: float,
+    highest: float,
+    size: Array | float = 1.0,
+    part: NDArray[np.intp] | None = None,
 ) -> tuple[float, int]:
     """Frequency of the sine that takes away most of a fit's residual, and how many were looked at.
 
@@ -35,35 +41,44 @@ def strongest_line(
         of: what the sine is of (angle, time), rad per unit of frequency, shape (filtered rows,).
         lowest, highest: frequencies between which to look.
         size: the sine is multiplied by, shape (filtered rows,).
+        part: rows with one number share a phase, shape (filtered rows,); None: all do.
     """
     n = len(of)
     size = size * background.fit.model.recording.row_weight
     residual = size * background.residual[:n]
-    from_zero = of - of.min()
+    parts = [slice(None)] if part is None else [part == k for k in np.unique(part)]
+    from_zero = of.copy()
+    for own in parts:
+        from_zero[own] -= of[own].min()
     span = float(from_zero.max())
     width = 2.0 * math.pi / (_BINS * highest)
     count = min(int(span / width) + 1, _MOST_BINS)
     width = max(width, span / count)
-    bins = np.bincount((from_zero / width).astype(np.intp), residual)
-    length = fft.next_fast_len(_FINE * len(bins), real=True)
+    place = (from_zero / width).astype(np.intp)
+    length = fft.next_fast_len(_FINE * (int(place.max()) + 1), real=True)
     apart = 2.0 * math.pi / (length * width)
     frequency = 2.0 * math.pi * np.arange(length // 2 + 1) / (length * width)
     inside = slice(*np.searchsorted(frequency, [lowest, np.nextafter(highest, np.inf)]))
     frequency = frequency[inside]
     if not len(frequency):
         return lowest, 1
-    # in half the bits, which tell the best dozen as well, and in half the time
-    spectrum = fft.rfft((bins / max(float(np.max(np.abs(bins))), 1e-300)).astype(np.float32), length)[inside]
-    power = spectrum.real**2 + spectrum.imag**2
+    power = np.zeros(len(frequency))
+    for own in parts:
+        bins = np.bincount(place[own], residual[own])
+        largest = max(float(np.max(np.abs(bins))), 1e-300)
+        # in half the bits, which tell the best dozen as well, and in half the time
+        spectrum = fft.rfft((bins / largest).astype(np.float32), length)[inside]
+        # of each part its waves take away its power over their size
+        power += largest**2 / float(np.sum(size[own] ** 2)) * (spectrum.real**2 + spectrum.imag**2)
     best = (0.0, lowest)
     for _ in range(_CHECKED):
         at = int(np.argmax(power))
-        best = max(best, (_gain(background, frequency[at] * of, size), float(frequency[at])))
+        best = max(best, (_gain(background, waves_of(frequency[at] * of, size, part)), float(frequency[at])))
         power[max(at - _FINE, 0) : at + _FINE + 1] = 0.0  # the line and its flanks
     # what a line that is a little off leaves beats, and looks like chance
     around = (max(best[1] - apart, lowest), min(best[1] + apart, highest))
     found = minimize_scalar(
-        lambda f: -_gain(background, f * of, size),
+        lambda f: -_gain(background, waves_of(f * of, size, part)),
         bounds=around,
         method="bounded",
         options={"xatol": _CLOSE * apart},
@@ -71,11 +86,18 @@ def strongest_line(
     return float(found.x), max(int(len(power) / _FINE), 1)
 
 
-def _gain(background: Background, angle: Array, size: Array | float) -> float:
-    """What sine and cosine take away of the residual's sum of squares."""
-    n = len(angle)
-    basis, residual = background.basis[:n], background.residual[:n]
+def waves_of(angle: Array, size: Array | float = 1.0, part: NDArray[np.intp] | None = None) -> Array:
+    """Sine and cosine of each part, times `size`, shape (rows, twice the parts); see `strongest_line`."""
     waves = np.column_stack([size * np.sin(angle), size * np.cos(angle)])
+    if part is None:
+        return waves
+    return np.hstack([waves * (part == k)[:, None] for k in np.unique(part)])
+
+
+def _gain(background: Background, waves: Array) -> float:
+    """What waves take away of the residual's sum of squares."""
+    n = len(waves)
+    basis, residual = background.basis[:n], background.residual[:n]
     waves -= basis @ (basis.T @ waves)
     along = waves.T @ residual
     return float(along @ np.linalg.lstsq(waves.T @ waves, along, rcond=1e-9)[0])

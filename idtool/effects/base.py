@@ -104,6 +104,7 @@ class Wave:
         of: what the sine is of, rad per unit of that coordinate, shape (rows,).
         lowest, highest: frequencies between which to look.
         of_friction: whether the level of friction has the sine too; it is looked for there then.
+        part: rows with one number, 0, 1, 2, ..., share a phase, shape (rows,); None: all do.
     """
 
     coordinate: str
@@ -111,6 +112,7 @@ class Wave:
     lowest: float
     highest: float
     of_friction: bool = False
+    part: NDArray[np.intp] | None = None
 
 
 @dataclass(frozen=True)

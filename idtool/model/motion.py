@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -37,6 +37,8 @@ class Motion:
         torque_constant: K, N m/A (N/A), or None where the torque itself was logged.
         restart: last rows of a rest, after which nobody knows the deflection of the bristle: friction at rest
             is whatever the drive pushes with.
+        clock: which clock `time` is of, 0, 1, 2, ... in order of appearance; where none is given, what
+            `clocks_of` says. A part of a motion keeps those of the whole.
     """
 
     time: Array
@@ -53,6 +55,11 @@ class Motion:
     load_upright: Array | None = None
     torque_constant: float | None = None
     restart: NDArray[np.bool_] | None = None
+    clock: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+
+    def __post_init__(self) -> None:
+        if len(self.clock) != len(self.time):
+            object.__setattr__(self, "clock", clocks_of(self.time, self.trial))
 
     def __len__(self) -> int:
         return len(self.time)
@@ -121,6 +128,7 @@ class Motion:
             tilt_beta=_known(self.tilt_beta, 0.0),
             temperature=_known(self.temperature),
             torque_constant=_known(self.torque_constant),
+            clock=self.clock,
         )
 
     @cached_property
@@ -150,6 +158,18 @@ class Motion:
     def trials(self) -> int:
         """Number of trials."""
         return len(self.starts)
+
+
+def clocks_of(time: Array, trial: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Which clock each row was recorded on, shapes (rows,): trials of which no two overlap in time may share
+    one; where some do, each that does not follow on the one before begins another."""
+    begins = np.flatnonzero(np.diff(trial, prepend=trial[:1] - 1))
+    first, last = time[begins], time[np.append(begins[1:], len(time)) - 1]
+    order = np.argsort(first)
+    if np.all(first[order][1:] > last[order][:-1]):
+        return np.zeros(len(time), dtype=np.intp)
+    anew = np.concatenate([[0], np.cumsum(first[1:] <= last[:-1])])
+    return np.asarray(np.repeat(anew, np.diff(np.append(begins, len(time)))), dtype=np.intp)
 
 
 def since_reversal(position: Array, velocity: Array, trial: NDArray[np.intp]) -> Array:

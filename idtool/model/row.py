@@ -27,6 +27,7 @@ class Row(NamedTuple):
     tilt_beta: Number
     temperature: Number
     torque_constant: Number
+    clock: Number
 
 
 @jit()
@@ -46,4 +47,5 @@ def row_of(rows: Row, k: int) -> Row:
         rows.tilt_beta[k],
         rows.temperature[k],
         rows.torque_constant[k],
+        rows.clock[k],
     )
