@@ -78,16 +78,17 @@ def forward(
 
 def backward(
     time: Array, variances: Array, first: NDArray[np.bool_], passed: Passed
-) -> tuple[Array, Array, Array]:
+) -> tuple[Array, Array, Array, Array]:
     """Smooth.
 
     Returns:
-        Smoothed states, shape (rows, 3); and of each step r'Qr and tr(QN), shape (rows,): the jerk's
-        likelihood rises with its intensity where the first exceeds the second.
+        Smoothed states, shape (rows, 3); of each step r'Qr and tr(QN), shape (rows,): the jerk's
+        likelihood rises with its intensity where the first exceeds the second; and the variance of
+        the smoothed velocity, shape (rows,).
     """
     p = passed
     rows = len(time)
-    state, power, share = np.empty((rows, 3)), np.empty(rows), np.empty(rows)
+    state, power, share, spread = np.empty((rows, 3)), np.empty(rows), np.empty(rows), np.empty(rows)
     _backward(
         time,
         variances,
@@ -100,8 +101,9 @@ def backward(
         state,
         power,
         share,
+        spread,
     )
-    return state, power, share
+    return state, power, share, spread
 
 
 @jit()
@@ -204,6 +206,7 @@ def _backward(
     state: Array,
     power: Array,
     share: Array,
+    spread: Array,
 ) -> None:
     r = np.zeros(3)
     N = np.zeros((3, 3))
@@ -227,6 +230,9 @@ def _backward(
         state[k, 0] = mean[k, 0] + c[0] * r[0] + c[1] * r[1] + c[2] * r[2]
         state[k, 1] = mean[k, 1] + c[1] * r[0] + c[3] * r[1] + c[4] * r[2]
         state[k, 2] = mean[k, 2] + c[2] * r[0] + c[4] * r[1] + c[5] * r[2]
+        for i in range(3):
+            Ng[i] = N[i, 0] * c[1] + N[i, 1] * c[3] + N[i, 2] * c[4]
+        spread[k] = c[3] - (c[1] * Ng[0] + c[3] * Ng[1] + c[4] * Ng[2])
         if first[k]:
             power[k] = 0.0
             share[k] = 0.0

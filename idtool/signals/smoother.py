@@ -47,6 +47,10 @@ _MOST_DOUBTS = 4
 #: readings are what their steps and noise say that is 0.0005 at most (simulated sessions, a servo's sensors
 #: too), elsewhere 0.009 to 0.7.
 _CONTRADICTED = 0.003
+#: A velocity whose noise, beside the position alone, has so many times the variance that third differences
+#: say (twice the standard deviation) was low-passed. It is 0.6 to 2.8 times where readings came as they were
+#: taken (servos, arms, simulated sessions), 7 to 2000 after low-passes at 10 to 30 Hz.
+_COLOURED = 4.0
 #: Local intensities: rounds of the fixed point, half width of the window in smoothing times, what counts
 #: as one more piece of evidence for leaving the intensity as it is, and the range about the global one.
 _ROUNDS = 4
@@ -129,6 +133,11 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         contradicted = max(map(_too_fast, with_it)) > _too_fast(without) + _CONTRADICTED
         if contradicted:
             used, series, likeliest, surprise = counted, alone, own, without
+        elif (noise := _noise_beside(alone, own, velocity, period, passed)) > _COLOURED * variances[1]:
+            variances[1] = noise
+            series = replace(series, variances=used * variances)
+            likeliest = _likeliest_jerk(series, centre, passed)
+            surprise = _surprise_when_eager(series, likeliest, passed)
     for _ in range(_MOST_DOUBTS):
         if _too_fast(surprise) < _DOUBTFUL:
             break
@@ -162,6 +171,28 @@ class _Series:
     readings: Array
     variances: Array
     first: NDArray[np.bool_]
+
+
+def _noise_beside(
+    alone: _Series, likeliest: float, velocity: Array, period: float, passed: kalman.Passed
+) -> float:
+    """Variance of a velocity reading's noise, from how far it is off the velocity of the position alone.
+
+    Third differences see noise near the Nyquist frequency only, of which a low-pass leaves none. The median
+    leaves the rows aside at which the two differ for another reason.
+
+    Args:
+        alone: the readings, of which only the position is used.
+        likeliest: the one intensity of the jerk for it.
+        velocity: the reading, shape (rows,); NaN where it cannot be used.
+        period: s, of the rows.
+        passed: is overwritten.
+    """
+    window = _reach(period, alone.variances.max(axis=0), likeliest)
+    states, _ = _adapt(alone, np.full(len(velocity), likeliest), likeliest, window, passed)
+    spread = kalman.backward(alone.time, alone.variances, alone.first, passed)[3]
+    off = 1.4826 * float(np.nanmedian(np.abs(velocity - states[:, 1])))
+    return off**2 - float(np.median(spread))
 
 
 def _likeliest_jerk(series: _Series, centre: float, passed: kalman.Passed) -> float:
@@ -260,7 +291,7 @@ def _adapt(
     around = _Window(series.first, reach)
     for _ in range(_ROUNDS):
         kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
-        _, power, share = kalman.backward(series.time, series.variances, series.first, passed)
+        _, power, share, _ = kalman.backward(series.time, series.variances, series.first, passed)
         wanted = (around.sum(jerk * power) + _INERTIA) / (around.sum(jerk * share) + _INERTIA)
         jerk = np.clip(jerk * wanted, _QUIETEST * likeliest, _LOUDEST * likeliest)
     kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)

@@ -31,8 +31,8 @@ def log_likelihood(time, readings, variances, first, jerk) -> float:
     return -0.5 * float(np.sum((np.log(passed.variance) + passed.surprise)[used]))
 
 
-def dense(time, readings, variances, first, jerk) -> np.ndarray:
-    """Posterior mean of all states: prior precision of every step plus that of every reading."""
+def dense(time, readings, variances, first, jerk) -> tuple[np.ndarray, np.ndarray]:
+    """Posterior mean and covariance of all states: prior precision of steps plus that of readings."""
     size = 3 * ROWS
     precision, shift = np.zeros((size, size)), np.zeros(size)
     for k in range(ROWS):
@@ -60,17 +60,20 @@ def dense(time, readings, variances, first, jerk) -> np.ndarray:
             if variances[k, j] > 0:
                 precision[3 * k + j, 3 * k + j] += 1.0 / variances[k, j]
                 shift[3 * k + j] += readings[k, j] / variances[k, j]
-    return np.linalg.solve(precision, shift).reshape(ROWS, 3)
+    covariance = np.linalg.inv(precision)
+    return (covariance @ shift).reshape(ROWS, 3), covariance
 
 
 @pytest.mark.parametrize("both", [True, False])
 @pytest.mark.parametrize("seed", range(5))
-def test_smooths_to_the_posterior_mean(seed: int, both: bool) -> None:
+def test_smooths_to_the_posterior(seed: int, both: bool) -> None:
     given = problem(seed, both)
     passed = kalman.Passed.blank(ROWS)
     kalman.forward(*given, passed)
-    states, _, _ = kalman.backward(given[0], given[2], given[3], passed)
-    np.testing.assert_allclose(states, dense(*given), rtol=1e-7, atol=1e-8)
+    states, _, _, spread = kalman.backward(given[0], given[2], given[3], passed)
+    mean, covariance = dense(*given)
+    np.testing.assert_allclose(states, mean, rtol=1e-7, atol=1e-8)
+    np.testing.assert_allclose(spread, np.diag(covariance)[1::3], rtol=1e-7)
 
 
 @pytest.mark.parametrize("both", [True, False])
@@ -78,7 +81,7 @@ def test_power_and_share_are_the_slope_of_the_likelihood(both: bool) -> None:
     time, readings, variances, first, jerk = problem(7, both)
     passed = kalman.Passed.blank(ROWS)
     kalman.forward(time, readings, variances, first, jerk, passed)
-    _, power, share = kalman.backward(time, variances, first, passed)
+    _, power, share, _ = kalman.backward(time, variances, first, passed)
     for k in np.flatnonzero(~first):
         louder, quieter = jerk.copy(), jerk.copy()
         louder[k] *= 1.0 + 1e-5
