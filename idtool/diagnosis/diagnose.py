@@ -26,7 +26,7 @@ from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
 from idtool.fit.choose import step_down, with_load
 from idtool.fit.joint import JointFit, on_recording, refit, torque_of
-from idtool.fit.left_out import predicts_better
+from idtool.fit.left_out import left_out_error, predicts_better
 from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
 from idtool.fit.shortcoming import Shortcoming
@@ -269,16 +269,20 @@ def diagnose(
     parts = split(with_load(recording, starts[0]))
     best: tuple[JointFit, Selection, dict[Unnamed, str], int] | None = None
 
-    def select(selection: Selection, parts: Split, rival: JointFit | None = None) -> dict[Unnamed, str]:
+    def select(
+        selection: Selection, parts: Split, rival: JointFit | None = None, *, named: bool = given
+    ) -> tuple[dict[Unnamed, str], JointFit]:
+        """The shapes without a name that were taken out, and the fit with them."""
         wanted = library
         while True:
-            extend(selection, wanted, tell, given=given, tolerance=tolerance, rival=rival)
+            extend(selection, wanted, tell, given=named, tolerance=tolerance, rival=rival)
             if selection.hopeless:
-                return {}
+                return {}, selection.fit
+            complete = selection.fit
             unnamed = _without_unnamed(selection)
             wanted = absorbed(veto(selection, lambda fit: held_out_error(fit, parts), tell), library)
             if not wanted:
-                return unnamed
+                return unnamed, complete
 
     tell("fitting the base model")
     training = thin(parts.training)
@@ -287,9 +291,16 @@ def diagnose(
     # the one to trust most comes last, and goes on only while it may do as well as the others
     for place, base in reversed(list(enumerate(bases))):
         selection = begun(base, library)
-        unnamed = select(selection, parts, rival)
+        unnamed, complete = select(selection, parts, rival)
         if selection.hopeless:
             continue
+        if unnamed:
+            # a shape can stand in the way of effects that it is made of; where they do as well they are it
+            tell("looking once more for effects that have a name")
+            alone = begun(base, library)
+            select(alone, parts, complete, named=True)
+            if not alone.hopeless and left_out_error(alone.fit) <= left_out_error(complete):
+                selection, unnamed = alone, {}
         done = not unnamed and not any(test.depends for test in test_residual(selection.fit))
         if (
             best is None
@@ -305,7 +316,7 @@ def diagnose(
         tell("weighing slow rows by what they leave")
         as_weighed = replace(parts, recording=recording)
         selection.onto(thin(as_weighed.training))
-        unnamed = select(selection, as_weighed)
+        unnamed, _ = select(selection, as_weighed)
     # beside the effects less may be seen of the friction than before they were in
     simpler, notes, stepped_down = step_down(selection.fit)
     if held_out_error(simpler, parts) > (1.0 + LEAST_GAIN) * held_out_error(selection.fit, parts):
