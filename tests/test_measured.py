@@ -92,8 +92,8 @@ def _error_on_moving_rows(log: Log) -> float:
 
 
 def test_a_shape_without_a_name_does_not_hide_the_effects_that_have_one(measured: Path) -> None:
-    """A UR10e's third joint, whose friction changes with its load and so along its stroke: 2.7 % of the torque
-    were left while a bump over the load stood for both; a regression leaves 1.4 %."""
+    """A UR10e's third joint, whose friction changes with its load and so along its stroke: 2.7 % of the
+    torque were left while a bump over the load stood for both; a regression leaves 1.4 %."""
     log = import_recording(measured / "ur10e" / "joint_3.csv.gz", torque_constant=1.0).log
     assert _error_on_moving_rows(log) < 2.0
 
