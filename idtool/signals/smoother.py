@@ -133,7 +133,7 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         contradicted = max(map(_too_fast, with_it)) > _too_fast(without) + _CONTRADICTED
         if contradicted:
             used, series, likeliest, surprise = counted, alone, own, without
-        elif (noise := _noise_beside(alone, own, velocity, period, passed)) > _COLOURED * variances[1]:
+        elif (noise := _noise_beside(alone, own, velocity, period, passed)) > 0.0:
             variances[1] = noise
             series = replace(series, variances=used * variances)
             likeliest = _likeliest_jerk(series, centre, passed)
@@ -176,10 +176,12 @@ class _Series:
 def _noise_beside(
     alone: _Series, likeliest: float, velocity: Array, period: float, passed: kalman.Passed
 ) -> float:
-    """Variance of a velocity reading's noise, from how far it is off the velocity of the position alone.
+    """Variance of a low-passed velocity's noise, from how far it is off the velocity of the position alone;
+    0 where it was not low-passed.
 
     Third differences see noise near the Nyquist frequency only, of which a low-pass leaves none. The median
-    leaves the rows aside at which the two differ for another reason.
+    leaves the rows aside at which the two differ for another reason. Noise that was low-passed lasts for
+    several rows: it weighs as white noise of so many times its variance.
 
     Args:
         alone: the readings, of which only the position is used.
@@ -191,8 +193,20 @@ def _noise_beside(
     window = _reach(period, alone.variances.max(axis=0), likeliest)
     states, _ = _adapt(alone, np.full(len(velocity), likeliest), likeliest, window, passed)
     spread = kalman.backward(alone.time, alone.variances, alone.first, passed)[3]
-    off = 1.4826 * float(np.nanmedian(np.abs(velocity - states[:, 1])))
-    return off**2 - float(np.median(spread))
+    off = velocity - states[:, 1]
+    size, of_position = 1.4826 * float(np.nanmedian(np.abs(off))), float(np.median(spread))
+    if size**2 - of_position < _COLOURED * reading_variance(velocity, alone.first):
+        return 0.0
+    return _lasting(np.clip(np.nan_to_num(off), -3.0 * size, 3.0 * size)) * size**2 - of_position
+
+
+def _lasting(noise: Array) -> float:
+    """Rows that noise lasts: the sum of its autocorrelation up to where that is no longer positive (Geyer,
+    Stat. Sci. 7, 1992)."""
+    power = np.abs(np.fft.rfft(noise - noise.mean(), 2 * len(noise))) ** 2
+    correlation = np.fft.irfft(power)[: len(noise)]
+    ends = np.append(np.flatnonzero(correlation <= 0.0), len(noise))[0]
+    return float(2.0 * correlation[:ends].sum() / correlation[0] - 1.0)
 
 
 def _likeliest_jerk(series: _Series, centre: float, passed: kalman.Passed) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from idtool.signals.smoother import TOO_FAST, reading_variance, smooth
+from idtool.signals.smoother import TOO_FAST, _lasting, reading_variance, smooth
 
 
 def truth(rows: int = 3000, period: float = 0.005) -> tuple[np.ndarray, ...]:
@@ -164,3 +164,12 @@ def test_noise_of_a_velocity_that_was_low_passed_before_it_came() -> None:
     inside = slice(100, -100)
     # with the noise taken for what third differences show: 0.09 of it
     assert np.sqrt(np.mean((found.acceleration - a)[inside] ** 2)) < 0.02 * np.std(a)
+
+
+def test_noise_that_lasts_weighs_as_much_as_before_it_was_low_passed() -> None:
+    rng = np.random.default_rng(0)
+    white = rng.normal(size=6000)
+    low = signal.sosfiltfilt(signal.butter(2, 10.0, fs=125.0, output="sos"), white)
+    assert _lasting(white) == pytest.approx(1.0, abs=0.1)
+    # a low-pass leaves the density of what it lets pass as it was
+    assert _lasting(low) * np.var(low) == pytest.approx(1.0, rel=0.25)
