@@ -366,9 +366,9 @@ FEWEST_REVERSALS = 4
 _OTHER_WAY = 0.02
 
 
-def both_ways(motion: Motion) -> bool:
+def both_ways(velocity: Array) -> bool:
     """Whether the axis moved both ways: in one alone a constant torque and friction are one thing."""
-    moving = motion.velocity[motion.velocity != 0.0]
+    moving = velocity[velocity != 0.0]
     return bool(_OTHER_WAY < np.mean(moving > 0.0) < 1.0 - _OTHER_WAY) if len(moving) else False
 
 

@@ -100,7 +100,7 @@ class ExternalPeriodic(Effect):
             return "no trial is long enough to hold two beats"
         speed = np.abs(motion.velocity)
         moving = speed[speed > _MOVING * np.max(speed)]
-        if not len(moving) or both_ways(motion):
+        if not len(moving) or both_ways(motion.velocity):
             return None
         slow, fast = np.quantile(moving, [0.1, 0.9])
         told = "at one speed what repeats in time repeats over the position too: move at others, or both ways"

@@ -177,7 +177,7 @@ class PositionRipple(Effect):
         return PositionRipple(tuple(f"{family}turned_sin_1" in values for family in _families(values)))
 
     def larger(self, motion: Motion) -> tuple[Effect, ...]:
-        both = both_ways(motion)
+        both = both_ways(motion.velocity)
         more: list[Effect] = []
         if len(self.directed) < _MOST_FAMILIES:
             more += [

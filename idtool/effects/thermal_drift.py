@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import final
 
 import numpy as np
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, varies
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, both_ways, varies
 from idtool.model.contribution import LEVEL_CHANGE, VISCOUS_CHANGE
 from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
@@ -14,6 +15,9 @@ from idtool.model.row import Row
 
 #: A sensor whose reading spans less than this says nothing about temperature.
 LEAST_SPAN_K = 1.0
+#: Without a sensor friction is seen often enough where so many parts of the run show it.
+_PARTS = 4
+_RUNS = "four trials or more or over motion both ways in each quarter of the run"
 
 
 @jit()
@@ -45,7 +49,8 @@ class ThermalDrift(Effect):
     coordinates = (
         Coordinate("rate", lower=-0.2, upper=0.2, increment=1e-4),
         Coordinate("warm_up", lower=-2.0, upper=2.0, increment=1e-3),
-        Coordinate("time_constant", null=300.0, lower=5.0, upper=1e5, increment=1e-2),
+        # seconds to a day: a bound of so wide a range would be near whatever is short
+        Coordinate("log_time_constant", math.log(300.0), math.log(5.0), math.log(1e5), increment=1e-4),
     )
 
     at = staticmethod(at)
@@ -53,7 +58,7 @@ class ThermalDrift(Effect):
     def numbers(self, values: Values) -> tuple[float, ...]:
         if "rate" in values:
             return values["rate"], values["reference"], 0.0, 1.0
-        return 0.0, 0.0, values["warm_up"], values["time_constant"]
+        return 0.0, 0.0, values["warm_up"], math.exp(values["log_time_constant"])
 
     def in_c(self, values: Values) -> CForm:
         if "rate" in values:
@@ -67,7 +72,7 @@ class ThermalDrift(Effect):
             sum->viscous_change += change;
         """
         absent = {"reference": 0.0, "warm_up": 0.0, "time_constant": 1.0}
-        return CForm(code, {**absent, **values}, follows_temperature="rate" in values)
+        return CForm(code, {**absent, **self.to_parameters(values)}, follows_temperature="rate" in values)
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         return self.coordinates[:1] if varies(motion.temperature, LEAST_SPAN_K) else self.coordinates[1:]
@@ -82,12 +87,33 @@ class ThermalDrift(Effect):
         if varies(motion.temperature, LEAST_SPAN_K):
             return [{}]
         span = float(np.ptp(motion.time))
-        return [{"time_constant": span * share} for share in (0.05, 0.15, 0.5, 1.5)]
+        return [{"log_time_constant": math.log(span * share)} for share in (0.05, 0.15, 0.5, 1.5)]
 
     def untestable(self, motion: Motion) -> str | None:
         if motion.temperature is not None and not varies(motion.temperature, LEAST_SPAN_K):
             return "the temperature never changed by a kelvin: repeat the run cold and warm"
-        run_on = motion.time[motion.starts]
-        if motion.temperature is None and (motion.trials < 4 or np.any(np.diff(run_on) <= 0)):
-            return "needs a temperature column, or a clock that runs on over four trials or more"
+        if motion.temperature is None and (np.any(motion.clock) or not _shown_throughout(motion)):
+            return f"needs a temperature column, or a clock that runs on over {_RUNS}"
         return None
+
+    def to_parameters(self, values: Values) -> dict[str, float]:
+        found = super().to_parameters(values)
+        if "log_time_constant" in values:
+            found["time_constant"] = math.exp(values["log_time_constant"])
+        return found
+
+    def to_values(self, parameters: Values) -> dict[str, float]:
+        found = dict(parameters)
+        if "time_constant" in found:
+            found["log_time_constant"] = math.log(found.pop("time_constant"))
+        return found
+
+
+def _shown_throughout(motion: Motion) -> bool:
+    """Whether the run shows again and again how much friction there is: in trials enough, or in each part of
+    it by motion both ways, whose torques differ by twice the friction whatever else changed meanwhile."""
+    if motion.trials >= _PARTS:
+        return True
+    edges = np.linspace(motion.time.min(), motion.time.max(), _PARTS + 1)[1:-1]
+    part = np.searchsorted(edges, motion.time)
+    return all(both_ways(motion.velocity[part == k]) for k in range(_PARTS))
