@@ -213,15 +213,8 @@ def _sum_up(n: Array, m: Array, row: Row) -> None:
 
 
 @jit()
-def _advance_bristle(
-    n: Array, m: Array, step: float, velocity: float, travel: float, level: float
-) -> tuple[float, float]:
-    """Move the bristle over the step that ends now.
-
-    Returns:
-        The share of its deflection that is kept, and by how much more it is bent than at the step's mean
-        level: what slid is bent to `level`, that of the step's end.
-    """
+def _advance_bristle(n: Array, m: Array, step: float, velocity: float, travel: float) -> float:
+    """Move the bristle over the step that ends now; returns the share of its deflection that is kept."""
     # the bristle sees the mean of the step's two ends, as in the batch model
     middle = 0.5 * (velocity + m[LAST_VELOCITY]) if math.isnan(travel) else travel / max(step, 1e-9)
     mean_level = _level(
@@ -238,7 +231,7 @@ def _advance_bristle(
     decay = math.exp(-min(x, 700.0))
     forced = math.copysign((1.0 - decay) / rho, middle) if x > _SMALL else middle * step * (1.0 - 0.5 * x)
     m[BRISTLE] = decay * m[BRISTLE] + forced
-    return decay, math.copysign(1.0 - decay, middle) * (level - mean_level) / n[SIGMA0]
+    return decay
 
 
 @jit()
@@ -301,17 +294,17 @@ def carry(
         total[STATIC_CHANGE],
         total[EXPONENT_CHANGE],
     )
-    decay, settling = 1.0, 0.0
+    decay = 1.0
     if m[BEGUN] != 0.0:
-        decay, settling = _advance_bristle(n, m, step, velocity, travel, level)
+        decay = _advance_bristle(n, m, step, velocity, travel)
     m[BEGUN] = 1.0
     m[LAST_VELOCITY] = velocity
     m[LAST_SUM:SUM] = total
 
-    z = m[BRISTLE] + settling
+    z = m[BRISTLE]
     rate = velocity - n[SIGMA0] / level * abs(velocity) * z
     passed = 1.0 + total[BRISTLE_CHANGE]
     elastic = passed * n[SIGMA0] * z
     damping = passed * n[SIGMA1] * rate + n[VISCOUS] * (1.0 + total[VISCOUS_CHANGE]) * velocity
     saturation, gain = total[SATURATION], total[GAIN_CHANGE]
-    return load, elastic, damping, total[TORQUE], level, saturation, gain, total[DELAY], m[BRISTLE], decay
+    return load, elastic, damping, total[TORQUE], level, saturation, gain, total[DELAY], z, decay

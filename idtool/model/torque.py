@@ -93,7 +93,9 @@ class Prediction:
     bristle: Array
 
 
-def predict(motion: Motion, friction: Friction, effect: Contribution, start: Array) -> Prediction:
+def predict(
+    motion: Motion, friction: Friction, effect: Contribution, start: Array, *, settled: bool = True
+) -> Prediction:
     """Predicted torque.
 
     Args:
@@ -101,8 +103,10 @@ def predict(motion: Motion, friction: Friction, effect: Contribution, start: Arr
         friction: LuGre parameters.
         effect: the sum of gravity and all effects, see `Contribution`.
         start: bristle deflection at the start of each stretch (`lugre.propagate`), shape (stretches,).
+        settled: whether what slid in a step is bent to the level of the step's end. A controller, whose steps
+            are short, goes without, as its C has no time to spare.
     """
-    return At(motion, friction, effect).predict(start)
+    return At(motion, friction, effect, settled=settled).predict(start)
 
 
 def linearise(
@@ -117,8 +121,10 @@ def linearise(
 class At:
     """The model at one set of parameters: what is asked of it twice there is computed once."""
 
-    def __init__(self, motion: Motion, friction: Friction, effect: Contribution) -> None:
-        self.motion, self.friction, self.effect = motion, friction, effect
+    def __init__(
+        self, motion: Motion, friction: Friction, effect: Contribution, *, settled: bool = True
+    ) -> None:
+        self.motion, self.friction, self.effect, self._settled = motion, friction, effect, settled
         self._tangents: tuple[bytes, _Tangents] | None = None
 
     @cached_property
@@ -237,7 +243,7 @@ class At:
     def _finish(self, z: Array, decay: Array) -> Prediction:
         """The torque before what acts on the finished torque (`_Finished`)."""
         friction, effect, velocity = self.friction, self.effect, self.motion.velocity
-        torque = self._through_z * (z + self._settling)
+        torque = self._through_z * (z + self._settling if self._settled else z)
         torque += (1.0 + effect.bristle_change) * friction.bristle_damping * velocity
         torque += friction.viscous * (1.0 + effect.viscous_change) * velocity
         torque += effect.torque
