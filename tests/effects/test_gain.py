@@ -104,7 +104,9 @@ def test_the_controller_takes_it_off() -> None:
         model.bristle_damping,
     )
     weight = model.gravity(0.0, 0.0, 1.0)
-    wanted = predict(m, friction, Contribution(torque=weight, gain_change=effect.gain_change), np.zeros(1))
+    wanted = predict(
+        m, friction, Contribution(torque=weight, gain_change=effect.gain_change), np.zeros(1), settled=False
+    )
     for k in range(len(m)):
         step = 0.0 if k == 0 else float(time[k] - time[k - 1])
         load = model.update(
