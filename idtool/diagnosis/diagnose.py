@@ -319,7 +319,9 @@ def diagnose(
         unnamed, _ = select(selection, as_weighed)
     # beside the effects less may be seen of the friction than before they were in
     simpler, notes, stepped_down = step_down(selection.fit)
-    if held_out_error(simpler, parts) > (1.0 + LEAST_GAIN) * held_out_error(selection.fit, parts):
+    if simpler is not selection.fit and (
+        held_out_error(simpler, parts) > (1.0 + LEAST_GAIN) * held_out_error(selection.fit, parts)
+    ):
         notes, stepped_down = [], []  # rows that count less since may have been what the law was needed for
     else:
         selection.fit = simpler

@@ -49,6 +49,11 @@ class TaughtPath:
     kind: str
 
     @property
+    def unit(self) -> str:
+        """Of the position."""
+        return "m" if self.kind == "linear" else "rad"
+
+    @property
     def duration(self) -> float:
         """Whole length, s."""
         return float(self.time[-1])
@@ -135,7 +140,7 @@ def cut_by(path: TaughtPath, low: float, high: float) -> str | None:
     worst = float(path.position[int(np.argmax(np.maximum(low - path.position, path.position - high)))])
     if low <= worst <= high:
         return None
-    unit = "m" if path.kind == "linear" else "rad"
+    unit = path.unit
     return f"the path goes to {worst:.4g} {unit}, beyond {low:.4g} to {high:.4g} {unit}, and is cut there"
 
 
@@ -161,12 +166,11 @@ def waypoints(path: TaughtPath) -> list[tuple[float, float]]:
 def write_waypoints(file: Path, path: TaughtPath, *, force: bool = False) -> int:
     """Write the path as points that a person can edit; how many there are."""
     refuse_existing(file, force)
-    unit = "m" if path.kind == "linear" else "rad"
     points = waypoints(path)
     table: dict[str, Any] = {
         "schema": SCHEMA,
         "axis": {"kind": path.kind},
-        "points": [{"time_s": round(t, 4), f"position_{unit}": round(q, 6)} for t, q in points],
+        "points": [{"time_s": round(t, 4), f"position_{path.unit}": round(q, 6)} for t, q in points],
     }
     with atomic_write(file) as stream:
         stream.write("# When the axis is where. Change, add or take out points; times rise from 0.\n")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +38,7 @@ class Motion:
         torque_constant: K, N m/A (N/A), or None where the torque itself was logged.
         restart: last rows of a rest, after which nobody knows the deflection of the bristle: friction at rest
             is whatever the drive pushes with.
-        clock: which clock `time` is of, 0, 1, 2, ... in order of appearance; where none is given, what
-            `clocks_of` says. A part of a motion keeps those of the whole.
+        clocks: which clock `time` is of, 0, 1, 2, ... in order of appearance; None: see `clock`.
     """
 
     time: Array
@@ -55,14 +55,21 @@ class Motion:
     load_upright: Array | None = None
     torque_constant: float | None = None
     restart: NDArray[np.bool_] | None = None
-    clock: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
-
-    def __post_init__(self) -> None:
-        if len(self.clock) != len(self.time):
-            object.__setattr__(self, "clock", clocks_of(self.time, self.trial))
+    clocks: NDArray[np.intp] | None = None
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def part(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> Motion:
+        """These rows of every array; they keep the clocks of the whole."""
+        whole = {name: getattr(self, name) for name in self.__dataclass_fields__} | {"clocks": self.clock}
+        arrays: dict[str, Any] = {k: v[rows] for k, v in whole.items() if isinstance(v, np.ndarray)}
+        return replace(self, **arrays)
+
+    @cached_property
+    def clock(self) -> NDArray[np.intp]:
+        """Clock of every row, shape (rows,)."""
+        return clocks_of(self.time, self.trial) if self.clocks is None else self.clocks
 
     @cached_property
     def starts(self) -> NDArray[np.intp]:

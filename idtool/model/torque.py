@@ -142,7 +142,11 @@ class At:
 
     @cached_property
     def _slid(self) -> tuple[Array, Array]:
-        """Share of the bristle that slid in the step that ends at each row, and x (`lugre`)."""
+        """Share of the bristle that slid in the step that ends at each row, and x (`lugre`); nothing of one
+        that is not to settle."""
+        if not self._settled:
+            nothing = np.zeros(len(self.motion))
+            return nothing, nothing
         velocity, step, rho, _ = self._along
         pace = rho * np.abs(velocity)
         pace *= step
@@ -171,7 +175,7 @@ class At:
     def predict(self, start: Array) -> Prediction:
         """As the function of that name."""
         z, decay = lugre.propagate(*self._along, start, self.motion.restart)
-        return _Finished(self.motion, self.effect, self._finish(z, decay)).prediction
+        return _Finished(self.motion, self.effect, self._finish(z, z + self._settling, decay)).prediction
 
     def linearise(self, start: Array, directions: Sequence[Direction]) -> tuple[Prediction, Iterator[Array]]:
         """As the function of that name, derivatives `BLOCK` at a time, shape (BLOCK, rows), each in the place
@@ -194,7 +198,7 @@ class At:
         through_row = passed * (self.friction.bristle_damping * self._rho_speed * bent)
         through_row += sliding * slid * at_row
         through_step = sliding * (slid * at_step + (1.0 - slid) * pace * (at_row - at_step))
-        return _Tangents(self._finish(z, decay), tangent, bent, z_rate, through_row, through_step)
+        return _Tangents(self._finish(z, bent, decay), tangent, bent, z_rate, through_row, through_step)
 
     def _blocks(
         self, known: _Tangents, finished: _Finished, directions: Sequence[Direction]
@@ -240,10 +244,10 @@ class At:
         if not is_zero(along.torque):
             column += along.torque
 
-    def _finish(self, z: Array, decay: Array) -> Prediction:
-        """The torque before what acts on the finished torque (`_Finished`)."""
+    def _finish(self, z: Array, bent: Array, decay: Array) -> Prediction:
+        """The torque at a deflection `bent`, before what acts on the finished torque (`_Finished`)."""
         friction, effect, velocity = self.friction, self.effect, self.motion.velocity
-        torque = self._through_z * (z + self._settling if self._settled else z)
+        torque = self._through_z * bent
         torque += (1.0 + effect.bristle_change) * friction.bristle_damping * velocity
         torque += friction.viscous * (1.0 + effect.viscous_change) * velocity
         torque += effect.torque

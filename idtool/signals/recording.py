@@ -225,15 +225,9 @@ class Recording:
         wanted = np.asarray(sorted(int(t) for t in trials), dtype=np.intp)
         rows = np.isin(self.motion.trial, wanted)
         renumbered = np.searchsorted(wanted, self.motion.trial[rows]).astype(np.intp)
-        picked = {
-            name: value[rows]
-            for name in Motion.__dataclass_fields__
-            if name != "trial" and isinstance(value := getattr(self.motion, name), np.ndarray)
-        }
-        motion = Motion(trial=renumbered, torque_constant=self.motion.torque_constant, **picked)
         return replace(
             self,
-            motion=motion,
+            motion=replace(self.motion.part(rows), trial=renumbered),
             torque=self.torque[rows],
             usable=self.usable[rows],
             at_rest=self.at_rest[rows],

@@ -133,7 +133,7 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         contradicted = max(map(_too_fast, with_it)) > _too_fast(without) + _CONTRADICTED
         if contradicted:
             used, series, likeliest, surprise = counted, alone, own, without
-        elif (noise := _noise_beside(alone, own, velocity, period, passed)) > 0.0:
+        elif (noise := _noise_beside(alone, own, velocity, variances[1], period, passed)) > 0.0:
             variances[1] = noise
             series = replace(series, variances=used * variances)
             likeliest = _likeliest_jerk(series, centre, passed)
@@ -174,7 +174,12 @@ class _Series:
 
 
 def _noise_beside(
-    alone: _Series, likeliest: float, velocity: Array, period: float, passed: kalman.Passed
+    alone: _Series,
+    likeliest: float,
+    velocity: Array,
+    variance: float,
+    period: float,
+    passed: kalman.Passed,
 ) -> float:
     """Variance of a low-passed velocity's noise, from how far it is off the velocity of the position alone;
     0 where it was not low-passed.
@@ -187,6 +192,7 @@ def _noise_beside(
         alone: the readings, of which only the position is used.
         likeliest: the one intensity of the jerk for it.
         velocity: the reading, shape (rows,); NaN where it cannot be used.
+        variance: of its noise, as third differences say it.
         period: s, of the rows.
         passed: is overwritten.
     """
@@ -195,7 +201,7 @@ def _noise_beside(
     spread = kalman.backward(alone.time, alone.variances, alone.first, passed)[3]
     off = velocity - states[:, 1]
     size, of_position = 1.4826 * float(np.nanmedian(np.abs(off))), float(np.median(spread))
-    if size**2 - of_position < _COLOURED * reading_variance(velocity, alone.first):
+    if size**2 - of_position < _COLOURED * variance:
         return 0.0
     return _lasting(np.clip(np.nan_to_num(off), -3.0 * size, 3.0 * size)) * size**2 - of_position
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from idtool.model.motion import Array, Motion
+from idtool.model.motion import Array
 from idtool.signals import lowpass
 from idtool.signals.recording import Recording
 
@@ -37,14 +37,10 @@ def thin(recording: Recording) -> Recording:
             torque[begin:end] = signal.savgol_filter(torque[begin:end], length, 3)
         kept.append(np.arange(begin, end, every))
     rows = np.concatenate(kept)
-    arrays = {
-        name: value[rows]
-        for name in Motion.__dataclass_fields__
-        if isinstance(value := getattr(motion, name), np.ndarray)
-    }
+    thinned = motion.part(rows)
     if motion.restart is not None:  # at the first row that is left of it
         left = np.searchsorted(rows, np.flatnonzero(motion.restart))
-        arrays["restart"] = np.isin(np.arange(len(rows)), left)
+        thinned = replace(thinned, restart=np.isin(np.arange(len(rows)), left))
     chosen = lowpass.design(recording.filter.bandwidth_hz, rate / every)
     # neighbours share rows of the average: their noise is told as white noise that passes the filter as much
     shared = _overlap(signal.savgol_coeffs(length, 3))[::every]
@@ -53,7 +49,7 @@ def thin(recording: Recording) -> Recording:
     variance = (2.0 * passed.sum() - passed[0]) / window[0]
     return replace(
         recording,
-        motion=replace(motion, **arrays),
+        motion=thinned,
         torque=torque[rows],
         usable=recording.usable[rows],
         at_rest=recording.at_rest[rows],
