@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from idtool.diagnosis.evidence import Background, Score, score
+from idtool.diagnosis.evidence import Background, Score, background_of, score
 from idtool.diagnosis.lines import strongest_line, waves_of
 from idtool.diagnosis.repetition import beats_with_motion
 from idtool.diagnosis.residual import motion_columns
@@ -17,7 +17,7 @@ from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect, derivative
 from idtool.fit import noise
 from idtool.fit.basis import orthonormal
-from idtool.fit.joint import JointFit, refit, torque_of
+from idtool.fit.joint import JointFit, kept, refit, torque_of
 from idtool.fit.model import JointModel
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, since_reversal
@@ -116,7 +116,7 @@ class Selection:
         self.rivals.clear()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Start:
     """Where a refit with an effect should start.
 
@@ -133,15 +133,16 @@ class Start:
     others: tuple[dict[str, float], ...] = ()
 
 
-def best_start(background: Background, effect: Effect) -> Start:
+@kept
+def best_start(fit: JointFit, effect: Effect) -> Start:
     """The best start of an effect.
 
     An effect that is in the model already, with fewer members, is scored by what the new ones add. What beats
     in time is scored by what no smooth function of the motion does, since a motion that repeats beats too.
     """
+    background = background_of(fit)
     if isinstance(effect, Unnamed):
         return _best_shape(background, effect)
-    fit = background.fit
     model = fit.model
     motion = model.recording.motion
     has = {name.partition(".")[2] for name in model.names if name.startswith(f"{effect.name}.")}
@@ -292,20 +293,16 @@ class _Summed:
         return np.asarray(np.where(norm > _HIDDEN * original, taken, 0.0))
 
 
+@kept
 def _more_friction(fit: JointFit) -> Array:
     """What a friction level that is higher by one adds to the torque, shape (filtered rows,)."""
-    if _more_friction not in fit.known:
-        fit.known[_more_friction] = _higher_level(fit)
-    return np.asarray(fit.known[_more_friction])
-
-
-def _higher_level(fit: JointFit) -> Array:
     higher = Direction(effect=Contribution(level_torque=1.0))
     column = fit.model.project(fit.x, fit.bend, fit.start, [higher]).jacobian
     assert column is not None
     return np.asarray(column[: len(fit.residual), 0])
 
 
+@kept
 def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False) -> Trial:
     """The joint refit with an effect, or with more members of one; `far` from where it will end."""
     model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
@@ -378,7 +375,7 @@ def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
     found: list[Trial] = []
     for most in (1, 60):
         without = refit(fit, lacking, most=most)
-        found.append(try_effect(without, other, best_start(Background.of(without), other)))
+        found.append(try_effect(without, other, best_start(without, other)))
         if found[-1].fit.sse <= (1.0 + LEAST_GAIN) * fit.sse:
             break
     return min(found, key=lambda trial: trial.fit.sse)

@@ -8,7 +8,7 @@ import numpy as np
 
 from idtool.fit import noise
 from idtool.fit.basis import beyond
-from idtool.fit.joint import JointFit
+from idtool.fit.joint import JointFit, kept
 from idtool.model.motion import Array
 
 
@@ -19,13 +19,6 @@ class Background:
     fit: JointFit
     basis: Array
     residual: Array
-
-    @classmethod
-    def of(cls, fit: JointFit) -> Background:
-        """Prepare the tests of one fit."""
-        basis = fit.basis
-        stacked = np.concatenate([fit.residual, fit.penalty])
-        return cls(fit, basis, stacked - basis @ (basis.T @ stacked))
 
     def chance(self, left: Array, columns: Array) -> float:
         """P-value of what columns took away, the noise being what they left.
@@ -49,6 +42,13 @@ class Background:
     def free_of_fit(self, columns: Array) -> Array:
         """Columns with what the fit's own parameters could do taken out."""
         return np.asarray(columns - self.basis @ (self.basis.T @ columns))
+
+
+@kept
+def background_of(fit: JointFit) -> Background:
+    """What the tests of a fit need."""
+    stacked = np.concatenate([fit.residual, fit.penalty])
+    return Background(fit, fit.basis, stacked - fit.basis @ (fit.basis.T @ stacked))
 
 
 @dataclass(frozen=True)

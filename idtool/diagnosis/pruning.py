@@ -17,11 +17,10 @@ from idtool.diagnosis.candidates import (
     ties,
     try_effect,
 )
-from idtool.diagnosis.evidence import Background
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.basis import orthonormal
-from idtool.fit.joint import JointFit, refit
+from idtool.fit.joint import JointFit, kept, refit
 from idtool.fit.left_out import left_out_error, prediction_errors
 from idtool.fit.model import JointModel
 
@@ -121,7 +120,7 @@ def one_for_many(selection: Selection, tell: Callable[[str], None]) -> bool:
             continue
         tell(f"trying {shape.title.lower()} in place of {', '.join(e.title.lower() for e in alike)}")
         lacking = refit(fit, _lacking(fit, *alike), most=_SPENT, tolerance=NEAR)
-        trial = try_effect(lacking, shape, best_start(Background.of(lacking), shape), far=True)
+        trial = try_effect(lacking, shape, best_start(lacking, shape), far=True)
         if left_out_error(trial.fit) > (1.0 + LEAST_GAIN) * left_out_error(fit):
             continue
         for effect in alike:
@@ -130,6 +129,7 @@ def one_for_many(selection: Selection, tell: Callable[[str], None]) -> bool:
     return False
 
 
+@kept
 def without(fit: JointFit, effect: Effect) -> JointFit:
     """The refit without an effect."""
     return refit(fit, _lacking(fit, effect), most=_SPENT, tolerance=NEAR)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft, ndimage, special
 
-from idtool.diagnosis.evidence import Background
+from idtool.diagnosis.evidence import Background, background_of
 from idtool.diagnosis.lines import strongest_line
 from idtool.fit.basis import beyond
 from idtool.fit.covariance import correlation_rows
@@ -55,7 +55,7 @@ class ResidualTest:
 
 def test_residual(fit: JointFit) -> list[ResidualTest]:
     """Test the residual of a fit against everything that was measured."""
-    background = Background.of(fit)
+    background = background_of(fit)
     tests = []
     for name, columns in generic_columns(fit).items():
         found = [_test(background, name, columns)]
@@ -122,7 +122,7 @@ def columns_followed(fit: JointFit, name: str) -> Array:
         return columns
     recording = fit.model.recording
     values = recording.motion.position[recording.row]
-    angle = _line(Background.of(fit), values)[0] * values
+    angle = _line(background_of(fit), values)[0] * values
     wave = np.column_stack([np.sin(angle), np.cos(angle)])
     return np.hstack([columns, recording.row_weight[:, None] * wave])
 

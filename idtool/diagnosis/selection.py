@@ -28,14 +28,13 @@ from idtool.diagnosis.candidates import (
     try_effect,
     worth_it,
 )
-from idtool.diagnosis.evidence import Background
 from idtool.diagnosis.holm import holm
 from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify, without
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.identifiability import is_vague
-from idtool.fit.joint import JointFit, gain_in_evidence, refit, settle, solve
+from idtool.fit.joint import JointFit, gain_in_evidence, kept, refit, settle, solve
 from idtool.fit.left_out import left_out_error, prediction_errors, predicts_better
 from idtool.fit.model import JointModel
 from idtool.fit.restart import restart, worth_a_restart
@@ -149,6 +148,7 @@ def good_enough(fit: JointFit, tolerance: float) -> bool:
     return fit.rmse <= tolerance * float(np.sqrt(np.mean(fit.model.measured**2)))
 
 
+@kept
 def _beside_a_stiff_bristle(fit: JointFit) -> JointFit | None:
     """The same model with a bristle that hardly bends; None where it hardly bends anyway.
 
@@ -194,7 +194,7 @@ def _on_another_curve(
         if "velocity" not in effect.follows or isinstance(effect, Unnamed):
             continue
         tell(f"trying {effect.title.lower()} on another friction curve")
-        refitted = restart(try_effect(fit, effect, best_start(Background.of(fit), effect)).fit)
+        refitted = restart(try_effect(fit, effect, best_start(fit, effect)).fit)
         passed += _in_full(selection, refitted, effect, library)
     if not passed:
         return None
@@ -206,14 +206,11 @@ def _on_another_curve(
 def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> Trial | None:
     fit = selection.fit
     stiff = _beside_a_stiff_bristle(fit)
-    backgrounds = [Background.of(each) for each in (fit, stiff) if each is not None]
+    fits = [each for each in (fit, stiff) if each is not None]
     scored: list[_Scored] = []
     for effect in _to_score(selection, library):
-        starts = [best_start(each, effect) for each in backgrounds]
-        forms = [
-            _Scored(effect, start, each.fit, starts[0])
-            for start, each in zip(starts, backgrounds, strict=True)
-        ]
+        starts = [best_start(each, effect) for each in fits]
+        forms = [_Scored(effect, start, each, starts[0]) for start, each in zip(starts, fits, strict=True)]
         item = min(forms, key=lambda one: (one.start.p_value > _ALPHA / len(library), one.left()))
         scored.append(item)
     for item in sorted(scored, key=lambda one: one.start.p_value, reverse=True):  # the best form is told
@@ -319,8 +316,7 @@ def _accept(selection: Selection, winner: Trial) -> None:
             candidate.accepted, candidate.why = False, f"{how} {winner.effect.name}, which took its place"
             selection.alternatives.pop(name, None)
             selection.p_values.pop(name, None)
-    selection.fit = settle(solve(winner.fit.model, winner.fit.x, bend=winner.fit.bend))
-    selection.fit = _with_its_own_load(selection.fit)
+    selection.fit = _completed(winner.fit)
     if isinstance(winner.effect, Unnamed):
         return
     candidate = selection.candidates[winner.effect.name]
@@ -328,6 +324,12 @@ def _accept(selection: Selection, winner: Trial) -> None:
         candidate.p_value, selection.p_values[winner.effect.name] = winner.p_value, winner.p_value
     candidate.accepted, candidate.why = True, "lowers the error on left-out trials"
     candidate.held_out = left_out_error(winner.fit)
+
+
+@kept
+def _completed(fit: JointFit) -> JointFit:
+    """A fit that was cut short, to its end."""
+    return _with_its_own_load(settle(solve(fit.model, fit.x, bend=fit.bend)))
 
 
 def _with_its_own_load(fit: JointFit) -> JointFit:

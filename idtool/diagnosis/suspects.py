@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from idtool.diagnosis.candidates import Start, added, best_start
-from idtool.diagnosis.evidence import Background
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.fit.joint import JointFit
@@ -35,8 +34,7 @@ def suspects(fit: JointFit) -> list[Suspect]:
     motion = fit.model.recording.motion
     has = {effect.name for effect in fit.model.spec.effects}
     library = [one for one in registry.library() if one.name not in has and one.missing(motion) is None]
-    background = Background.of(fit)
-    scored = [Suspect(effect, best_start(background, effect)) for effect in library]
+    scored = [Suspect(effect, best_start(fit, effect)) for effect in library]
     found = [one for one in scored if one.start.p_value * len(library) < _CHANCE]
     return sorted(found, key=lambda one: one.start.p_value)
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from functools import cached_property, wraps
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,9 @@ from idtool.model.torque import predict
 
 #: A coordinate closer to its bound than this share of the range (or of 1, if open) sits at it.
 _AT_BOUND = 1e-4
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
 #: How often the starts of effects with memory and the parameters are fitted in turn.
 _SETTLING = 2
 #: A fit is taken up again with the prior that fits what it found, so many times at most, until that keeps
@@ -205,6 +209,21 @@ class JointFit:
         return np.asarray(matrix)
 
 
+def kept(function: Callable[Concatenate[JointFit, _P], _T]) -> Callable[Concatenate[JointFit, _P], _T]:
+    """A function of a fit, and of what can be a key, that is computed once: a search comes by the same fit
+    again and again. What it returns is nobody's to change."""
+
+    @wraps(function)
+    def asked(fit: JointFit, /, *args: _P.args, **options: _P.kwargs) -> _T:
+        key = (function, args, tuple(options.items()))
+        if key not in fit.known:
+            fit.known[key] = function(fit, *args, **options)
+        known: _T = fit.known[key]
+        return known
+
+    return asked
+
+
 def solve(
     model: JointModel,
     x: Array,
@@ -326,15 +345,9 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
     )
 
 
+@kept
 def torque_of(fit: JointFit, effect: Effect) -> float:
     """Root mean square of what an effect adds to the predicted torque, rows that a fit uses."""
-    if effect.name not in fit.known:
-        fit.known[effect.name] = _torque_of(fit, effect)
-    torque: float = fit.known[effect.name]
-    return torque
-
-
-def _torque_of(fit: JointFit, effect: Effect) -> float:
     recording = fit.model.recording
     without = JointModel(
         recording, fit.model.spec.without(effect.name), fit.model.constants, fit.model.starts

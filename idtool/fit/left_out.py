@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from idtool.fit.covariance import correlation_rows
-from idtool.fit.joint import JointFit
+from idtool.fit.joint import JointFit, kept
 from idtool.fit.starts import free_starts
 from idtool.model.motion import Array
 
@@ -23,14 +23,9 @@ _CLEAR = 1.0
 _MOST_LEVERAGE = 0.9
 
 
+@kept
 def prediction_errors(fit: JointFit) -> Array:
     """The sum of squares of each fold had it not been seen, shape (folds,)."""
-    if prediction_errors not in fit.known:
-        fit.known[prediction_errors] = _prediction_errors(fit)
-    return np.asarray(fit.known[prediction_errors])
-
-
-def _prediction_errors(fit: JointFit) -> Array:
     basis = fit.basis
     stacked = np.concatenate([fit.residual, fit.penalty])
     rows = len(fit.residual)

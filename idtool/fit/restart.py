@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from idtool.fit.joint import JointFit, solve
+from idtool.fit.joint import JointFit, kept, solve
 from idtool.model.stribeck import level
 
 #: Static over Coulomb level of the curves from which to start: a rising and a falling one.
@@ -26,6 +26,7 @@ def worth_a_restart(fit: JointFit) -> bool:
     return fit.rmse >= _AT_NOISE * fit.model.filtered_noise
 
 
+@kept
 def restart(fit: JointFit) -> JointFit:
     """The best of `fit` and of fits started from a falling and a rising, a narrow and a wide curve.
 

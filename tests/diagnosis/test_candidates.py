@@ -11,7 +11,6 @@ import pytest
 from idtool import Log
 from idtool.diagnosis import candidates
 from idtool.diagnosis.candidates import Start, best_start, impossible, try_effect
-from idtool.diagnosis.evidence import Background
 from idtool.effects import registry
 from idtool.effects.hysteresis import Hysteresis
 from idtool.fit.joint import JointFit
@@ -74,7 +73,7 @@ def slipping(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
 
 def test_an_element_takes_friction_over_from_the_bristle(slipping: JointFit) -> None:
     part = Hysteresis(of_friction=True)
-    trial = try_effect(slipping, part, best_start(Background.of(slipping), part), far=True)
+    trial = try_effect(slipping, part, best_start(slipping, part), far=True)
     values = trial.fit.values
     assert trial.effect == part
     assert left_out_error(trial.fit) < 0.3 * left_out_error(slipping)
@@ -108,7 +107,7 @@ def with_a_curve(fit: JointFit, *, where_it_slides: bool) -> JointFit:
 def test_a_curve_of_sliding_shows_where_the_axis_slides(slipping: JointFit) -> None:
     """Beside a presliding that is none of LuGre's, what shows after the reversals alone is no such curve."""
     part, curve = Hysteresis(of_friction=True), registry.get("nonlinear_viscous")
-    bent = try_effect(slipping, part, best_start(Background.of(slipping), part), far=True).fit
+    bent = try_effect(slipping, part, best_start(slipping, part), far=True).fit
     assert impossible(with_a_curve(bent, where_it_slides=True), curve) is None
     assert "slides steadily" in (impossible(with_a_curve(bent, where_it_slides=False), curve) or "")
     # a bristle of LuGre's knows what it leaves after a reversal

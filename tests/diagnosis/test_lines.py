@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from idtool import Log, Parameters, identify
-from idtool.diagnosis.evidence import Background
+from idtool.diagnosis.evidence import background_of
 from idtool.diagnosis.lines import strongest_line
 from idtool.effects import registry
 from idtool.fit.joint import JointFit
@@ -53,7 +53,7 @@ def base(log: Log) -> JointFit:
 
 def test_a_line_between_two_of_the_spectrum(tmp_path: Path) -> None:
     """Half a wave off over the session it would leave beats, which make its own evidence look like chance."""
-    background = Background.of(base(session(tmp_path / "log.csv", AMPLITUDE, 0.0)))
+    background = background_of(base(session(tmp_path / "log.csv", AMPLITUDE, 0.0)))
     recording = background.fit.model.recording
     wave = registry.get("external_periodic").wave(recording.motion)
     assert wave is not None

@@ -13,7 +13,6 @@ from idtool import Log, identify
 from idtool.diagnosis import selection
 from idtool.diagnosis.candidates import best_start, try_effect
 from idtool.diagnosis.diagnose import diagnose
-from idtool.diagnosis.evidence import Background
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects import registry
 from idtool.effects.base import derivative
@@ -97,12 +96,12 @@ def test_both_flanks_are_seen(shape: Unnamed) -> None:
 
 
 def test_a_width_between_those_that_are_tried(bumpy: Recording) -> None:
-    background = Background.of(base(bumpy))
+    fit = base(bumpy)
     (bump,) = (shape for shape in UNNAMED if shape.name == "unnamed_bump_in_position")
-    start = best_start(background, bump)
+    start = best_start(fit, bump)
     assert start.values["place"] == pytest.approx(AT, abs=0.1 * WIDTH)
     assert np.exp(start.values["log_width"]) == pytest.approx(WIDTH, rel=0.15)
-    found = try_effect(background.fit, bump, start).fit.values
+    found = try_effect(fit, bump, start).fit.values
     assert found["unnamed_bump_in_position.height"] == pytest.approx(HEIGHT, rel=0.05)
 
 
