@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from idtool.experiment.recipe import read_recipe
+from idtool.experiment.recipe import Changes, read_recipe
 from idtool.experiment.runner import run
 from idtool.log import Log
 from idtool.rig import open_rig
@@ -21,7 +21,11 @@ def pulled(folder: Path) -> list[Log]:
     logs = []
     with open_rig("sim:bench", seed=1) as rig:
         for name in ("gravity", "sweep"):
-            run(read_recipe(name), rig, folder / f"{name}.csv")
+            run(
+                read_recipe(name, Changes(payloads=(0.0, 0.5, 1.0, 1.5)) if name == "gravity" else None),
+                rig,
+                folder / f"{name}.csv",
+            )
             log = Log.read(folder / f"{name}.csv")
             q, constant = log.frame["position_rad"], log.axis.torque_constant
             pull = (SINE * np.sin(q) + COSINE * np.cos(q)) / constant

@@ -142,6 +142,7 @@ def test_nobody_there_to_ask(servo: Servo, short: Path, tmp_path: Path) -> None:
 
 def test_interrupted_and_resumed(servo: Servo, short: Path, tmp_path: Path) -> None:
     """SIGTERM in the second trial; --resume makes that one and leaves the first alone."""
+    short.write_text(SHORT.replace("travel_rad = 0.6", "travel_rad = 0.2"))
     log = tmp_path / "log.csv"
     command = ["run", "--recipe", str(short), "--rig", servo.rig, "--yes", "-o", str(log)]
     with subprocess.Popen([str(PROGRAM), *command], stderr=subprocess.PIPE, text=True) as run:

@@ -26,7 +26,7 @@ period_s = 0.01
 kind = "sine"
 frequency_hz = 0.5
 amplitude_rad_s = 0.6
-duration_s = 8.0
+duration_s = 3.0
 """
 
 

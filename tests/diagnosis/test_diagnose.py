@@ -15,7 +15,7 @@ from idtool.fit.choose import choose_gravity, first_fit
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel, Spec
 from idtool.fit.shortcoming import Shortcoming
-from idtool.signals import record
+from idtool.signals import Recording, record
 from idtool.signals.thin import thin
 from idtool.verbs.identify import identify
 from testbench.diagnosis_cases import cases
@@ -25,8 +25,13 @@ from testbench.plants import Plant, record_session
 PAPER = Plant(0.070, 0.030, 0.090, 0.155, 0.051, 0.297, 0.006, 0.2295, 0.4457)
 
 
-def test_a_result_is_not_taken_while_another_base_model_predicts_better() -> None:
-    recording = record(record_session(PAPER, "lab", 3, ("gravity", "sine")))
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """A soft bristle, as the paper's."""
+    return record(record_session(PAPER, "lab", 3, ("gravity", "sine")))
+
+
+def test_a_result_is_not_taken_while_another_base_model_predicts_better(recording: Recording) -> None:
     few = thin(recording)
     spec = Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),))
     stiff, soft = (first_fit(few, replace(spec, soft=how)) for how in (False, True))
@@ -38,8 +43,8 @@ def test_a_result_is_not_taken_while_another_base_model_predicts_better() -> Non
     assert np.isclose(found.final.values["coulomb"], 0.070, rtol=0.05)
 
 
-def test_a_base_model_is_given_up_once_it_needs_more_and_predicts_worse() -> None:
-    recording = thin(record(record_session(PAPER, "lab", 3, ("gravity", "sine"))))
+def test_a_base_model_is_given_up_once_it_needs_more_and_predicts_worse(recording: Recording) -> None:
+    recording = thin(recording)
     spec = Spec("lugre", *choose_gravity(recording, "auto"), (registry.get("inertia"),))
     stiff, soft = (first_fit(recording, replace(spec, soft=how)) for how in (False, True))
     for rival in (soft, None):
@@ -54,9 +59,8 @@ def test_a_base_model_is_given_up_once_it_needs_more_and_predicts_worse() -> Non
 
 
 def test_a_simpler_law_is_not_taken_where_it_predicts_worse(
-    monkeypatch: pytest.MonkeyPatch,
+    recording: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recording = record(record_session(PAPER, "lab", 3, ("gravity", "sine")))
     few = thin(recording)
     spec = Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),), soft=True)
 

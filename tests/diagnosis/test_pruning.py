@@ -16,22 +16,36 @@ from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
 from idtool.signals import record
 from idtool.verbs.identify import begin
-from testbench.diagnosis_cases import Case
-from testbench.diagnosis_cases import record as recorded
+from testbench.plants import Plant, record_session
 
-SESSION = Case(
-    "several effects",
-    3150358905,
-    ("position_dependent_friction", "torque_offset"),
-    sensors="lab",
-    temperature=False,
+#: As `Case("several effects", 3150358905, ...)` of the study of the diagnosis draws it.
+OFFSET = -0.0493553
+PLANT = Plant(
+    coulomb=0.0950117,
+    static=0.1225938,
+    stribeck_velocity=0.0961451,
+    viscous=0.1294842,
+    bristle_stiffness=0.1165377,
+    bristle_damping=0.1720174,
+    inertia=0.0044707,
+    base=0.1709775,
+    per_payload=0.5968637,
+    effects={
+        "position_dependent_friction": {
+            "slope_1": -0.32919,
+            "slope_2": -0.0136055,
+            "center_rad": 0.0,
+            "half_stroke_rad": 2.5,
+        },
+        "torque_offset": {"offset_nm": OFFSET},
+    },
 )
 
 
 @pytest.fixture(scope="module")
 def soft() -> JointFit:
     """A soft bristle, an offset and friction along the stroke; the offset is told as a spring."""
-    recording = record(recorded(SESSION).logs)
+    recording = record(record_session(PLANT, "lab", 3150358905, temperature=False))
     starts, *_ = begin(recording, "lugre", "auto")
     loaded = JointModel.build(with_load(recording, starts[0]), starts[0].model.spec)
     fit, nothing = refit(starts[0], loaded), {"stiffness": 0.0, "pull": 0.0, "slope_1": 0.0, "slope_2": 0.0}
@@ -53,7 +67,7 @@ def test_a_special_case_takes_its_place_beside_a_soft_bristle(soft: JointFit) ->
     simplify(selection, library, lambda _: None)
     names = {effect.name for effect in selection.fit.model.spec.effects}
     assert names == {"position_dependent_friction", "torque_offset", "inertia"}
-    assert selection.fit.values["torque_offset.offset"] == pytest.approx(-0.0493, abs=0.001)
+    assert selection.fit.values["torque_offset.offset"] == pytest.approx(OFFSET, abs=0.001)
 
 
 def test_what_is_next_to_nothing_is_not_there(soft: JointFit) -> None:

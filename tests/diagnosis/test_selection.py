@@ -39,7 +39,7 @@ def test_an_offset_that_a_soft_bristle_would_take_in() -> None:
         per_payload=0.507,
         effects={"torque_offset": {"offset_nm": 0.0602}},
     )
-    recording = record(record_session(plant, "dynamixel", 1, (*SESSION, "pauses"), temperature=False))
+    recording = record(record_session(plant, "dynamixel", 1, SESSION, temperature=False))
     starts, *_ = begin(recording, "lugre", "auto")
     found = diagnose(recording, starts, [registry.get(n) for n in ("torque_offset", "inertia")])
     assert found.base.values["bristle_stiffness"] < 0.1

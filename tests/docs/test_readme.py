@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from pages.markdown import commands_in
 
 from .support import PROJECT, printed
 
 
+@pytest.mark.long
 def test_the_session_of_the_readme_runs(tmp_path: Path) -> None:
     """Everything under "Your axis", in order, in one folder."""
     readme = (PROJECT / "README.md").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ from scipy import signal
 
 from idtool.fit.covariance import correlation_rows, uncertainty
 
-SESSIONS, TRIALS, ROWS = 400, 12, 200
+SESSIONS, TRIALS, ROWS = 400, 12, 120
 
 
 def remembering(rng: np.random.Generator, memory: float, shape: tuple[int, ...]) -> np.ndarray:

@@ -20,6 +20,7 @@ from testbench.duty_servo import DutyServo
 from .support import ffc_id
 
 SERVO = DutyServo(dead_band=0.05)
+PLAIN = DutyServo(share=0.0)
 
 
 @cache
@@ -51,12 +52,6 @@ def test_it_finds_the_axis_behind_the_duty() -> None:
     assert any("20 ms later" in note for note in fitted().notes)
 
 
-def test_gears_that_take_nothing_of_a_load_are_not_in_the_file() -> None:
-    plain = DutyServo(share=0.0)
-    found = fit_motion((plain.log(1.0, 0.25), plain.log(2.2, 0.35))).parameters
-    assert found.effect("load_dependent_friction") is None
-
-
 def test_it_simulates_a_motion_that_no_fit_saw() -> None:
     unseen = SERVO.log(1.9, 0.45)
     found = fitted().parameters
@@ -79,7 +74,7 @@ def test_the_file_comes_back_as_it_was_written(tmp_path: Path) -> None:
 
 def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = tmp_path / "servo.csv"
-    logs()[0].write(log)
+    SERVO.log(1.0, 0.25, seconds=4.0).write(log)  # one way and back
     params = tmp_path / "motion.toml"
     fitted().parameters.write(params)
     code, out, _ = ffc_id(capsys, "fit-motion", log, "-p", params, "--json")
@@ -95,8 +90,18 @@ def test_a_file_without_friction_is_refused() -> None:
         fit_motion(logs(), Parameters(axis=fitted().parameters.axis))
 
 
-def test_back_emf_that_no_log_showed_apart_is_a_bound() -> None:
-    found = fit_motion((SERVO.log(1.0, 0.25), SERVO.log(2.2, 0.35))).parameters
+@pytest.fixture(scope="module")
+def never_off() -> Parameters:
+    """The fit of an axis whose gears take nothing of a load, and whose drive was on throughout."""
+    return fit_motion((PLAIN.log(1.0, 0.25, seconds=4.0), PLAIN.log(2.2, 0.35, seconds=4.0))).parameters
+
+
+def test_gears_that_take_nothing_of_a_load_are_not_in_the_file(never_off: Parameters) -> None:
+    assert never_off.effect("load_dependent_friction") is None
+
+
+def test_back_emf_that_no_log_showed_apart_is_a_bound(never_off: Parameters) -> None:
+    found = never_off
     assert found.drive is not None
     assert found.drive.back_emf is not None
     assert not found.drive.back_emf.identified
@@ -105,10 +110,10 @@ def test_back_emf_that_no_log_showed_apart_is_a_bound() -> None:
     assert found.static["viscous"].ci95 is not None
     low, high = found.static["viscous"].ci95
     assert high - low < 0.5 * found.static["viscous"].value
-    off = SERVO.log(1.6, 0.25, seconds=5.0, off_after=1.2)
+    off = PLAIN.log(1.6, 0.25, seconds=5.0, off_after=1.2)
     assert any("with the drive off" in note for note in simulate(off, found).notes)
     assert not any("with the drive off" in note for note in simulate(off, fitted().parameters).notes)
-    assert not any("with the drive off" in note for note in simulate(SERVO.log(1.0, 0.25), found).notes)
+    assert not any("with the drive off" in note for note in simulate(PLAIN.log(1.0, 0.25), found).notes)
 
 
 @pytest.mark.long

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -49,14 +51,21 @@ class Row:
     fits: tuple[str, ...] = ()
 
 
+@cache
+def on_the_bench(text: str, seed: int) -> Log:
+    """A recipe's log; sessions share it, and nobody changes it in place."""
+    with tempfile.TemporaryDirectory() as folder:
+        return record(text, Path(folder) / "log.csv", seed=seed)
+
+
 def session(sweep: str = SWEEP, sine: str = SINE, gravity: str = GRAVITY, **keys: object) -> Build:
     """All three experiments, on the bench or (with keys of its plant file) on an axis like it."""
 
     def build(folder: Path) -> dict[str, Log]:
-        rig = plant(folder, **keys) if keys else "sim:bench"
+        rig = plant(folder, **keys) if keys else None
         recipes = {"gravity": gravity, "sweep": sweep, "sine": sine}
         return {
-            name: record(text, folder / f"{name}.csv", rig, seed)
+            name: record(text, folder / f"{name}.csv", rig, seed) if rig else on_the_bench(text, seed)
             for seed, (name, text) in enumerate(recipes.items())
             if text
         }
@@ -84,8 +93,9 @@ def clipped(build: Build, at: float) -> Build:
     def clip(folder: Path) -> dict[str, Log]:
         logs = build(folder)
         frame = logs["sweep"].frame
-        frame["current_a"] = frame["current_a"].clip(-at, at)
-        return logs
+        return logs | {
+            "sweep": replace(logs["sweep"], frame=frame.assign(current_a=frame["current_a"].clip(-at, at)))
+        }
 
     return clip
 

@@ -1,4 +1,4 @@
-"""The paper's tables, recovered from runs on `sim:paper` through the real program."""
+"""The paper's tables, recovered from runs on `sim:paper` through the commands."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ TABLES = {
 
 
 def ffc_id(*arguments: str, cwd: Path) -> str:
-    """What the real program prints."""
-    return of(support.program(*arguments, cwd=cwd, timeout=600))
+    """What the program prints."""
+    return of(support.ffc_id(*arguments, cwd=cwd))
 
 
 def of(done: subprocess.CompletedProcess[str]) -> str:

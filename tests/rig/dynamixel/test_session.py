@@ -32,6 +32,7 @@ def session(folder: Path) -> list[Log]:
     return [Log.read(folder / f"{name}.csv") for name in SHORT_SESSION]
 
 
+@pytest.mark.long
 def test_the_logs_say_what_made_them_and_the_parameters_of_the_plant_come_back(tmp_path: Path) -> None:
     """Within 3 %, for coarse speeds and currents (docs/reliability.md), and three standard errors."""
     logs = session(tmp_path)

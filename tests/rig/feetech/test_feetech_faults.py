@@ -19,12 +19,19 @@ from ..dynamixel.support import Bench, bench, log_path, recipe
 STOPS_WITHIN_S = AHEAD_S + 0.5
 
 
+def _long(*values: object) -> object:
+    """A case like one that stays."""
+    return pytest.param(*values, marks=pytest.mark.long)
+
+
 def play(on: Bench, folder: Path, **options: object) -> None:
     with on.rig(speed=2.0) as rig:
         run(recipe(), rig, log_path(folder), confirm=on.setup, **options)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("word", ["lost=0.01", "late=0.01", "corrupt=0.01", "twice=0.01", "burst@3=0.04"])
+@pytest.mark.parametrize(
+    "word", ["lost=0.01", "corrupt=0.01", "burst@3=0.04", *map(_long, ("late=0.01", "twice=0.01"))]
+)
 def test_what_a_bus_does_to_packets_does_not_stop_a_run(tmp_path: Path, word: str) -> None:
     with bench(word, seed=3, kind="feetech") as on:
         before = on.table()
@@ -47,12 +54,12 @@ def test_what_a_bus_does_to_packets_does_not_stop_a_run(tmp_path: Path, word: st
     ("word", "kind", "sentence"),
     [
         ("burst@3=0.6", NotAnswering, "does not answer at 1000000 baud; check power, cable"),
-        ("silent@3", NotAnswering, "does not answer at 1000000 baud; check power, cable"),
+        _long("silent@3", NotAnswering, "does not answer at 1000000 baud; check power, cable"),
         ("unplugged@3", DeviceGone, "has disappeared"),
         ("power@3", ServoRestarted, "torque went off: it lost its power for a moment"),
         ("overload@3", ServoShutdown, "reports overload"),
-        ("error@3=4", ServoShutdown, "reports overheating"),
-        ("error@3=1", ServoShutdown, "reports supply voltage out of range"),
+        _long("error@3=4", ServoShutdown, "reports overheating"),
+        _long("error@3=1", ServoShutdown, "reports supply voltage out of range"),
         ("stuck@3", NotFollowing, "its position does not follow the commands"),
     ],
 )  # fmt: skip
