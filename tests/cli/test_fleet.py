@@ -74,7 +74,12 @@ def test_refusals(tmp_path: Path, arguments: list[str], code: int, expected: str
 
 
 @pytest.mark.parametrize(
-    ("end", "number"), [(os.killpg, signal.SIGINT), (os.kill, signal.SIGTERM), (os.killpg, signal.SIGHUP)]
+    ("end", "number"),
+    [
+        (os.killpg, signal.SIGINT),
+        (os.kill, signal.SIGTERM),
+        pytest.param(os.killpg, signal.SIGHUP, marks=pytest.mark.long),
+    ],
 )
 def test_a_signal_ends_it_and_its_processes(
     tmp_path: Path, end: Callable[[int, int], None], number: signal.Signals

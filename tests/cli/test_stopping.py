@@ -71,7 +71,14 @@ def test_while_modules_are_imported(folder: Path, number: signal.Signals, module
     assert not (folder / "result").exists()
 
 
-@pytest.mark.parametrize("file", ["params.toml", "diagnosis.json", "evidence.csv.gz", "report.html"])
+@pytest.mark.parametrize(
+    "file",
+    [
+        "params.toml",
+        "report.html",
+        *(pytest.param(one, marks=pytest.mark.long) for one in ("diagnosis.json", "evidence.csv.gz")),
+    ],
+)
 def test_while_results_are_written(tmp_path: Path, file: str) -> None:
     """The file at which it was stopped is there whole or not at all; no other is half of itself."""
     session(tmp_path / "one")

@@ -55,7 +55,9 @@ def pressed(parameters: Parameters, values: dict[str, float], seed: int, rows: i
     return Samples(x, 10_000 * (1 + np.arange(rows)) + rng.integers(-200, 200, rows), request, up)
 
 
-@pytest.mark.parametrize("values", [PAPER, BENCH], ids=["paper", "bench"])
+@pytest.mark.parametrize(
+    "values", [pytest.param(PAPER, marks=pytest.mark.long), BENCH], ids=["paper", "bench"]
+)
 @pytest.mark.parametrize("mode", ["paper", "light"])
 @pytest.mark.parametrize("errors", [0.0, 0.02, 5.0], ids=["typed", "identified", "vague"])
 def test_presses_and_loads_as_python_does(

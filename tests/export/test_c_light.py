@@ -126,7 +126,9 @@ def first(samples: Samples, rows: int) -> Samples:
     )
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=[pytest.mark.long] * (case not in ("none", "all"))) for case in CASES]
+)
 def test_effects_step_as_python_does(case: str, recorded: Samples, tmp_path: Path) -> None:
     """The law at work with every effect: the torque of one that the axis lacks is to it a hand's."""
     file = light(**CASES[case])

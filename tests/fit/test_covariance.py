@@ -27,7 +27,7 @@ def regressors(rng: np.random.Generator, kind: str) -> np.ndarray:
     return smooth.reshape(2, -1).T
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.5, 0.85])
+@pytest.mark.parametrize("memory", [0.0, pytest.param(0.5, marks=pytest.mark.long), 0.85])
 @pytest.mark.parametrize("kind", ["spread", "few"])
 def test_coverage(memory: float, kind: str) -> None:
     rng = np.random.default_rng(round(100 * memory) + len(kind))

@@ -378,13 +378,13 @@ def test_only_what_is_needed(tmp_path: Path) -> None:
     "key",
     [
         "stribeck_points",
-        "stribeck_curve",
-        "gravity_points",
-        "cost_over_sigma0",
-        "correlation",
         "residual_tests",
         "cumulative_periodograms",
         "filter",
+        *(
+            pytest.param(one, marks=pytest.mark.long)
+            for one in ("stribeck_curve", "gravity_points", "cost_over_sigma0", "correlation")
+        ),
     ],
 )
 @pytest.mark.usefixtures("quick")
