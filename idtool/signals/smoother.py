@@ -19,15 +19,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import Array
 from idtool.signals import kalman
+from idtool.signals.readings import ANYWHERE, NEAR, Series, likeliest_jerk
+from idtool.signals.time_stamps import of_the_clock
 
-#: Squared normalised innovations count at most this much in the likelihood, so that a few steps in
-#: the motion do not make all of it look rough.
-_ROBUST = 9.0
 #: The readings are judged under a jerk louder than likeliest by this factor, and much louder around rows
 #: with more than this surprise (they and so many neighbours, up to this factor squared): what is still
 #: surprising then, is no matter of smoothing.
@@ -115,19 +113,25 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     period = float(np.median(np.diff(time)[inside]))
     passed = kalman.Passed.blank(rows)
 
-    used = np.isfinite(readings)
-    series = _Series(time, np.where(used, readings, 0.0), used * variances, first)
+    used = np.isfinite(readings) & (variances > 0.0)
     column = 1 if position is None else 0
+    series = Series(time, np.where(used, readings, 0.0), used * variances, first)
     steps = np.diff(series.readings[:, column])[inside & used[1:, column] & used[:-1, column]]
-    centre = 2.0 * math.log10(max(float(np.std(steps)) / period, 1e-9))
-    likeliest = _likeliest_jerk(series, centre, passed)
+    around = ANYWHERE + 2.0 * math.log10(max(float(np.std(steps)) / period, 1e-9))
+    untimely = np.zeros((rows, 2))
+    if position is not None:
+        counted = replace(series, variances=used * variances * np.array([1.0, 0.0]))
+        steady, untimely = of_the_clock(counted, likeliest_jerk(counted, around, passed), period, passed)
+        series = replace(series, variances=used * (variances + untimely))
+        around = NEAR + math.log10(steady) if untimely.any() else around
+    likeliest = likeliest_jerk(series, around, passed)
     surprise = _surprise_when_eager(series, likeliest, passed)
     contradicted = False
     if position is not None and velocity is not None:
         # a position is counted, a velocity was computed by somebody: it is the one that is doubted
         counted = used * np.array([True, False])
-        alone = replace(series, variances=counted * variances)
-        own = _likeliest_jerk(alone, centre, passed)
+        alone = replace(series, variances=counted * series.variances)
+        own = likeliest_jerk(alone, around, passed)
         without = _surprise_when_eager(alone, own, passed)
         with_it = surprise, _surprise_when_eager(series, own, passed)
         contradicted = max(map(_too_fast, with_it)) > _too_fast(without) + _CONTRADICTED
@@ -135,16 +139,16 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
             used, series, likeliest, surprise = counted, alone, own, without
         elif (noise := _noise_beside(alone, own, velocity, variances[1], period, passed)) > 0.0:
             variances[1] = noise
-            series = replace(series, variances=used * variances)
-            likeliest = _likeliest_jerk(series, centre, passed)
+            series = replace(series, variances=used * (variances + untimely))
+            likeliest = likeliest_jerk(series, around, passed)
             surprise = _surprise_when_eager(series, likeliest, passed)
     for _ in range(_MOST_DOUBTS):
         if _too_fast(surprise) < _DOUBTFUL:
             break
         variances[column] *= _DOUBT
-        series = replace(series, variances=used * variances)
+        series = replace(series, variances=used * (variances + untimely))
         surprise = _surprise_when_eager(series, likeliest, passed)
-    window = _reach(period, series.variances.max(axis=0), likeliest)
+    window = _reach(period, series.usual, likeliest)
     states, jerk = _adapt(series, np.full(rows, likeliest), likeliest, window, passed)
     # rounding alone gives third differences of 1.3 times that variance: more is noise, not a counter
     if position is not None and variances[0] < 2.0 * resolution(position) ** 2 / 12.0:
@@ -163,18 +167,8 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     )
 
 
-@dataclass(frozen=True)
-class _Series:
-    """Readings over time as the filter takes them, see `kalman.forward`."""
-
-    time: Array
-    readings: Array
-    variances: Array
-    first: NDArray[np.bool_]
-
-
 def _noise_beside(
-    alone: _Series,
+    alone: Series,
     likeliest: float,
     velocity: Array,
     variance: float,
@@ -196,7 +190,7 @@ def _noise_beside(
         period: s, of the rows.
         passed: is overwritten.
     """
-    window = _reach(period, alone.variances.max(axis=0), likeliest)
+    window = _reach(period, alone.usual, likeliest)
     states, _ = _adapt(alone, np.full(len(velocity), likeliest), likeliest, window, passed)
     spread = kalman.backward(alone.time, alone.variances, alone.first, passed)[3]
     off = velocity - states[:, 1]
@@ -215,34 +209,14 @@ def _lasting(noise: Array) -> float:
     return float(2.0 * correlation[:ends].sum() / correlation[0] - 1.0)
 
 
-def _likeliest_jerk(series: _Series, centre: float, passed: kalman.Passed) -> float:
-    """The one intensity for all rows under which the readings are likeliest.
-
-    Args:
-        series: the readings.
-        centre: decimal logarithm of a first guess.
-        passed: is overwritten.
-    """
-
-    def cost(log_jerk: float) -> float:
-        jerk = np.full(len(series.time), 10.0**log_jerk)
-        kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
-        likely = np.minimum(passed.surprise, _ROBUST) + np.log(passed.variance)
-        return float(likely[~series.first].sum())
-
-    bounds = (centre - 5.0, centre + 9.0)
-    result = optimize.minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 0.1})
-    return float(10.0**result.x)
-
-
 def _too_fast(surprise: Array) -> float:
     """Share of the rows that surprise."""
     return float(np.mean(surprise > TOO_FAST))
 
 
 def _with_edges(
-    series: _Series, jerk: Array, velocity: Array, count: float
-) -> tuple[_Series, Array, NDArray[np.intp]]:
+    series: Series, jerk: Array, velocity: Array, count: float
+) -> tuple[Series, Array, NDArray[np.intp]]:
     """The series with what a slow counter tells best: the instant at which it counts.
 
     A counter that stands still over several rows repeats one reading, whose error is the same in all of
@@ -270,7 +244,7 @@ def _with_edges(
     way = 0.5 * (velocity[edge] + velocity[edge - 1]) * (time[edge] - time[edge - 1])
     between = np.column_stack([0.5 * (reading[edge] + reading[edge - 1]), np.zeros(len(edge))])
     spread = np.column_stack([way**2 / 12.0 + (_EDGE * count) ** 2, np.zeros(len(edge))])
-    longer = _Series(
+    longer = Series(
         np.insert(time, edge, 0.5 * (time[edge] + time[edge - 1])),
         np.insert(series.readings, edge, between, axis=0),
         np.insert(variances, edge, spread, axis=0),
@@ -280,7 +254,7 @@ def _with_edges(
     return longer, np.insert(jerk, edge, jerk[edge]), row
 
 
-def _surprise_when_eager(series: _Series, likeliest: float, passed: kalman.Passed) -> Array:
+def _surprise_when_eager(series: Series, likeliest: float, passed: kalman.Passed) -> Array:
     """Squared normalised innovation of the worse reading under a jerk that follows almost anything."""
     jerk = np.full(len(series.time), _EAGER * likeliest)
     for _ in range(2):
@@ -305,7 +279,7 @@ def _reach(period: float, variances: Array, likeliest: float) -> int:
 
 
 def _adapt(
-    series: _Series, jerk: Array, likeliest: float, reach: int, passed: kalman.Passed
+    series: Series, jerk: Array, likeliest: float, reach: int, passed: kalman.Passed
 ) -> tuple[Array, Array]:
     """Smoothed states, shape (rows, 3), and an intensity of the jerk for every row, from a first guess."""
     around = _Window(series.first, reach)

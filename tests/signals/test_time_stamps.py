@@ -1,0 +1,83 @@
+"""Time stamps that are not when a reading was taken."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from idtool.signals import kalman
+from idtool.signals.readings import Series
+from idtool.signals.smoother import reading_variance, smooth
+from idtool.signals.time_stamps import of_the_clock
+
+PERIOD, COUNT, ROWS = 0.008, 2e-4, 6000
+JERK = 50.0
+
+
+def motion(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, velocity and acceleration of two sines."""
+    angle, rate = np.array([[2.0], [7.0]]) * time, np.array([[2.0], [7.0]])
+    size = np.array([[1.0], [0.2]])
+    return (
+        np.sum(size * np.sin(angle), axis=0),
+        np.sum(size * rate * np.cos(angle), axis=0),
+        np.sum(-size * rate**2 * np.sin(angle), axis=0),
+    )
+
+
+def counted(time: np.ndarray) -> np.ndarray:
+    return COUNT * np.round(motion(time)[0] / COUNT)
+
+
+def first(rows: int) -> np.ndarray:
+    return np.arange(rows) == 0
+
+
+def spread(stamps: np.ndarray, taken: np.ndarray) -> np.ndarray:
+    """Standard deviation of the stamps that is found, shape (rows,); NaN where the axis hardly moves."""
+    position, rows = counted(taken), len(taken)
+    variances = np.column_stack([np.full(rows, reading_variance(position, first(rows))), np.zeros(rows)])
+    series = Series(stamps, np.column_stack([position, np.zeros(rows)]), variances, first(rows))
+    _, found = of_the_clock(series, JERK, PERIOD, kalman.Passed.blank(rows))
+    velocity = motion(taken)[1]
+    return np.where(np.abs(velocity) > 0.5, np.sqrt(found[:, 0]) / np.abs(velocity), np.nan)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_how_far_stamps_are_off_is_found(seed: int) -> None:
+    taken = PERIOD * np.arange(ROWS)
+    stamps = taken + 0.1 * PERIOD * np.random.default_rng(seed).normal(size=ROWS)
+    assert np.nanmedian(spread(stamps, taken)) == pytest.approx(0.1 * PERIOD, rel=0.15)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_uneven_readings_with_right_stamps_have_no_such_noise(seed: int) -> None:
+    taken = np.sort(PERIOD * (np.arange(ROWS) + 0.2 * np.random.default_rng(seed).normal(size=ROWS)))
+    assert np.nanmax(spread(taken, taken)) == 0.0
+
+
+def test_the_last_digit_leaves_open_what_it_leaves_open() -> None:
+    # of seven digits four are decimals from 100 s on, and an odd 0.05 ms is lost
+    taken = 60.0 + PERIOD * 1.013 * np.arange(12000)
+    stamps = np.array([float(f"{t:.5g}") for t in taken])
+    found = spread(stamps, taken)
+    late = stamps >= 100.0
+    assert np.nanmedian(found[late]) == pytest.approx(1e-2 / np.sqrt(12.0), rel=0.2)
+    assert np.nanmedian(found[~late]) == pytest.approx(1e-3 / np.sqrt(12.0), rel=0.2)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("with_speed", [False, True])
+def test_a_steady_motion_does_not_accelerate_then(seed: int, with_speed: bool) -> None:
+    rng = np.random.default_rng(seed)
+    taken = PERIOD * np.arange(ROWS)
+    speed = 1.5 * np.tanh(10.0 * np.sin(2.0 * np.pi * taken / 8.0))  # to and fro
+    position = COUNT * np.round(PERIOD * np.cumsum(speed) / COUNT)
+    stamps = taken + 0.1 * PERIOD * rng.normal(size=ROWS)
+    own = np.round(speed + 0.02 * rng.normal(size=ROWS), 3) if with_speed else None
+    acceleration = smooth(stamps, position, own, first(ROWS)).acceleration
+    steady = np.abs(speed) > 1.499
+    true = np.gradient(speed, PERIOD)
+    # without a noise of the clock 0.16 to 0.19, or the speed left out as none of this motion
+    assert np.sqrt(np.mean(acceleration[steady] ** 2)) < (0.035 if with_speed else 0.12)
+    assert np.corrcoef(acceleration[~steady], true[~steady])[0, 1] > 0.995
