@@ -120,18 +120,16 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     around = ANYWHERE + 2.0 * math.log10(max(float(np.std(steps)) / period, 1e-9))
     untimely = np.zeros((rows, 2))
     if position is not None:
-        counted = replace(series, variances=used * variances * np.array([1.0, 0.0]))
-        steady, untimely = of_the_clock(counted, likeliest_jerk(counted, around, passed), period, passed)
-        series = replace(series, variances=used * (variances + untimely))
-        around = NEAR + math.log10(steady) if untimely.any() else around
+        counted = used * np.array([True, False])
+        alone = replace(series, variances=counted * variances)
+        own, untimely = of_the_clock(alone, likeliest_jerk(alone, around, passed), period, passed)
+        series, alone = (replace(series, variances=one * (variances + untimely)) for one in (used, counted))
+        around = NEAR + math.log10(own) if untimely.any() else around
     likeliest = likeliest_jerk(series, around, passed)
     surprise = _surprise_when_eager(series, likeliest, passed)
     contradicted = False
     if position is not None and velocity is not None:
         # a position is counted, a velocity was computed by somebody: it is the one that is doubted
-        counted = used * np.array([True, False])
-        alone = replace(series, variances=counted * series.variances)
-        own = likeliest_jerk(alone, around, passed)
         without = _surprise_when_eager(alone, own, passed)
         with_it = surprise, _surprise_when_eager(series, own, passed)
         contradicted = max(map(_too_fast, with_it)) > _too_fast(without) + _CONTRADICTED
