@@ -315,7 +315,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         resolution(rows.position),
         lost,
         tuple(log.source for log in logs),
-        tuple(remark for one in repaired for remark in one.remarks) + _contradicted(smoothed, axis),
+        tuple(remark for one in repaired for remark in one.remarks) + _of_the_readings(smoothed, axis),
         tuple(one.impossible for one in repaired),
         tuple(one.wiring for one in repaired),
         unseen=unseen,
@@ -343,15 +343,21 @@ def _refuse_few(rows: int, logs: Sequence[Log]) -> None:
         )
 
 
-def _contradicted(smoothed: Smoothed, axis: Axis) -> tuple[str, ...]:
-    """What is said where the velocity reading was left out."""
-    if not smoothed.contradicted:
-        return ()
+def _of_the_readings(smoothed: Smoothed, axis: Axis) -> tuple[str, ...]:
+    """What is said of readings that are not what they say."""
     position, velocity = (columns_of(axis.kind)[role] for role in ("position", "velocity"))
-    return (
-        f"{velocity} is not how fast {position} changes (a drive's filter delays it, or its noise lasts "
-        f"longer than a row); it was left out, and the slope of {position} taken.",
-    )
+    said = []
+    if smoothed.clock > 0.0:
+        said.append(
+            f"time_s is {1e3 * smoothed.clock:.2g} ms (standard deviation) off when {position} was read, "
+            "which counts as noise of what moves; log the time of the measurement, with all its digits."
+        )
+    if smoothed.contradicted:
+        said.append(
+            f"{velocity} is not how fast {position} changes (a drive's filter delays it, or its noise lasts "
+            f"longer than a row); it was left out, and the slope of {position} taken."
+        )
+    return tuple(said)
 
 
 def _common_axis(logs: Sequence[Log]) -> Axis:

@@ -72,6 +72,8 @@ class Smoothed:
 
     `surprise` is the squared normalised innovation of the row (about 1 per reading when all is well).
     `contradicted` says that the velocity reading is none of the position's motion, and was left out.
+    `clock` is the standard deviation of time stamps that are not when the position was read, s; 0 where they
+    add less than the steps of the reading do.
     """
 
     position: Array
@@ -79,6 +81,7 @@ class Smoothed:
     acceleration: Array
     surprise: Array
     contradicted: bool
+    clock: float
 
 
 def reading_variance(values: Array, first: NDArray[np.bool_]) -> float:
@@ -118,13 +121,14 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     series = Series(time, np.where(used, readings, 0.0), used * variances, first)
     steps = np.diff(series.readings[:, column])[inside & used[1:, column] & used[:-1, column]]
     around = ANYWHERE + 2.0 * math.log10(max(float(np.std(steps)) / period, 1e-9))
-    untimely = np.zeros((rows, 2))
+    untimely, clock = np.zeros((rows, 2)), 0.0
     if position is not None:
         counted = used * np.array([True, False])
         alone = replace(series, variances=counted * variances)
-        own, untimely = of_the_clock(alone, likeliest_jerk(alone, around, passed), period, passed)
+        own, untimely, spread = of_the_clock(alone, likeliest_jerk(alone, around, passed), period, passed)
         series, alone = (replace(series, variances=one * (variances + untimely)) for one in (used, counted))
         around = NEAR + math.log10(own) if untimely.any() else around
+        clock = spread if np.mean(untimely[:, 0]) > resolution(position) ** 2 / 12.0 else 0.0
     likeliest = likeliest_jerk(series, around, passed)
     surprise = _surprise_when_eager(series, likeliest, passed)
     contradicted = False
@@ -162,6 +166,7 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         np.ascontiguousarray(states[:, 2]),
         surprise,
         contradicted,
+        clock,
     )
 
 

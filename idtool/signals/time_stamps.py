@@ -27,7 +27,7 @@ _CLOSE = 1e-3
 
 def of_the_clock(
     series: Series, likeliest: float, period: float, passed: kalman.Passed
-) -> tuple[float, Array]:
+) -> tuple[float, Array, float]:
     """The jerk, and the variance of both readings from time stamps that are not when they were read.
 
     A program that asks a drive over a bus notes the time a little before or after the drive read its counter:
@@ -43,7 +43,8 @@ def of_the_clock(
         passed: is overwritten.
 
     Returns:
-        The one intensity of the jerk, and variances of shape (rows, 2).
+        The one intensity of the jerk, variances of shape (rows, 2), and the standard deviation of the stamps,
+        s; 0 if they are right.
     """
     rows = len(series.time)
     jerk = np.full(rows, likeliest)
@@ -62,15 +63,16 @@ def of_the_clock(
     tried = product((False, True) if rounding.any() else (False,), (-math.inf, *_SPREADS), _LOUDER)
     rounded, spread, louder = best = min(tried, key=lambda point: unlikely(*point))
     if unlikely(*best) > unlikely(*none) - math.log(rows):
-        return likeliest, noise(*none[:2])
+        return likeliest, noise(*none[:2]), 0.0
     if math.isfinite(spread):
         search: Any = optimize.minimize  # its stubs know no method by name
         options = {"maxfev": _SPENT, "xatol": 0.05, "fatol": 0.01 * math.log(rows)}
-        found = search(
+        point = search(
             lambda x: unlikely(rounded, *x), (spread, louder), method="Nelder-Mead", options=options
         )
-        spread, louder = found.x.tolist()
-    return likeliest * 10.0**louder, noise(rounded, spread)
+        spread, louder = point.x.tolist()
+    found = noise(rounded, spread)
+    return likeliest * 10.0**louder, found, float(np.sqrt(found[:, 0].sum() / squares[:, 0].sum()))
 
 
 def _of_the_last_digit(time: Array, first: NDArray[np.bool_]) -> Array:

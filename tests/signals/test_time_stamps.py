@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
+import pandas as pd
 import pytest
 
-from idtool.signals import kalman
+from idtool import Log
+from idtool.signals import kalman, record
 from idtool.signals.readings import Series
 from idtool.signals.smoother import reading_variance, smooth
 from idtool.signals.time_stamps import of_the_clock
@@ -38,7 +42,8 @@ def spread(stamps: np.ndarray, taken: np.ndarray) -> np.ndarray:
     position, rows = counted(taken), len(taken)
     variances = np.column_stack([np.full(rows, reading_variance(position, first(rows))), np.zeros(rows)])
     series = Series(stamps, np.column_stack([position, np.zeros(rows)]), variances, first(rows))
-    _, found = of_the_clock(series, JERK, PERIOD, kalman.Passed.blank(rows))
+    _, found, one = of_the_clock(series, JERK, PERIOD, kalman.Passed.blank(rows))
+    assert (one == 0.0) == (not found.any())
     velocity = motion(taken)[1]
     return np.where(np.abs(velocity) > 0.5, np.sqrt(found[:, 0]) / np.abs(velocity), np.nan)
 
@@ -75,9 +80,25 @@ def test_a_steady_motion_does_not_accelerate_then(seed: int, with_speed: bool) -
     position = COUNT * np.round(PERIOD * np.cumsum(speed) / COUNT)
     stamps = taken + 0.1 * PERIOD * rng.normal(size=ROWS)
     own = np.round(speed + 0.02 * rng.normal(size=ROWS), 3) if with_speed else None
-    acceleration = smooth(stamps, position, own, first(ROWS)).acceleration
+    smoothed = smooth(stamps, position, own, first(ROWS))
+    acceleration = smoothed.acceleration
+    assert smoothed.clock == pytest.approx(0.1 * PERIOD, rel=0.3)
     steady = np.abs(speed) > 1.499
     true = np.gradient(speed, PERIOD)
     # without a noise of the clock 0.16 to 0.19, or the speed left out as none of this motion
     assert np.sqrt(np.mean(acceleration[steady] ** 2)) < (0.035 if with_speed else 0.12)
     assert np.corrcoef(acceleration[~steady], true[~steady])[0, 1] > 0.995
+
+
+def test_it_is_said(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    taken = PERIOD * np.arange(ROWS)
+    position, velocity, _ = motion(taken)
+    frame = {"position_rad": position, "torque_nm": np.sign(velocity) + 0.01 * rng.normal(size=ROWS)}
+    for name, off in (("right", 0.0), ("late", 0.1)):
+        stamps = taken + off * PERIOD * rng.normal(size=ROWS)
+        log = tmp_path / f"{name}.csv"
+        pd.DataFrame({"time_s": stamps, **frame}).to_csv(log, index=False)
+        said = " ".join(record([Log.read(log)]).remarks)
+        assert ("ms (standard deviation) off when position_rad was read" in said) == (off > 0.0)
+    assert 0.7 < float(said.split()[2]) < 0.9
