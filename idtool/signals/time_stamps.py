@@ -59,11 +59,11 @@ def of_the_clock(
         noisy = np.where(series.variances > 0, series.variances + noise(rounded, spread), 0.0)
         return unlikely_by(replace(series, variances=noisy), likeliest * 10.0**louder, passed)
 
-    none = (False, -math.inf, 0.0)
     tried = product((False, True) if rounding.any() else (False,), (-math.inf, *_SPREADS), _LOUDER)
-    rounded, spread, louder = best = min(tried, key=lambda point: unlikely(*point))
-    if unlikely(*best) > unlikely(*none) - math.log(rows):
-        return likeliest, noise(*none[:2]), 0.0
+    cost = {point: unlikely(*point) for point in tried}
+    rounded, spread, louder = best = min(cost, key=lambda point: cost[point])
+    if cost[best] > cost[False, -math.inf, 0.0] - math.log(rows):
+        return likeliest, np.zeros_like(squares), 0.0
     if math.isfinite(spread):
         search: Any = optimize.minimize  # its stubs know no method by name
         options = {"maxfev": _SPENT, "xatol": 0.05, "fatol": 0.01 * math.log(rows)}
