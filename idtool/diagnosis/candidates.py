@@ -125,12 +125,17 @@ class Start:
         p_value: of that being chance, corrected for the starts that were tried.
         values: coordinates of the effect.
         others: those of the next best starts.
+        columns: what its strengths do to the residual, shape (filtered rows + trials, n); None of what was
+            scored otherwise, or not at all.
+        tried: how many starts it is the best of.
     """
 
     gain: float
     p_value: float
     values: dict[str, float]
     others: tuple[dict[str, float], ...] = ()
+    columns: Array | None = None
+    tried: int = 1
 
 
 @kept
@@ -202,7 +207,8 @@ def best_start(fit: JointFit, effect: Effect) -> Start:
     chance = background.chance(best[0].left, best[0].columns)
     share = float(background.residual @ background.residual) / whole
     ranked = [found for _, found in sorted(others, key=lambda one: -one[0])]
-    return Start(best[0].gain * share, min(1.0, chance * tried), best[1], tuple(ranked[1:_MOST_STARTS]))
+    p_value, gain = min(1.0, chance * tried), best[0].gain * share
+    return Start(gain, p_value, best[1], tuple(ranked[1:_MOST_STARTS]), best[0].columns, tried)
 
 
 def _own_share(background: Background, waves: Array) -> float:

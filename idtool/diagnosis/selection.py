@@ -4,7 +4,8 @@ One round: every effect that these data can show is scored by regressing the res
 with the fit's own Jacobian projected out. The best few are refitted jointly, and with them all that could
 stand for the same evidence. The best of those is accepted if it lowers the error on left-out folds by more
 than chance and by enough to matter. Of two that tie the simpler is taken. Local shapes without a name
-compete like effects (`shapes`). When nothing passes, effects that became unneeded are dropped.
+compete like effects (`shapes`). When nothing passes, two that hide each other are tried (`pairs`), and then
+effects that became unneeded are dropped.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from idtool.diagnosis.candidates import (
     worth_it,
 )
 from idtool.diagnosis.holm import holm
+from idtool.diagnosis.pairs import hidden_pairs
 from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify, without
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
@@ -132,7 +134,7 @@ def _add(
             return
         winner = _round(selection, library, tell)
         if winner is None and not _searched_anew(selection, tell):
-            winner = _on_another_curve(selection, library, tell)
+            winner = _on_another_curve(selection, library, tell) or _two_at_once(selection, library, tell)
             if winner is None:
                 return
         if winner is not None:
@@ -200,6 +202,33 @@ def _on_another_curve(
         return None
     winner = _simplest_of_best(selection, passed)
     _accept(selection, winner)
+    return winner
+
+
+def _two_at_once(
+    selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]
+) -> Trial | None:
+    """Two effects of which each hides the other: accepted together, or not."""
+    fit = selection.fit
+    effects = [effect for effect in _to_score(selection, library) if not isinstance(effect, Unnamed)]
+    scored = [(effect, best_start(fit, effect)) for effect in effects]
+    passed: list[tuple[Trial, Trial]] = []
+    for i, j in hidden_pairs(fit, scored, _ALPHA, _REFITTED):
+        (one, start), (other, _) = scored[i], scored[j]
+        tell(f"trying {one.title.lower()} and {other.title.lower()} together")
+        beside = try_effect(fit, one, start, far=True).fit
+        best = best_start(beside, other)
+        if best.columns is None:
+            continue
+        both = try_effect(beside, other, best, far=True).fit
+        trials = Trial(one, both, chance_of(both, one)), Trial(other, both, chance_of(both, other))
+        if all(trial.p_value < _ALPHA and _passing(selection, trial) for trial in trials):
+            passed.append(trials)
+    if not passed:
+        return None
+    winner = _simplest_of_best(selection, [second for _, second in passed])
+    for trial in next(pair for pair in passed if pair[1] is winner):
+        _accept(selection, trial)
     return winner
 
 

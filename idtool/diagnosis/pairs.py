@@ -1,0 +1,55 @@
+"""Two effects that hide each other: each leaves what the other does, beside which it looks like chance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from idtool.diagnosis.candidates import Start
+from idtool.diagnosis.evidence import background_of
+from idtool.effects.base import Effect
+from idtool.fit.basis import beyond, orthonormal
+from idtool.fit.joint import JointFit
+from idtool.model.motion import Array
+
+
+def hidden_pairs(
+    fit: JointFit, scored: Sequence[tuple[Effect, Start]], alpha: float, most: int
+) -> list[tuple[int, int]]:
+    """Pairs of effects that no chance explains together, while each is needed beside the other; places in
+    `scored`, those first that leave least.
+
+    Args:
+        fit: of the model that has none of them.
+        scored: effects and their best starts from that fit.
+        alpha: error of the family of all pairs, and of each effect beside its partner.
+        most: how many pairs, at most.
+    """
+    background = background_of(fit)
+    residual, whole = background.residual, float(background.residual @ background.residual)
+    alone = {
+        place: beyond(background.basis, start.columns)
+        for place, (_, start) in enumerate(scored)
+        if start.columns is not None
+    }
+    pairs: list[tuple[float, int, int, Array]] = []
+    for i, j in combinations(alone, 2):
+        if scored[i][0].name != scored[j][0].name:
+            both = orthonormal(np.hstack([alone[i], alone[j]]))
+            taken = both.T @ residual
+            pairs.append((whole - float(taken @ taken), i, j, both))
+    found = []
+    for _, i, j, both in sorted(pairs, key=lambda pair: pair[0]):
+        left = residual - both @ (both.T @ residual)
+        tried = scored[i][1].tried, scored[j][1].tried
+        if (
+            background.chance(left, both) * tried[0] * tried[1] * len(pairs) < alpha
+            and background.beside(alone[i]).chance(left, alone[j]) * tried[1] < alpha
+            and background.beside(alone[j]).chance(left, alone[i]) * tried[0] < alpha
+        ):
+            found.append((i, j))
+        if len(found) == most:
+            break
+    return found

@@ -1,0 +1,53 @@
+"""Two effects of which each leaves what the other does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.ndimage import gaussian_filter1d
+
+from idtool import Log, identify
+from idtool.diagnosis import selection
+
+
+def _swept(folder: Path, offset: float, asymmetry: float, seed: int) -> Log:
+    """Back and forth at five speeds, around the one at which an offset and an asymmetry cancel."""
+    rng = np.random.default_rng(seed)
+    t = 0.01 * np.arange(800)
+    trials = []
+    for trial, speed in enumerate((0.3, 0.6, 0.9, 1.2, 1.5)):
+        w = speed * gaussian_filter1d(np.where((t // 2.0) % 2.0 == 0.0, 1.0, -1.0), 8, mode="nearest")
+        position = np.round(0.01 * np.cumsum(w), 5)
+        torque = 0.07 * np.tanh(w / 0.005) + 0.09 * w + offset + asymmetry * np.abs(w)
+        torque += 0.002 * rng.normal(size=len(t))
+        trials.append(
+            pd.DataFrame({"trial": trial, "time_s": t, "position_rad": position, "torque_nm": torque})
+        )
+    pd.concat(trials).to_csv(folder / "log.csv", index=False)
+    return Log.read(folder / "log.csv")
+
+
+def test_an_offset_and_an_asymmetry_that_hide_each_other(tmp_path: Path) -> None:
+    found = identify([_swept(tmp_path, -0.022, 0.025, 0)]).diagnosis
+    values = {effect["name"]: effect["parameters"] for effect in found["effects"]}
+    assert set(values) == {"torque_offset", "direction_asymmetry", "inertia"}
+    assert values["torque_offset"]["offset_nm"]["value"] == pytest.approx(-0.022, abs=0.002)
+    assert values["direction_asymmetry"]["asymmetry_nm_s_per_rad"]["value"] == pytest.approx(0.025, abs=0.002)
+    p_values = {candidate["name"]: candidate["p_value"] for candidate in found["candidates"]}
+    assert max(p_values["torque_offset"], p_values["direction_asymmetry"]) < 1e-6
+
+
+def test_each_alone_looks_like_chance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """... so that it is the pair that was found."""
+    monkeypatch.setattr(selection, "hidden_pairs", lambda *_: [])
+    found = identify([_swept(tmp_path, -0.022, 0.025, 0)]).diagnosis
+    assert [effect["name"] for effect in found["effects"]] == ["inertia"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_where_there_is_none_no_pair_is_found(tmp_path: Path, seed: int) -> None:
+    found = identify([_swept(tmp_path, 0.0, 0.0, seed)]).diagnosis
+    assert [effect["name"] for effect in found["effects"]] == ["inertia"]
