@@ -266,7 +266,7 @@ def diagnose(
         given: the library is a model that somebody chose; its effects need not explain everything.
         tolerance: error that is good enough, share of the torque (rms).
     """
-    parts = split(with_load(recording, starts[0]))
+    shown = parts = split(with_load(recording, starts[0]))
     best: tuple[JointFit, Selection, dict[Unnamed, str], int] | None = None
 
     def select(
@@ -287,6 +287,11 @@ def diagnose(
     tell("fitting the base model")
     training = thin(parts.training)
     bases = [refit(start, JointModel.build(training, start.model.spec)) for start in starts]
+    recording = weighed(shown.recording, bases[0])
+    if recording is not shown.recording:
+        parts = replace(shown, recording=recording)
+        training = thin(parts.training)
+        bases = [refit(base, JointModel.build(training, base.model.spec)) for base in bases]
     rival: JointFit | None = None
     # the one to trust most comes last, and goes on only while it may do as well as the others
     for place, base in reversed(list(enumerate(bases))):
@@ -314,13 +319,13 @@ def diagnose(
     recording = weighed(parts.recording, selection.fit)
     if recording is not parts.recording:
         tell("weighing slow rows by what they leave")
-        as_weighed = replace(parts, recording=recording)
-        selection.onto(thin(as_weighed.training))
-        unnamed, _ = select(selection, as_weighed)
+        parts = replace(parts, recording=recording)
+        selection.onto(thin(parts.training))
+        unnamed, _ = select(selection, parts)
     # beside the effects less may be seen of the friction than before they were in
     simpler, notes, stepped_down = step_down(selection.fit)
     if simpler is not selection.fit and (
-        held_out_error(simpler, parts) > (1.0 + LEAST_GAIN) * held_out_error(selection.fit, parts)
+        held_out_error(simpler, shown) > (1.0 + LEAST_GAIN) * held_out_error(selection.fit, shown)
     ):
         notes, stepped_down = [], []  # rows that count less since may have been what the law was needed for
     else:
@@ -332,7 +337,7 @@ def diagnose(
     final = _finished(selection, recording)
     while drop_impossible(selection, final):
         final = _finished(selection, recording)
-    if parts.blocks:
+    if shown.blocks:
         notes.append(
             "there are too few trials to hold some out, so contiguous blocks of time stand in for trials: "
             "the error on them tells of other times of the same run, not of another run."
@@ -343,7 +348,7 @@ def diagnose(
             "as much as in motion; those rows count that much less."
         )
     notes += filter(None, (_of_the_readings(final, effect) for effect in final.model.spec.effects))
-    notes += _not_compared(parts.recording)
+    notes += _not_compared(shown.recording)
     next_experiment = _next_experiment(selection, final, tell)
     tests = test_residual(base), test_residual(final)
     followed = [variable for shape in unnamed for variable in shape.follows]
@@ -353,7 +358,7 @@ def diagnose(
     # who chose the model has its numbers with its own errors
     stated = final if given else doubted(final, left)
     return Diagnosis(
-        parts, base, selection, stated, *tests, next_experiment, left, place, notes, stepped_down
+        shown, base, selection, stated, *tests, next_experiment, left, place, notes, stepped_down
     )
 
 

@@ -27,21 +27,28 @@ def weighed(recording: Recording, fit: JointFit) -> Recording:
     """The recording with weights for its slow rows and for the others, or itself where they change little.
 
     Args:
-        recording: all rows.
-        fit: the best model so far, of rows of it that all count the same.
+        recording: all rows, as they count now.
+        fit: the best model so far, of some of them.
     """
     known = fit.model.recording
     limit = _SLOW * float(np.quantile(np.abs(known.motion.velocity), 0.98))
     slow = np.abs(known.motion.velocity[known.row]) < limit
     if min(np.count_nonzero(slow), np.count_nonzero(~slow)) < _FEWEST:
         return recording
-    variance = np.array([np.mean(fit.residual[~slow] ** 2), np.mean(fit.residual[slow] ** 2)])
+    left = (fit.residual / known.row_weight) ** 2
+    variance = np.array([np.mean(left[~slow]), np.mean(left[slow])])
+    if variance[1] < variance[0]:
+        variance[:] = np.mean(left)
     share = np.array([np.mean(~slow), np.mean(slow)])
-    # of two groups of rows, the information of plain least squares over that of weighed ones
-    efficiency = 1.0 / (float(share @ variance) * float(share @ (1.0 / variance)))
-    if variance[1] < variance[0] or efficiency > _WASTEFUL:
-        return recording
+    best = 1.0 / variance
+    for now in (recording, replace(recording, weight=None)):
+        squares = known.row_weight**2 if now.weight is not None else np.ones(len(slow))
+        counted = np.array([np.mean(squares[~slow]), np.mean(squares[slow])])
+        # of two groups of rows, the information of these weights over that of the best ones
+        cost = float(share @ (counted**2 * variance)) * float(share @ best)
+        if float(share @ counted) ** 2 > _WASTEFUL * cost:
+            return now
     # as many rows as there are
-    weight = 1.0 / np.sqrt(variance * float(share @ (1.0 / variance)))
+    weight = np.sqrt(best / float(share @ best))
     rows = np.where(np.abs(recording.motion.velocity) < limit, weight[1], weight[0])
     return replace(recording, weight=rows)

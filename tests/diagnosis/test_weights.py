@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -69,6 +70,21 @@ def test_rows_that_differ_little_all_count_the_same(recording: Recording) -> Non
     assert weighed(recording, fit(recording, noise)) is recording
     speed = np.abs(recording.motion.velocity[recording.row])
     assert weighed(recording, fit(recording, noise * speed)) is recording
+
+
+def test_weights_that_still_fit_stay_and_others_go(recording: Recording) -> None:
+    """What was left before an effect came in may have been its own."""
+    speed = np.abs(recording.motion.velocity)
+    limit = 0.05 * np.quantile(speed, 0.98)
+    slow = speed[recording.row] < limit
+    noise = np.random.default_rng(1).standard_normal(len(slow))
+    once = weighed(recording, fit(recording, noise * np.where(slow, 5.0, 1.0)))
+    again = noise * np.where(slow, 5.0, 1.0) * once.row_weight
+    assert weighed(once, fit(once, again)) is once
+    wrong = replace(recording, weight=np.where(speed < limit, 3.0, 0.3))
+    assert weighed(wrong, fit(wrong, noise * wrong.row_weight)).weight is None
+    mended = weighed(wrong, fit(wrong, again / once.row_weight * wrong.row_weight))
+    np.testing.assert_allclose(mended.row_weight, once.row_weight)
 
 
 def test_a_weighed_row_of_the_filter_is_the_plain_one_times_its_weight(recording: Recording) -> None:
