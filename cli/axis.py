@@ -32,7 +32,7 @@ class Given:
     file: Path | None = None
 
     def read(self, logs: Sequence[Path], output: Output, known: Axis | None = None) -> list[Log]:
-        """Read logs, telling of those that were cut short.
+        """Read logs, telling of those that were cut short or number their rows.
 
         Args:
             logs: the files.
@@ -52,6 +52,9 @@ class Given:
         for log in read:
             if log.incomplete:
                 output.warn(f"{log.source} was cut short; it is used up to its last whole row.")
+        if numbered := [log.source for log in read if log.numbered]:
+            whose = ", ".join(numbered)
+            output.warn(f"the first column of {whose} has no name and numbers the rows; it is left out.")
         return read
 
     def axis(self) -> Axis | None:

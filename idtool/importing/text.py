@@ -63,6 +63,7 @@ def read_csv(
     if body and len(_fields(body[-1], delimiter)) < width:
         body.pop()
         notes.append("dropped a half-written last row")
+    unnamed = not names[0]  # what pandas' `to_csv` makes of an index
     names = [name or f"unnamed_{index + 1}" for index, name in enumerate(names)]
     units = _row_of_units(names, body, delimiter)
     if units:
@@ -70,7 +71,11 @@ def read_csv(
         notes.append("the row under the column names was read as their units")
     if not body:
         raise InputError("has no data rows", file=file, remedy="record it again")
-    return _table(names, body, delimiter, file, len(lines) - len(body)), header, units
+    table = _table(names, body, delimiter, file, len(lines) - len(body))
+    if unnamed and table[names[0]].equals(pd.Series(range(len(table)))):
+        table = table.drop(columns=names[0])
+        notes.append("the first column has no name and numbers the rows; left out")
+    return table, header, units
 
 
 def _row_of_units(names: list[str], body: list[str], delimiter: str) -> dict[str, str]:

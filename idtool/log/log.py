@@ -24,7 +24,7 @@ import pandas as pd
 
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, header_text, parse_header
-from idtool.log.table import check_rows, parse_rows, read_text
+from idtool.log.table import check_rows, parse_rows, read_text, without_row_numbers
 from idtool.log.writer import LogWriter
 from idtool.parameters.axis import Axis, check_constant
 from idtool.presentation.text import counted
@@ -48,6 +48,8 @@ class Log:
         source: where it was read from, for messages.
         incomplete: the file was cut short; its last whole row is the last row here.
         first_line: line of its first row in `source`, counted from 1; 0 where a row is not a line of a file.
+        numbered: the first column of the file had no name and held row numbers (pandas' `to_csv` writes
+            them); it is left out.
     """
 
     frame: pd.DataFrame
@@ -57,6 +59,7 @@ class Log:
     source: str = "log"
     incomplete: bool = False
     first_line: int = 0
+    numbered: bool = False
 
     def __repr__(self) -> str:
         what = f"{self.experiment}, " if self.experiment else ""
@@ -104,9 +107,10 @@ class Log:
         if torque_constant is not None and found.torque_constant is None:
             constant = check_constant(torque_constant, argument="torque_constant")
             found = replace(found, torque_constant=constant)
-        frame = check_rows(parse_rows(text, file), found, text, file)
+        table, numbered = without_row_numbers(parse_rows(text, file), text, file)
+        frame = check_rows(table, found, text, file)
         rest = {key: value for key, value in header.items() if key not in TOP_KEYS}
-        return cls(frame, found, experiment, rest, str(file), text.incomplete, text.line_of_rows)
+        return cls(frame, found, experiment, rest, str(file), text.incomplete, text.line_of_rows, numbered)
 
     def plot(self, ax: Axes | None = None) -> Figure:
         """Draw a first look, before any fit: position, speed and effort over time, effort over speed.

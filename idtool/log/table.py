@@ -157,16 +157,23 @@ def _names(line: bytes, number: int, file: Path) -> list[str]:
             place=place,
             remedy="`ffc-id import` reads such files",
         )
-    if "" in names:
-        raise InputError(
-            f"column {names.index('') + 1} has no name", file=file, place=place, remedy="name it or remove it"
-        )
+    if "" in names[1:]:
+        raise _nameless(names.index("", 1), number, file)
     doubled = sorted(name for name in set(names) if names.count(name) > 1)
     if doubled:
         raise InputError(
             f'column "{doubled[0]}" appears twice', file=file, place=place, remedy="rename or remove one"
         )
     return names
+
+
+def _nameless(column: int, number: int, file: Path) -> InputError:
+    return InputError(
+        f"column {column + 1} has no name",
+        file=file,
+        place=f"line {number}",
+        remedy="name it or remove it",
+    )
 
 
 def is_number(text: str) -> bool:
@@ -253,6 +260,20 @@ def parse_rows(text: LogText, file: Path) -> pd.DataFrame:
             "is not a CSV table (a quote is not closed)", file=file, remedy="remove or close the quote"
         )
     return frame
+
+
+def without_row_numbers(frame: pd.DataFrame, text: LogText, file: Path) -> tuple[pd.DataFrame, bool]:
+    """The table without the row numbers that pandas' `to_csv` puts first, and whether there were any.
+
+    Raises:
+        InputError: a first column without a name that holds anything else.
+    """
+    if text.names[0]:
+        return frame, False
+    numbers = frame.iloc[:, 0]
+    if not pd.api.types.is_integer_dtype(numbers) or (numbers < 0).any():
+        raise _nameless(0, text.first_line - 1, file)
+    return frame.iloc[:, 1:].copy(), True
 
 
 def check_rows(frame: pd.DataFrame, axis: Axis, text: LogText | None, file: Path) -> pd.DataFrame:

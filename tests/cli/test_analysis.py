@@ -204,6 +204,14 @@ def test_half_a_last_row_is_used_up_to_the_last_whole_one(logs: Path, tmp_path: 
     assert Log.read(tmp_path / "cut.csv").incomplete
 
 
+def test_row_numbers_are_told_of_once(logs: Path, tmp_path: Path) -> None:
+    for name in ("gravity", "sine"):
+        Log.read(logs / f"{name}.csv").frame.to_csv(tmp_path / f"{name}.csv")
+    done = ffc_id("check", "gravity.csv", "sine.csv", "-q", "--torque-constant", "1", cwd=tmp_path)
+    assert done.returncode == 0
+    assert done.stderr.count("numbers the rows") == 1
+
+
 def test_wrong_uses_name_the_remedy(logs: Path, result: Path) -> None:
     one_sentence(ffc_id("fit-gravity", "sweep.csv", "-p", "p.toml", cwd=logs), 3, "run-gravity")
     one_sentence(ffc_id("fit-dynamic", "sine.csv", "-p", "p.toml", cwd=logs), 3, "fit-static first")

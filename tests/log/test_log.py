@@ -64,6 +64,14 @@ def test_reads_what_the_header_says(tmp_path: Path) -> None:
     assert log.column("position") is None
 
 
+def test_row_numbers_of_pandas_are_left_out(tmp_path: Path) -> None:
+    Log.read(put(tmp_path, HEAD + NAMES + ROWS)).frame.to_csv(tmp_path / "saved.csv")
+    log = Log.read(tmp_path / "saved.csv")
+    assert log.numbered
+    assert list(log.frame.columns) == ["trial", "time_s", "velocity_rad_s", "current_a"]
+    assert log.frame["time_s"].tolist() == [0.0, 0.01, 0.02]
+
+
 @pytest.mark.parametrize(
     "content",
     [
@@ -139,7 +147,8 @@ BAD = {
     "short row": (HEAD + NAMES + "0,0,0.1\n" + ROWS, "line 7: has 3 fields, expected 4"),
     "blank row": (HEAD + NAMES + "\n" + ROWS, "line 7: the line is empty"),
     "doubled": (HEAD + "time_s,current_a,current_a\n0,1,1\n", 'column "current_a" appears twice'),
-    "nameless": (HEAD + ",time_s,velocity_rad_s,current_a\n0,0,1,1\n", "column 1 has no name"),
+    "nameless": (HEAD + "time_s,,velocity_rad_s,current_a\n0,0,1,1\n", "line 6: column 2 has no name"),
+    "nameless first": (HEAD + ",time_s,velocity_rad_s,current_a\n0.1,0,1,1\n", "column 1 has no name"),
     "semicolons": (
         "time_s;velocity_rad_s;torque_nm\n0;1;1\n",
         "not separated by commas; `ffc-id import` reads",
