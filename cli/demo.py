@@ -152,6 +152,7 @@ def _recovered(parameters: Parameters) -> list[dict[str, Any]]:
 
 def _show(console: Console, document: dict[str, Any]) -> None:
     from idtool.model.units import unit_text
+    from idtool.presentation.text import quantity
 
     from .diagnose import print_verdict
     from .tables import print_table
@@ -161,7 +162,7 @@ def _show(console: Console, document: dict[str, Any]) -> None:
         ("parameter", ">published", ">recovered", ">std error", ">off", "unit"),
         [
             (
-                row["parameter"].replace("_", " "),
+                quantity(row["parameter"]),
                 f"{row['published']:.4g}",
                 f"{row['recovered']:.4g}",
                 "" if row["stderr"] is None else f"{row['stderr']:.1g}",

@@ -74,13 +74,14 @@ def _print_stacked(
 def print_parameters(console: Console, parameters: Parameters, parts: tuple[str, ...]) -> None:
     """Value, unit, standard error, 95 % interval, and what to think of it."""
     from idtool.parameters.rows import rows_of
+    from idtool.presentation.text import quantity
 
     rows = []
     for row in rows_of(parameters, parts):
         one = row.parameter
         interval = f"{one.ci95[0]:.5g} to {one.ci95[1]:.5g}" if one.ci95 else one.limits("{:.2g}".format)
         error = f"{one.stderr:.2g}" if one.stderr is not None else ""
-        name = row.name.replace("_", " ")
+        name = quantity(row.name)
         base = row.part in ("gravity", "static", "dynamic", "inertia")
         name = name if base else f"{row.part}: {name}"
         rows.append((name, f"{one.value:.5g}", error, interval, row.unit, row.remark))

@@ -30,6 +30,7 @@ from idtool.log import Log
 from idtool.model.units import Units, unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
+from idtool.presentation.text import quantity
 
 SCHEMA = "ffc-id/comparison/1"
 #: Chance that two fits of one unchanged axis are said to differ, over everything that is compared.
@@ -72,7 +73,7 @@ class ParameterLine:
     @property
     def title(self) -> str:
         """What a person calls it."""
-        name = self.name.replace("_", " ")
+        name = quantity(self.name)
         return name if self.part in ("gravity", "static", "dynamic") else f"{self.part}: {name}"
 
     @property

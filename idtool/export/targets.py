@@ -25,6 +25,7 @@ from idtool.export.urdf import Urdf
 from idtool.log import Log
 from idtool.model.units import Units, unit_text
 from idtool.parameters import Parameters
+from idtool.presentation.text import quantity
 
 _ALL: tuple[Target, ...] = (Mujoco(), Isaac(), Urdf(), Ros2(), PlainJson(), Bam(), CoggingMap())
 TARGETS: dict[str, Target] = {target.name: target for target in _ALL}
@@ -71,7 +72,7 @@ def _doubts(model: Parameters) -> list[str]:
         f"{entry.name} {name}": one for entry in model.effects for name, one in entry.parameters.items()
     }
     values = model.gravity | model.static | model.dynamic | entries
-    doubted = [name.replace("_", " ") for name, one in values.items() if not one.known]
+    doubted = [quantity(name) for name, one in values.items() if not one.known]
     return [f"the data did not determine: {', '.join(doubted)}"] if doubted else []
 
 

@@ -76,7 +76,7 @@ def label(key: str) -> tuple[str, str]:
         suffix, dimension, linear = max(fitting, key=lambda one: len(one[0]))
         unit = unit_text(dimension, "linear" if linear else "rotary")
         base = base.removesuffix(f"_{suffix}")
-    name = text.words(base)
+    name = text.quantity(base)
     return (f"{text.words(effect)}: {name}" if effect not in ("", base) else name), unit
 
 
@@ -200,6 +200,7 @@ def _grid(
         draw(panel, line, fleet.points(line.key))
         name, unit = label(line.key)
         panel.set_title(f"{name}, {unit}" if unit else name)
+        panel.ticklabel_format(axis="y", useOffset=False)  # what a whole tick says, nobody has to add up
     for panel in panels[len(lines) :]:
         panel.set_visible(False)
     return figure

@@ -8,6 +8,8 @@ from idtool.cli.tables import print_parameters
 from rich.console import Console
 
 from idtool import Axis, Parameters
+from idtool.compare.comparison import ParameterLine
+from idtool.fleet.page import label
 from idtool.parameters import EffectEntry, Parameter
 
 
@@ -26,6 +28,18 @@ def test_a_parameter_that_is_not_determined_has_no_interval() -> None:
     assert not any(part in stiffness for part in ("0.68", "56.1", "59"))
     assert "at least 40" in stiffness
     assert "0.58 to 0.62" in damping
+
+
+def test_the_level_at_standstill_is_called_stiction() -> None:
+    """Not by its key in the file, which would read as the static part of a parameter file."""
+    screen = Console(file=io.StringIO(), width=200)
+    static = {name: Parameter(0.1) for name in ("coulomb", "static", "stribeck_velocity", "viscous")}
+    print_parameters(screen, Parameters(axis=Axis(), static=static), ("static",))
+    assert isinstance(screen.file, io.StringIO)
+    names = [line.split("  ")[0] for line in screen.file.getvalue().splitlines()[1:]]
+    assert names == ["coulomb", "stiction", "stribeck velocity", "viscous"]
+    assert label("static_nm") == ("stiction", "N m")
+    assert ParameterLine("static", "static", "N m", None, None).title == "stiction"
 
 
 def test_inertia_is_no_effect_of_its_own() -> None:

@@ -218,6 +218,19 @@ def test_a_large_page_has_pages_and_a_search_and_short_tiles(tmp_path: Path) -> 
     assert f"script-src 'sha256-{digest}'" in html
 
 
+def test_a_phone_reads_every_value_under_its_name(tmp_path: Path) -> None:
+    session(tmp_path / "sessions" / "A0_2026-01-01", seed=0)
+    run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1)
+    html = (tmp_path / "out" / "fleet.html").read_text()
+    assert html.count('<table class="stack') == html.count("<table") == 2
+    cells = re.findall(r"<td[^>]*>", html)
+    assert len(cells) > 9
+    assert all(re.search('data-of="[^"]+"', cell) for cell in cells)
+    assert re.search(
+        r"\.stack [^{]*tr\[hidden\][^{]*\{ display: none; \}", html
+    )  # rows of other pages stay away
+
+
 def test_a_table_that_is_left_out_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without pyarrow there is no Parquet, and an old one would be of other sessions."""
     session(tmp_path / "sessions" / "A0_2026-01-01", seed=0)
