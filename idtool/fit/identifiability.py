@@ -176,11 +176,11 @@ def low_speeds(fit: JointFit) -> Shortcoming | None:
         return None
     slowest, fastest = slowest_and_fastest(fit.model.recording)
     unit = unit_text("velocity", fit.model.recording.axis.kind)
-    fall = "the Stribeck velocity and the static level are not determined"
+    fall = "the Stribeck velocity and the stiction are not determined"
     if not passed or slowest > 0.3 * fastest:
         why = f"no low speeds (the slowest constant speed is {slowest:.2g} {unit}): {fall}"
     elif not seen:
-        why = f"no static level shows apart from the Coulomb level down to {slowest:.2g} {unit}: {fall}"
+        why = f"no stiction shows apart from the Coulomb level down to {slowest:.2g} {unit}: {fall}"
     else:
         why = f"too few rows at low speeds: {fall}"
     run = slow_sweep(fit, slowest)
