@@ -69,6 +69,22 @@ class Output:
             show(console())
 
 
+def given_words() -> list[str]:
+    """The arguments and options of the running command as they were given."""
+    context = click.get_current_context()
+    given = click.core.ParameterSource.COMMANDLINE
+    words: list[str] = []
+    for parameter in context.command.params:
+        if not parameter.name or context.get_parameter_source(parameter.name) is not given:
+            continue
+        value = context.params[parameter.name]
+        if isinstance(parameter, click.Option):
+            words.append(parameter.opts[0])
+        if value is not True:
+            words += map(str, value) if isinstance(value, tuple) else [f"{value}"]
+    return words
+
+
 def console(*, stderr: bool = False) -> Console:
     """A rich console; where the output is not a terminal plain text, as wide as it needs to be.
 

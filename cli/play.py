@@ -10,6 +10,7 @@ import click
 from .common import (
     Output,
     force_option,
+    given_words,
     output_options,
     radians,
     rig_option,
@@ -147,6 +148,8 @@ def play(
         return 4
     if log is not None:
         output.next("plot", log)
+    else:
+        output.next("play", *given_words(), "-o", "played.csv")
     return 0
 
 

@@ -11,6 +11,7 @@ import click
 from .common import (
     Output,
     force_option,
+    given_words,
     output_options,
     picture_name,
     radians,
@@ -220,6 +221,8 @@ def teach(
     )
     if log is not None and not result.interrupted:
         output.next("play", log, "--rig", rig, "-p", params, "--speed", "0.5")
+    elif not result.interrupted:
+        output.next("teach", *given_words(), "-o", "taught.csv")
     return 130 if result.interrupted and simulated else 0
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, console, output_options
+from .common import Output, console, given_words, output_options
 from .numbers import NumberRange
 
 if TYPE_CHECKING:
@@ -118,20 +118,8 @@ def tune(
     if write:
         output.next("teach", "-p", params, "--rig", "SPEC", "--tare")
     else:
-        output.next("tune", *_given_words(), "--write")
+        output.next("tune", *given_words(), "--write")
     return 0
-
-
-def _given_words() -> list[str]:
-    """The options of this command as they were given."""
-    context = click.get_current_context()
-    given = click.core.ParameterSource.COMMANDLINE
-    words = []
-    for option in context.command.params:
-        if option.name and context.get_parameter_source(option.name) is given:
-            value = context.params[option.name]
-            words += [option.opts[0]] if value is True else [option.opts[0], f"{value}"]
-    return words
 
 
 def _show(screen: Console, tuning: Tuning, parameters: Parameters) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shlex
 import tomllib
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from rich.console import Console
 
 from idtool.guiding.playback import Played
 from idtool.log import Log
+from idtool.log.table import is_number
 from idtool.parameters import Parameters
 
 from .support import ffc_id
@@ -47,6 +49,26 @@ def test_plays_what_was_taught(taught: Path, tmp_path: Path) -> None:
     hand = Log.read(taught / "taught.csv").frame["position_rad"]
     repeated = Log.read(tmp_path / "played.csv").frame["position_rad"]
     assert np.ptp(repeated) == pytest.approx(np.ptp(hand), rel=0.02)
+
+
+def test_without_a_log_the_next_command_is_the_same_with_one(taught: Path) -> None:
+    """As it was typed: a pair of numbers as two words, a flag without any, an argument without its name."""
+    rig = ("--rig", "sim:paper", "-p", "params.toml")
+    for words, name in (
+        (("teach", *rig, "--tilt-deg", "0", "10", "--duration", "1", "--no-hand"), "taught.csv"),
+        (("play", "taught.csv", *rig, "--payload", "0.4"), "played.csv"),
+    ):
+        done = ffc_id(*words, cwd=taught)
+        assert done.returncode == 0, done.stderr
+        first, *rest = shlex.split(done.stderr.splitlines()[-1].removeprefix("next: ffc-id "))
+        assert first == words[0]
+        assert rest[-2:] == ["-o", name]
+        assert sorted(map(plain, rest[:-2])) == sorted(map(plain, words[1:]))
+
+
+def plain(word: str) -> str:
+    """A word with its number written in one way."""
+    return f"{float(word):g}" if is_number(word) else word
 
 
 @pytest.mark.parametrize(
