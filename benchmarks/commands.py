@@ -39,7 +39,7 @@ def measure(rounds: int = 5, tasks: tuple[str, ...] = tuple(TASKS)) -> Section:
         ["what", "processor time"],
         notes=[
             "Whole processes, user and system, on the logs of `ffc-id data get sample` (gravity 6,656 rows, "
-            "sweep 41,804, sine 11,400). The first row is what the libraries of every fit take to import, "
+            "sweep 41,804, sine 11,400). The first row is what the libraries of a fit take to import, "
             "the next ones each of them alone (numpy is in all), and the last import is everything that a "
             "fit needs before it computes. "
             "A figure is drawn only where `--figure` asks for one: matplotlib takes as long to import as "

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
-from scipy.optimize import minimize_scalar
 
 from idtool.diagnosis.evidence import Background
 from idtool.model.motion import Array
+from idtool.signals.bounded import bounded_minimum
 
 #: Bins in the shortest period: rows share a bin with their neighbours, which costs under 1 % of amplitude.
 _BINS = 8
@@ -77,13 +77,10 @@ def strongest_line(
         power[max(at - _FINE, 0) : at + _FINE + 1] = 0.0  # the line and its flanks
     # what a line that is a little off leaves beats, and looks like chance
     around = (max(best[1] - apart, lowest), min(best[1] + apart, highest))
-    found = minimize_scalar(
-        lambda f: -_gain(background, waves_of(f * of, size, part)),
-        bounds=around,
-        method="bounded",
-        options={"xatol": _CLOSE * apart},
+    found = bounded_minimum(
+        lambda f: -_gain(background, waves_of(f * of, size, part)), *around, within=_CLOSE * apart
     )
-    return float(found.x), max(int(len(power) / _FINE), 1)
+    return found, max(int(len(power) / _FINE), 1)
 
 
 def waves_of(angle: Array, size: Array | float = 1.0, part: NDArray[np.intp] | None = None) -> Array:

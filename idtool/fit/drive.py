@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
@@ -18,6 +17,7 @@ from idtool.model.motion import Array, Motion
 from idtool.parameters import Parameter
 from idtool.parameters.drive import Command, Drive
 from idtool.signals import Recording, record
+from idtool.signals.bounded import bounded_minimum
 
 #: Delays between which to look, s, and how fine the first look is.
 _SHORTEST, _LONGEST, _STEP = 0.0, 0.06, 0.004
@@ -72,10 +72,7 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
     costs = [at(delay)[0] for delay in tried]
     best = float(tried[int(np.argmin(costs))])
     bounds = (max(best - _STEP, _SHORTEST), best + _STEP)
-    fine = optimize.minimize_scalar(
-        lambda d: at(d)[0], bounds=bounds, method="bounded", options={"xatol": 0.1 * _FINE}
-    )
-    delay = float(fine.x)
+    delay = bounded_minimum(lambda d: at(d)[0], *bounds, within=0.1 * _FINE)
     cost, found, left, columns = at(delay)
     commanded = left + columns @ found
     if cost > _MOST_LEFT * float(np.sum((commanded - commanded.mean()) ** 2)):

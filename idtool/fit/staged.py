@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import optimize
 
 from idtool.effects import registry
 from idtool.errors import InputError
@@ -273,6 +272,8 @@ def _curve(fit: JointFit, windows: Sequence[Window]) -> tuple[dict[str, float], 
 
     def off(x: Array) -> Array:
         return np.asarray(steady(w, *x) - torque)
+
+    from scipy import optimize  # the other fits need not pay its import
 
     curve = optimize.least_squares(off, np.maximum(start, low), bounds=(low, high), max_nfev=_CURVE_MOST)
     outcome = outcome_of(curve)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from idtool.model.motion import Array
 from idtool.signals import kalman
+from idtool.signals.bounded import bounded_minimum
 
 #: Squared normalised innovations count at most this much in the likelihood, so that a few steps in
 #: the motion do not make all of it look rough.
@@ -56,5 +56,4 @@ def likeliest_jerk(series: Series, around: Array, passed: kalman.Passed) -> floa
         return unlikely_by(series, 10.0**log_jerk, passed)
 
     low, high = around.tolist()
-    result = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 0.1})
-    return float(10.0**result.x)
+    return float(10.0 ** bounded_minimum(cost, low, high, within=0.1))

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from idtool.model.motion import Array
 from idtool.signals import kalman
@@ -65,6 +64,8 @@ def of_the_clock(
     if cost[best] > cost[False, -math.inf, 0.0] - math.log(rows):
         return likeliest, np.zeros_like(squares), 0.0
     if math.isfinite(spread):
+        from scipy import optimize  # few recordings have such stamps, and its import takes 0.1 s
+
         search: Any = optimize.minimize  # its stubs know no method by name
         options = {"maxfev": _SPENT, "xatol": 0.05, "fatol": 0.01 * math.log(rows)}
         point = search(

@@ -92,6 +92,14 @@ def test_what_reads_or_moves_loads_no_optimiser(loaded: dict[str, set[str]], com
     assert loaded[command].isdisjoint(_OF_A_FIT)
 
 
+@pytest.mark.parametrize("command", ["check", "fit-gravity"])
+def test_a_search_between_two_bounds_loads_no_library_of_searches(
+    loaded: dict[str, set[str]], command: str
+) -> None:
+    assert "idtool.signals.bounded" in loaded[command]
+    assert "scipy.optimize" not in loaded[command]
+
+
 def test_help_loads_no_numbers(loaded: dict[str, set[str]]) -> None:
     assert loaded["--help"].isdisjoint({"numpy", "pandas", "numba", "rich"})
 
