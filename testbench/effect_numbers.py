@@ -52,5 +52,9 @@ RICHER: dict[str, dict[str, dict[str, float]]] = {
         "position_dependent_friction": NUMBERS["position_dependent_friction"]
         | {"slope_3": 0.2, "slope_4": -0.1}
     },
+    "friction_of_one_place": {
+        "position_dependent_friction": NUMBERS["position_dependent_friction"]
+        | {f"slope_{k}": 0.2 * (-0.7) ** k for k in range(3, 9)}
+    },
     "part_of_the_friction": {"hysteresis": NUMBERS["hysteresis"] | {"of_friction": 1.0}},
 }

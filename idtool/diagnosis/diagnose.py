@@ -130,7 +130,7 @@ class Diagnosis:
         return {
             f"rms_{unit}": rms,
             "percent_of_torque": 100.0 * rms / torque,
-            "noise_percent": 100.0 * self.split.recording.noise / torque,
+            "noise_percent": 100.0 * self.split.recording.floor / torque,
         }
 
     @property
@@ -233,7 +233,7 @@ class Diagnosis:
             "held_out": _pair(before, after, held),
             "training": _pair(before, after, ~held),
             "by_experiment": by_experiment,
-            "noise_floor": recording.noise,
+            "noise_floor": recording.floor,
             "relative_percent": {
                 "held_out": {
                     "before": _relative(before, filtered_held),

@@ -88,7 +88,7 @@ def cumulative_periodogram(over: str, residual: Array, covariance: Array) -> Cum
 
 def _white_covariance(fit: JointFit) -> Array:
     """Mean autocovariance that white noise has after the filter, at lags of filtered rows."""
-    operator = fit.model.recording.operator
+    operator = fit.model.recording.model_operator
     rows = operator.shape[0]
     found = []
     for lag in range(min(_LAGS, rows - 1)):

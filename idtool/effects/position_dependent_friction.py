@@ -14,7 +14,7 @@ from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
 #: Degrees of the polynomial over the stroke that are tried, the plainest first.
-_DEGREES = (2, 4)
+_DEGREES = (2, 4, 8)
 #: So many times its mean friction may rise towards an end; below nothing it cannot fall, whatever this says.
 _MOST = 3.0
 
@@ -51,8 +51,12 @@ class PositionDependentFriction(Effect):
     parameters = (
         EffectParameter("slope_1", "number", "relative change from the centre to an end", -_MOST, _MOST),
         EffectParameter("slope_2", "number", "relative change, curved part T_2", -_MOST, _MOST),
-        EffectParameter("slope_3", "number", "relative change, part T_3", -_MOST, _MOST, optional=True),
-        EffectParameter("slope_4", "number", "relative change, part T_4", -_MOST, _MOST, optional=True),
+        *(
+            EffectParameter(
+                f"slope_{k}", "number", f"relative change, part T_{k}", -_MOST, _MOST, optional=True
+            )
+            for k in range(3, _DEGREES[-1] + 1)
+        ),
         EffectParameter("center", "position", "middle of the stroke that was moved"),
         EffectParameter("half_stroke", "position", "half of it", 0.0),
     )
@@ -68,14 +72,15 @@ class PositionDependentFriction(Effect):
         return values["center"], values["half_stroke"], *slopes
 
     def in_c(self, values: Values) -> CForm:
-        code = """
-            const float x = clamp((row->position - center) * (1.0f / half_stroke), -1.0f, 1.0f);
-            sum->level_change += slope_1 * x + slope_2 * (2.0f * x * x - 1.0f);
-        """
-        if "slope_3" in values:
-            code += "sum->level_change += slope_3 * (4.0f * x * x - 3.0f) * x;"
-            code += "sum->level_change += slope_4 * (8.0f * x * x * (x * x - 1.0f) + 1.0f);"
-        return CForm(code, values)
+        lines = [
+            "const float x = clamp((row->position - center) * (1.0f / half_stroke), -1.0f, 1.0f);",
+            "sum->level_change += slope_1 * x;",
+            "float before = 1.0f, now = x, next;",
+        ]
+        for k in range(2, _degree(values) + 1):
+            lines.append("next = 2.0f * x * now - before; before = now; now = next;")
+            lines.append(f"sum->level_change += slope_{k} * now;")
+        return CForm("\n".join(lines), values)
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         return self.coordinates[: self.degree]

@@ -59,7 +59,7 @@ def fitted(parameters: Parameters, logs: Sequence[Log]) -> tuple[Parameters, flo
     offset = parameters.effect("torque_offset")
     constant = [np.ones(len(motion))] if offset else []
     columns = recording.filtered(np.column_stack([sign, motion.velocity, *constant]))
-    measured = recording.filtered(recording.torque - rest)
+    measured = recording.filtered_torque - recording.filtered(rest)
     scale = np.linalg.norm(columns, axis=0) + _SMALLEST
     lowest = np.array([0.0, 0.0, *(-math.inf for _ in constant)])
     found = (lsq_linear(columns / scale, measured, bounds=(lowest, math.inf)).x / scale).tolist()

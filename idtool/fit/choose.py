@@ -28,7 +28,7 @@ _ARM_GAIN = 0.05
 _SPRING = 0.7
 _LEAST_SPAN = 1e-3
 #: Bayesian evidence for a richer friction law (Kass & Raftery 1995 call 6 "strong").
-_CLEAR_EVIDENCE = 6.0
+CLEAR_EVIDENCE = 6.0
 
 
 def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | None, tuple[str, ...]]:
@@ -64,7 +64,7 @@ def _swings(recording: Recording) -> bool:
     motion = recording.motion
     if recording.position_resolution == 0.0 or np.ptp(motion.position) < 0.5:
         return False
-    target = recording.filtered(recording.torque)
+    target = recording.filtered_torque
     plain = [np.sign(motion.velocity), motion.velocity, motion.acceleration, np.ones(len(motion))]
     with_arm = [*plain, np.sin(motion.position), np.cos(motion.position)]
 
@@ -145,7 +145,7 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
                 fit = simpler
         elif short is not None:
             simpler = _with_law(fit, "stribeck")
-            if fit.rigid or gain_in_evidence(simpler, fit) < _CLEAR_EVIDENCE:
+            if fit.rigid or gain_in_evidence(simpler, fit) < CLEAR_EVIDENCE:
                 notes.append(f"{short.why}: the static curve is used instead of LuGre; {short.remedy}.")
                 reasons.append(short)
                 fit = simpler
@@ -154,7 +154,7 @@ def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:
     if fit.model.spec.friction == "stribeck" and not stribeck_seen(fit):
         simpler = _with_law(fit, "coulomb")
         # the static level may be all but nothing, which no error of its logarithm tells from chance
-        if gain_in_evidence(simpler, fit) < _CLEAR_EVIDENCE:
+        if gain_in_evidence(simpler, fit) < CLEAR_EVIDENCE:
             lacking = low_speeds(fit)
             assert lacking is not None  # it speaks wherever no static level is seen
             notes.append(f"{lacking.why}: Coulomb and viscous friction is used; {lacking.remedy}.")

@@ -120,7 +120,12 @@ class JointFit:
 
     @cached_property
     def predicted(self) -> Array:
-        """Predicted torque of every row."""
+        """Predicted torque of every row, as the logs would show it."""
+        return self.model.recording.logged(self.unfiltered)
+
+    @cached_property
+    def unfiltered(self) -> Array:
+        """Predicted torque of every row, as it acts."""
         model = self.model
         motion = model.recording.motion
         return predict(motion, model.friction(self.x), model.contribution(self.x), self.start).torque

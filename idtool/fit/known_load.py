@@ -239,7 +239,7 @@ def _as_an_arm(recording: Recording) -> bool:
     """Whether the payload pulls with the sine of the angle rather than with the same everywhere."""
     motion = recording.motion
     assert motion.payload is not None
-    target = recording.filtered(recording.torque)
+    target = recording.filtered_torque
     q, w = motion.position, motion.velocity
     plain = [np.sign(w), w, motion.acceleration, np.ones(len(motion)), np.sin(q), np.cos(q)]
 

@@ -109,7 +109,7 @@ class Scales:
         within = np.maximum.reduceat(motion.position, motion.starts) - np.minimum.reduceat(
             motion.position, motion.starts
         )
-        spread = float(np.std(recording.filtered(recording.torque) / recording.row_weight)) + recording.noise
+        spread = float(np.std(recording.filtered_torque / recording.row_weight)) + recording.noise
         return cls(
             torque=spread,
             speed=max(top, 1e-9),
@@ -483,7 +483,7 @@ class JointModel:
         return noise
 
     def _filtered_noise(self) -> float:
-        operator = self.recording.operator
+        operator = self.recording.model_operator
         gain = float(np.sqrt(operator.multiply(operator).sum() / operator.shape[0]))
         return self.recording.noise * gain
 

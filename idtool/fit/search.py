@@ -94,7 +94,7 @@ class Projection:
                     self._names.append(f"{effect.name}.{c.name}")
         recording = self.model.recording
         looked_at = slice(None, None, -(-len(recording.row) // _ENOUGH))
-        self._operator = recording.operator[looked_at]
+        self._operator = recording.model_operator[looked_at]
         stretch = recording.filtered_stretch[looked_at]
         self._pointer = np.searchsorted(stretch, np.arange(motion.stretches + 1))
         self._fixed = np.column_stack(

@@ -30,6 +30,7 @@ from idtool.parameters.axis import Axis, voltage_key
 from idtool.presentation.text import counted
 from idtool.signals import lowpass
 from idtool.signals.lowpass import Filter
+from idtool.signals.own_filter import OwnFilter, noise_before
 from idtool.signals.rest import standing
 from idtool.signals.smoother import TOO_FAST, Smoothed, reading_variance, smooth
 
@@ -58,7 +59,7 @@ class Recording:
             predicts; they are bounds on it (`idtool.fit.breakaway`).
         experiment: name of the experiment of each trial.
         source: index of the log that each trial came from.
-        noise: standard deviation of the torque's noise at full rate.
+        noise: standard deviation of the torque's white noise at full rate, before `own_filter`.
         filter: what the low-pass is.
         position_resolution: smallest step of the position reading, 0 without one.
         lost: reason -> rows that it cost.
@@ -71,6 +72,7 @@ class Recording:
         unseen: how far the axis may move in a rest without its position showing it, rad (m).
         by_voltage: the torque is the motor's voltage, with its back-EMF in it unless the axis tells R.
         weight: of each row in a fit, one over what models leave there, (rows,); None is the same for all.
+        own_filter: the low-pass that the torque went through before it was logged, None for none.
     """
 
     axis: Axis
@@ -92,11 +94,17 @@ class Recording:
     unseen: float = 0.0
     by_voltage: bool = False
     weight: Array | None = None
+    own_filter: OwnFilter | None = None
 
     @cached_property
     def torque_size(self) -> float:
         """Root mean square of the measured torque, rows that a fit uses."""
         return float(np.sqrt(np.mean(self.torque[self.usable] ** 2)))
+
+    @cached_property
+    def floor(self) -> float:
+        """Standard deviation of the noise that the logs show."""
+        return self.noise * (1.0 if self.own_filter is None else self.own_filter.noise_gain(self.motion))
 
     @cached_property
     def operator(self) -> sparse.csr_matrix:
@@ -118,10 +126,19 @@ class Recording:
             matrix.data *= np.repeat(self.weight[_middle(matrix)], np.diff(matrix.indptr))
         return matrix
 
+    @cached_property
+    def model_operator(self) -> sparse.csr_matrix:
+        """The same for what a model predicts: it goes through the log's own filter first."""
+        return self.operator if self._own is None else sparse.csr_matrix(self.operator @ self._own)
+
+    @cached_property
+    def _own(self) -> sparse.csr_matrix | None:
+        return None if self.own_filter is None else self.own_filter.matrix(self.motion)
+
     @property
     def csr(self) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-        """Data, indices and pointers of the operator."""
-        return self.operator.data, self.operator.indices, self.operator.indptr
+        """Data, indices and pointers of the model's operator."""
+        return self.model_operator.data, self.model_operator.indices, self.model_operator.indptr
 
     @cached_property
     def row_weight(self) -> Array:
@@ -180,7 +197,7 @@ class Recording:
     @cached_property
     def filtered_torque(self) -> Array:
         """Measured torque, filtered."""
-        return self.filtered(self.torque)
+        return np.asarray(self.operator @ self.torque)
 
     @cached_property
     def added(self) -> dict[str, tuple[object, Array]]:
@@ -193,8 +210,12 @@ class Recording:
         return {}
 
     def filtered(self, values: Array) -> Array:
-        """Apply the filter to one column or several, shape (rows,) or (rows, n)."""
-        return np.asarray(self.operator @ values)
+        """Filter what a model predicts, one column or several, shape (rows,) or (rows, n)."""
+        return np.asarray(self.model_operator @ values)
+
+    def logged(self, torque: Array) -> Array:
+        """A predicted torque as these logs would show it, shape (rows,)."""
+        return torque if self._own is None else np.asarray(self._own @ torque)
 
     def told_of_rows(self) -> list[str]:
         """Sentences on rows that were in the logs and are not compared, and on what was repaired."""
@@ -244,6 +265,10 @@ class Recording:
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
         return replace(self, motion=replace(self.motion, load=load, load_upright=upright))
+
+    def through(self, own: OwnFilter) -> Recording:
+        """The same, where the torque went through a low-pass before it was logged."""
+        return replace(self, own_filter=own, noise=noise_before(own, self.torque, self.motion))
 
 
 def _middle(operator: sparse.csr_matrix) -> NDArray[np.intp]:

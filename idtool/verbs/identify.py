@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
@@ -19,13 +19,14 @@ from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.errors import InputError, nearest
 from idtool.experiment.recipe import document_of_command
-from idtool.fit.choose import GRAVITY_CHOICES, choose_gravity, first_fits, step_down
+from idtool.fit.choose import CLEAR_EVIDENCE, GRAVITY_CHOICES, choose_gravity, first_fits, step_down
 from idtool.fit.drive import fit_drive
 from idtool.fit.findings import findings
 from idtool.fit.identifiability import shortcomings
-from idtool.fit.joint import JointFit, refit
+from idtool.fit.joint import JointFit, gain_in_evidence, refit
 from idtool.fit.known_load import Calibration, calibrate_by_axis
 from idtool.fit.model import FRICTION_KINDS, FrictionKind, JointModel, Spec
+from idtool.fit.own_filter import behind_own_filter, filtered_before
 from idtool.fit.results import (
     dynamic_parameters,
     effect_entries,
@@ -39,6 +40,7 @@ from idtool.parameters.drive import Drive
 from idtool.parameters.rows import rows_of
 from idtool.parameters.scaling import in_torque, with_constant
 from idtool.signals import Recording, record
+from idtool.signals.own_filter import OwnFilter
 from idtool.signals.thin import thin
 from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.predict import Prediction, predict, refuse_other_axis
@@ -193,9 +195,17 @@ def identify(
     tell("reading the motion")
     recording = record(logs)
     tell("searching the friction parameters")
-    starts, notes, stepped = begin(
-        thin(recording), law, gravity, optimizer=optimizer, seed=seed, without=without
-    )
+    base = partial(begin, law=law, gravity=gravity, optimizer=optimizer, seed=seed, without=without)
+    starts, notes, stepped = base(thin(recording))
+    if filtered_before(recording):
+        tell("finding the low-pass that the torque went through")
+        if found := _through_own_filter(recording, starts, base):
+            low_pass, (starts, notes, stepped) = found
+            recording = recording.through(low_pass)
+            notes.append(
+                "the torque went through a low-pass before it was logged, without delay (half of it passes "
+                f"at {low_pass.corner_hz:.3g} Hz); what the model predicts goes through the same."
+            )
     library = tuple(effect for effect in (*registry.library(), *own) if effect.name not in without)
     if without:
         notes.append(f"left out as asked: {', '.join(without)}.")
@@ -269,6 +279,23 @@ def _drive_of(logs: Sequence[Log]) -> Drive | None:
         return None
 
 
+#: Fits of the base model, notes on all of them, and of each why it stepped down (notes, what the data lack).
+Begun = tuple[list[JointFit], list[str], list[tuple[list[str], list[Shortcoming]]]]
+
+
+def _through_own_filter(
+    recording: Recording, starts: Sequence[JointFit], base: Callable[[Recording], Begun]
+) -> tuple[OwnFilter, Begun] | None:
+    """The low-pass of the logs, if the base model is clearly better behind one, and the fits behind it."""
+    best = _best(starts)
+    own, fit = behind_own_filter(best)
+    return (own, base(thin(recording.through(own)))) if gain_in_evidence(best, fit) > CLEAR_EVIDENCE else None
+
+
+def _best(fits: Sequence[JointFit]) -> JointFit:
+    return min(fits, key=lambda fit: fit.sse)
+
+
 def begin(
     recording: Recording,
     law: str,
@@ -277,9 +304,8 @@ def begin(
     optimizer: str = "direct",
     seed: int = 0,
     without: Sequence[str] = (),
-) -> tuple[list[JointFit], list[str], list[tuple[list[str], list[Shortcoming]]]]:
-    """Fits of the base model that the data can carry (`first_fits`), notes on all of them, and of each why it
-    stepped down (notes, and what the data lack)."""
+) -> Begun:
+    """Fits of the base model that the data can carry (`first_fits`)."""
     kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
     if not recording.motion.velocity.any():
         raise InputError(
@@ -321,6 +347,7 @@ def parameters_of(fit: JointFit, options: dict[str, Any] | None = None) -> Param
             "friction_law": spec.friction,
             "fit": fit.outcome.value,
             "filter_hz": float(f"{recording.filter.bandwidth_hz:.6g}"),
+            **(recording.own_filter.to_provenance() if recording.own_filter else {}),
             **(options or {}),
         },
     )

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.model import LOGARITHMIC, FrictionKind, JointModel, Scales, Spec
+from idtool.fit.own_filter import filtered_before
 from idtool.fit.starts import settled
 from idtool.log import Log
 from idtool.log.effort import effort_of
@@ -30,6 +31,7 @@ from idtool.parameters.axis import Axis
 from idtool.parameters.correction import Correction
 from idtool.presentation.text import listed
 from idtool.signals import Recording, record
+from idtool.signals.own_filter import OwnFilter
 
 #: An error of more per cent of the torque leaves most of it.
 _POOR = 50.0
@@ -85,11 +87,15 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
             "the parameter file holds neither gravity nor friction", remedy="make it with ffc-id identify"
         )
     recording = _loaded(record(logs, every_row=True), parameters)
+    # logs that were smoothed as those that were fitted are predicted as they were written
+    own = OwnFilter.from_provenance(parameters.provenance)
+    if own is not None and filtered_before(recording):
+        recording = recording.through(own)
     model, x = model_of(recording, parameters)
     model = settled(model, x, model.presliding_scale(x))
     friction, effect = model.friction(x), model.contribution(x)
     start = model.evaluate(x, model.presliding_scale(x)).start
-    torque = predict_torque(recording.motion, friction, effect, start).torque
+    torque = recording.logged(predict_torque(recording.motion, friction, effect, start).torque)
     if correction is not None:
         torque = torque + correction(recording.motion)
     _refuse_no_number(torque, recording)

@@ -54,8 +54,7 @@ def model(tmp_path: object, noise: float) -> tuple[JointModel, np.ndarray]:
     # not by `coordinates`, whose bounds would be those of a log without torque
     x = np.array([math.log(VALUES[n]) if n in LOGARITHMIC else VALUES[n] for n in made.names])
     torque = predict(recording.motion, made.friction(x), made.contribution(x), np.zeros(n)).torque
-    recording.torque[:] += torque
-    return JointModel.build(recording, spec), x
+    return JointModel.build(replace(recording, torque=recording.torque + torque), spec), x
 
 
 @pytest.mark.parametrize("noise", [1e-4, 2e-3])

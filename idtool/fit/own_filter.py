@@ -1,0 +1,56 @@
+"""Which low-pass a log went through before it was written (`idtool.signals.own_filter`)."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.model import JointModel
+from idtool.signals import Recording
+from idtool.signals.bounded import bounded_minimum
+from idtool.signals.own_filter import OwnFilter, falls
+
+#: Noise that falls like this power of the frequency, or faster, was filtered: white noise makes 0.3 at most,
+#: a drive's own low-pass of first order 1, of second order 2; forwards and backwards it is twice that.
+_FALLS = 2.5
+#: Filters of second, first and fourth order, forwards and backwards; the first of them serves to find where.
+_ORDERS = (4.0, 2.0, 8.0)
+#: The corner is looked for over so many octaves below the highest frequency, first in steps of this many, and
+#: at the end to within so many.
+_OCTAVES = 6.0
+_STEP = 0.75
+_WITHIN = 0.05
+
+
+def filtered_before(recording: Recording) -> bool:
+    """Whether the torque went through a low-pass before it was logged."""
+    return falls(recording.torque, recording.motion) > _FALLS
+
+
+def behind_own_filter(fit: JointFit) -> tuple[OwnFilter, JointFit]:
+    """The low-pass behind which the model fits best, and the fit behind it.
+
+    All numbers are fitted anew behind each that is tried: a bristle that bends far, or damps, smooths too. So
+    does a delay, which is left free though nobody has found one yet.
+    """
+    recording, spec = fit.model.recording, fit.model.spec
+    motion = recording.motion
+    highest = 0.5 / float(np.median(motion.step[~motion.first]))
+
+    @cache
+    def behind(octaves: float, order: float) -> tuple[OwnFilter, JointFit]:
+        own = OwnFilter(highest * 2.0**-octaves, order)
+        return own, refit(fit, JointModel.build(recording.through(own), spec, fit.model.constants))
+
+    def left(octaves: float, order: float = _ORDERS[0]) -> float:
+        found = behind(octaves, order)[1]
+        earlier = np.where(motion.begins, 0.0, np.diff(found.unfiltered, prepend=found.unfiltered[0]))
+        shift = found.model.recording.filtered(earlier)
+        return float(found.sse - (found.residual @ shift) ** 2 / (shift @ shift))
+
+    coarse = min(np.arange(0.0, _OCTAVES, _STEP).tolist(), key=left)
+    fine = bounded_minimum(left, max(coarse - _STEP, 0.0), coarse + _STEP, within=_WITHIN)
+    order = min(_ORDERS, key=lambda order: left(fine, order))
+    return behind(fine, order)

@@ -1,0 +1,144 @@
+"""The low-pass that a torque went through before it was logged, where it has no delay.
+
+A drive's noise is white: its spectrum is level up to the highest frequency that a log shows. Where it falls
+there like a power of the frequency, somebody smoothed the torque, forwards and backwards (filtfilt), before
+it was written. The motion was not smoothed with it, so what a model predicts from it must go through the same
+filter before the two are compared. Which filter is told by how much of a prediction is in the log, frequency
+by frequency (`idtool.fit.own_filter`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from idtool.model.motion import Array, Motion
+
+#: Rows of a piece of the spectrum, and the fewest of them whose median is steady.
+_PIECE = 128
+_FEWEST = 8
+#: From this share of the highest frequency on noise is what stands out, and to this one no window leaks. A
+#: filter made for samples falls faster near the highest frequency than its gain here says: how loud the noise
+#: was is seen from further below, where that is next to nothing, in the louder part of it.
+_FROM, _TO = 0.6, 0.98
+_FROM_BELOW, _LOUDER = 0.35, 0.75
+#: The kernel is cut where it has died away, so many periods of the corner from its middle.
+_PERIODS = 1.0
+
+
+@dataclass(frozen=True)
+class OwnFilter:
+    """Zero phase, gain 1 / (1 + (f / corner)^order): a Butterworth filter, forwards and backwards.
+
+    Attributes:
+        corner_hz: frequency at which it halves the amplitude.
+        order: exponent with which the gain falls.
+    """
+
+    corner_hz: float
+    order: float
+
+    def gain(self, frequency: Array) -> Array:
+        """At frequencies in Hz."""
+        return np.asarray(1.0 / (1.0 + (frequency / self.corner_hz) ** self.order))
+
+    def kernel(self, rate: float) -> Array:
+        """Weights of the rows around one, at a rate in Hz; odd in number, their sum is 1."""
+        half = max(int(np.ceil(_PERIODS * rate / self.corner_hz)), 1)
+        around = np.fft.irfft(self.gain(np.asarray(np.fft.rfftfreq(4 * half, 1.0 / rate), dtype=float)))
+        weights = np.concatenate([around[-half:], around[: half + 1]])
+        return np.asarray(weights / weights.sum())
+
+    def noise_gain(self, motion: Motion) -> float:
+        """How much of the standard deviation of white noise passes."""
+        return float(np.linalg.norm(self.kernel(_rate(motion))))
+
+    def to_provenance(self) -> dict[str, float]:
+        """As a parameter file keeps it."""
+        return {"low_pass_hz": float(f"{self.corner_hz:.6g}"), "low_pass_order": float(f"{self.order:.4g}")}
+
+    @classmethod
+    def from_provenance(cls, known: Mapping[str, Any]) -> OwnFilter | None:
+        """What a parameter file keeps of it; None for none, or for no two positive numbers."""
+        corner, order = known.get("low_pass_hz"), known.get("low_pass_order")
+        if not (isinstance(corner, int | float) and isinstance(order, int | float)):
+            return None
+        return cls(float(corner), float(order)) if corner > 0.0 and order > 0.0 else None
+
+    def matrix(self, motion: Motion) -> sparse.csr_matrix:
+        """The filter as a matrix, shape (rows, rows); it does not reach over the border of a stretch."""
+        rows, rates = len(motion), _rates(motion)
+        kernels = {rate: self.kernel(rate) for rate in np.unique(rates).tolist()}
+        weights = np.concatenate(list(kernels.values()))
+        middles = np.cumsum([0, *(len(kernel) for kernel in kernels.values())])[:-1]
+        which = np.searchsorted(list(kernels), rates)
+        half = np.array([len(kernel) // 2 for kernel in kernels.values()])[which]
+        begins = np.flatnonzero(motion.begins)
+        lengths = np.diff(np.append(begins, rows))
+        row = np.arange(rows)
+        low = np.maximum(row - half, np.repeat(begins, lengths))
+        count = np.minimum(row + half + 1, np.repeat(begins + lengths, lengths)) - low
+        pointer = np.concatenate([[0], np.cumsum(count)])
+        columns = np.arange(pointer[-1]) - np.repeat(pointer[:-1] - low, count)
+        values = weights[columns + np.repeat(middles[which] + half - row, count)]
+        values /= np.repeat(np.add.reduceat(values, pointer[:-1]), count)
+        return sparse.csr_matrix((values, columns, pointer), shape=(rows, rows))
+
+
+def falls(torque: Array, motion: Motion) -> float:
+    """Exponent with which the amplitude of the torque's noise falls near the highest frequency; 0 if white.
+
+    The median over pieces of the log: a stop, a spike or a jerk is in few of them.
+    """
+    frequency, power = _typical_power(torque, motion, _FROM)
+    if not len(power):
+        return 0.0
+    return float(-0.5 * np.polyfit(np.log(frequency), np.log(power), 1)[0])
+
+
+def noise_before(own: OwnFilter, torque: Array, motion: Motion) -> float:
+    """Standard deviation of the white noise that the log shows filtered."""
+    frequency, power = _typical_power(torque, motion, _FROM_BELOW)
+    return float(np.sqrt(np.quantile(power / own.gain(frequency) ** 2, _LOUDER)))
+
+
+def _typical_power(torque: Array, motion: Motion, share: float) -> tuple[Array, Array]:
+    """Frequencies from that share of the highest on, and the typical power: white noise has its variance."""
+    window = np.hanning(_PIECE)
+    ends = np.append(motion.starts[1:], len(motion))
+    pieces = [
+        torque[at : at + _PIECE]
+        for start, end in zip(motion.starts, ends, strict=True)
+        for at in range(start, end - _PIECE + 1, _PIECE // 2)
+    ]
+    if len(pieces) < _FEWEST:
+        return np.empty(0), np.empty(0)
+    t = np.linspace(-1.0, 1.0, _PIECE)
+    level = np.array(pieces) - np.mean(pieces, axis=1)[:, None]
+    level -= np.outer(level @ t / (t @ t), t)
+    # the power of noise at one frequency is distributed exponentially: its median is ln 2 of its mean
+    power = np.median(np.abs(np.fft.rfft(level * window)) ** 2, axis=0) / (np.log(2.0) * window @ window)
+    frequency = np.asarray(np.fft.rfftfreq(_PIECE, 1.0 / _rate(motion)), dtype=float)
+    kept = (frequency > share * frequency[-1]) & (frequency < _TO * frequency[-1]) & (power > 0.0)
+    return frequency[kept], power[kept]
+
+
+def _rate(motion: Motion) -> float:
+    return 1.0 / float(np.median(motion.step[~motion.first]))
+
+
+def _rates(motion: Motion) -> Array:
+    """Rate of each row's trial, Hz, to three digits: logs of one axis may be of different ones."""
+    starts = motion.starts
+    ends = np.append(starts[1:], len(motion))
+    steps = [
+        np.median(motion.step[start + 1 : end]) if end - start > 1 else np.inf
+        for start, end in zip(starts, ends, strict=True)
+    ]
+    return np.repeat(
+        [float(f"{1.0 / step:.3g}") if np.isfinite(step) else 1.0 for step in steps], ends - starts
+    )
