@@ -19,7 +19,28 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
 }
 
 
-@click.command(cls=LazyGroup, commands_of=COMMANDS)
+class ExportGroup(LazyGroup):
+    """The forms of the tool, and those that other packages add (`ffc_id.exports`)."""
+
+    def known(self) -> dict[str, tuple[str, str, str]]:
+        from idtool.io.entry_points import outside
+
+        added = {
+            name: ("export_models", "", f"Added by {point.dist.name if point.dist else 'a package'}.")
+            for name, point in outside("ffc_id.exports").items()
+            if name not in COMMANDS
+        }
+        return super().known() | added
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name in COMMANDS or cmd_name not in self.known():
+            return super().get_command(ctx, cmd_name)
+        from .export_models import from_outside
+
+        return from_outside(cmd_name)
+
+
+@click.command(cls=ExportGroup, commands_of=COMMANDS)
 def export() -> None:
     """Turn a parameter file into what other programs and boards use.
 

@@ -132,6 +132,19 @@ def cogging(**options: Any) -> None:
     _run("cogging", "auto", **options)
 
 
+def from_outside(name: str) -> click.Command:
+    """The command of a target that another package adds."""
+    from idtool.export.targets import find
+
+    @click.command(name, help=f"Write the model for {find(name).title}.")
+    @_friction_option
+    @_shared
+    def command(friction: str, **options: Any) -> None:
+        _run(name, friction, **options)
+
+    return command
+
+
 def _run(
     target: str,
     friction: str,

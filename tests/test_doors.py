@@ -1,4 +1,4 @@
-"""A package from outside adds an effect, a rig and a reader; they work everywhere."""
+"""A package from outside adds an effect, a rig, a reader and an export; they work everywhere."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from typing import Any
 import click
 import numpy as np
 import pytest
+from idtool.cli.export import export
 from idtool.cli.words import complete_rig, effect_names
 
 from idtool import InputError, Log, Parameters
@@ -179,6 +180,22 @@ def test_the_reader_is_asked(tmp_path: Path) -> None:
     assert frame["position_rad"].max() == pytest.approx(np.deg2rad(30), rel=1e-3)
     ffc_id("import", file, "-o", tmp_path / "log.csv", "--torque-constant", "2.67")
     assert len(Log.read(tmp_path / "log.csv").frame) == 400
+
+
+@pytest.mark.usefixtures("outside")
+def test_the_export_is_listed_completed_and_writes(tmp_path: Path) -> None:
+    listed = [item.value for item in export.shell_complete(click.Context(export), "oct")]
+    assert listed == ["octave"]
+    assert "Added by ffc-id-example." in ffc_id("export", "--help")
+    assert "Write the model for Octave and MATLAB." in ffc_id("export", "octave", "--help")
+    params = tmp_path / "params.toml"
+    params.write_text(
+        'schema = "ffc-id/params/1"\n[axis]\nkind = "rotary"\ntorque_constant_nm_per_a = 2.67\n'
+        "[friction.static]\ncoulomb_nm = {value = 0.08}\nviscous_nm_s_per_rad = {value = 0.12}\n"
+        "static_nm = {value = 0.1}\nstribeck_velocity_rad_s = {value = 0.09}\n"
+    )
+    ffc_id("export", "octave", "-p", params, "-o", tmp_path / "axis.m", "--name", "elbow")
+    assert "elbow.coulomb = 0.08;" in (tmp_path / "axis.m").read_text()
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from idtool.export.mujoco import Mujoco
 from idtool.export.plain_json import PlainJson
 from idtool.export.ros2 import Ros2
 from idtool.export.urdf import Urdf
+from idtool.io.entry_points import load, outside
 from idtool.log import Log
 from idtool.model.units import Units, unit_text
 from idtool.parameters import Parameters
@@ -29,6 +30,9 @@ from idtool.presentation.text import quantity
 
 _ALL: tuple[Target, ...] = (Mujoco(), Isaac(), Urdf(), Ros2(), PlainJson(), Bam(), CoggingMap())
 TARGETS: dict[str, Target] = {target.name: target for target in _ALL}
+
+#: The entry points by which other packages add targets.
+GROUP = "ffc_id.exports"
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
@@ -44,7 +48,7 @@ def export(
     """A parameter file for another program.
 
     Args:
-        target: a key of `TARGETS`.
+        target: a key of `TARGETS`, or a name that another package adds.
         parameters: the whole model.
         logs: logs of the axis: a simplified friction law is fitted to them, and the torque errors of the
             whole and the exported model are stated.
@@ -55,15 +59,27 @@ def export(
         InputError: an unknown target, a parameter file without friction, logs of another axis.
         UsageError: a name that the target cannot hold.
     """
-    if target not in TARGETS:
-        raise InputError(f"unknown target {target!r}", remedy=nearest(target, TARGETS))
+    writer = find(target)
     if not _NAME.match(joint):
         raise UsageError(f"{joint!r} is no name for a joint; use letters, digits and underscores.")
-    plan = TARGETS[target].plan(parameters, logs, friction)
+    plan = writer.plan(parameters, logs, friction)
     plan = replace(plan, notes=(*plan.notes, *_doubts(plan.model)))
     errors = _errors(parameters, plan, logs) if logs else {}
-    remarks = _remarks(TARGETS[target], parameters, plan, logs, errors)
-    return Exported(target, TARGETS[target].render(plan, remarks, joint), plan, errors)
+    remarks = _remarks(writer, parameters, plan, logs, errors)
+    return Exported(target, writer.render(plan, remarks, joint), plan, errors)
+
+
+def find(name: str) -> Target:
+    """A target of the tool or of another package.
+
+    Raises:
+        InputError: there is none of that name, or its package cannot be loaded.
+    """
+    if name in TARGETS:
+        return TARGETS[name]
+    if name not in outside(GROUP):
+        raise InputError(f"unknown target {name!r}", remedy=nearest(name, (*TARGETS, *outside(GROUP))))
+    return load(GROUP, name, Target)  # type: ignore[type-abstract]
 
 
 def _doubts(model: Parameters) -> list[str]:

@@ -3,8 +3,8 @@
     [project.entry-points."ffc_id.effects"]
     imbalance = "my_package.imbalance:Imbalance"
 
-Groups: `ffc_id.effects`, `ffc_id.rigs`, `ffc_id.readers` (docs/extending.md). A name is known without its
-package being imported; `load` imports it.
+Groups: `ffc_id.effects`, `ffc_id.rigs`, `ffc_id.readers`, `ffc_id.exports` (docs/extending.md). A name is
+known without its package being imported; `load` imports it.
 """
 
 from __future__ import annotations
