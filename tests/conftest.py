@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,11 @@ _PULSE = Pulse()
 
 
 def pytest_sessionstart() -> None:
-    """Begin to listen how busy the computer is."""
+    """Begin to listen how busy the computer is, and hear the signals that a shell has its background jobs
+    ignore: what a test starts would ignore them too."""
+    for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, usual)
     _PULSE.start()
 
 
