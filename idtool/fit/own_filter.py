@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
@@ -17,9 +18,10 @@ from idtool.signals.own_filter import OwnFilter, falls
 _FALLS = 2.5
 #: Filters of second, first and fourth order, forwards and backwards; the first of them serves to find where.
 _ORDERS = (4.0, 2.0, 8.0)
-#: The corner is looked for over so many octaves below the highest frequency, first in steps of this many, and
-#: at the end to within so many.
-_OCTAVES = 6.0
+#: The corner is looked for downwards from the highest frequency, first in steps of this many octaves, and at
+#: the end to within so many. A filter of
+#: which a period is more than this share of the usual stretch sees what was before and after it.
+_LONGEST = 0.25
 _STEP = 0.75
 _WITHIN = 0.05
 
@@ -50,7 +52,10 @@ def behind_own_filter(fit: JointFit) -> tuple[OwnFilter, JointFit]:
         shift = found.model.recording.filtered(earlier)
         return float(found.sse - (found.residual @ shift) ** 2 / (shift @ shift))
 
-    coarse = min(np.arange(0.0, _OCTAVES, _STEP).tolist(), key=left)
-    fine = bounded_minimum(left, max(coarse - _STEP, 0.0), coarse + _STEP, within=_WITHIN)
+    begins = np.flatnonzero(motion.begins)
+    usual = float(np.median(np.diff(motion.time[np.append(begins, len(motion) - 1)])))
+    most = max(math.log2(highest * _LONGEST * usual), _STEP)
+    coarse = min(np.arange(0.0, most, _STEP).tolist(), key=left)
+    fine = bounded_minimum(left, max(coarse - _STEP, 0.0), min(coarse + _STEP, most), within=_WITHIN)
     order = min(_ORDERS, key=lambda order: left(fine, order))
     return behind(fine, order)

@@ -8,9 +8,14 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from idtool.effects import registry
+from idtool.fit.choose import choose_gravity, first_fit
+from idtool.fit.model import Spec
+from idtool.fit.own_filter import behind_own_filter
 from idtool.log import Log
 from idtool.signals import record
 from idtool.signals.own_filter import OwnFilter, falls, noise_before
+from idtool.signals.thin import thin
 from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
 from testbench.plants import Plant, record_session
@@ -111,3 +116,14 @@ def test_white_noise_needs_none() -> None:
     assert OwnFilter.from_provenance({"low_pass_hz": "ten", "low_pass_order": 4.0}) is None
     assert OwnFilter.from_provenance({"low_pass_hz": -1.0, "low_pass_order": 4.0}) is None
     assert OwnFilter.from_provenance({"low_pass_hz": 9.0, "low_pass_order": 4}) == OwnFilter(9.0, 4.0)
+
+
+def test_no_filter_is_looked_for_that_sees_beyond_the_stretches() -> None:
+    logs = smoothed(session(7, "sine"), 0.2, 2)
+    recording = thin(record(logs))
+    base = first_fit(recording, Spec("lugre", *choose_gravity(recording), (registry.get("inertia"),)))
+    motion = base.model.recording.motion
+    begins = np.append(np.flatnonzero(motion.begins), len(motion) - 1)
+    usual = np.median(np.diff(motion.time[begins]))
+    own, _ = behind_own_filter(base)
+    assert own.corner_hz * usual > 3.9  # it would be 2.5
