@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, stroke_of
+from idtool.effects.chebyshev import PLACE_IN_C, add_bends, bends_in_c, degree_of, place
 from idtool.model.contribution import LEVEL_CHANGE
 from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
@@ -21,13 +20,9 @@ _MOST = 3.0
 
 @jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
-    center, half_stroke = n[0], n[1]
-    x = np.minimum(np.maximum((row.position - center) / half_stroke, -1.0), 1.0)
-    before, now = 1.0, x
+    x = place(row.position, n[0], n[1])
     total[LEVEL_CHANGE] += n[2] * x
-    for k in range(3, len(n)):
-        before, now = now, 2.0 * x * now - before
-        total[LEVEL_CHANGE] += n[k] * now
+    add_bends(total, LEVEL_CHANGE, x, n, 3)
 
 
 @final
@@ -72,15 +67,8 @@ class PositionDependentFriction(Effect):
         return values["center"], values["half_stroke"], *slopes
 
     def in_c(self, values: Values) -> CForm:
-        lines = [
-            "const float x = clamp((row->position - center) * (1.0f / half_stroke), -1.0f, 1.0f);",
-            "sum->level_change += slope_1 * x;",
-            "float before = 1.0f, now = x, next;",
-        ]
-        for k in range(2, _degree(values) + 1):
-            lines.append("next = 2.0f * x * now - before; before = now; now = next;")
-            lines.append(f"sum->level_change += slope_{k} * now;")
-        return CForm("\n".join(lines), values)
+        bends = bends_in_c("level_change", "slope_", _degree(values))
+        return CForm("\n".join([PLACE_IN_C, "sum->level_change += slope_1 * x;", *bends]), values)
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         return self.coordinates[: self.degree]
@@ -96,4 +84,4 @@ class PositionDependentFriction(Effect):
 
 
 def _degree(values: Values) -> int:
-    return max(k for k in range(1, _DEGREES[-1] + 1) if f"slope_{k}" in values)
+    return degree_of(values, "slope_", _DEGREES[-1])

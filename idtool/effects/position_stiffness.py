@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, stroke_of
+from idtool.effects.chebyshev import PLACE_IN_C, add_bends, bends_in_c, degree_of, place
 from idtool.model.contribution import TORQUE
 from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
@@ -23,12 +22,7 @@ def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     stiffness, pull = n[0], n[1]
     total[TORQUE] += stiffness * row.position + pull
     if len(n) > 2:
-        center, half_stroke = n[2], n[3]
-        x = np.minimum(np.maximum((row.position - center) / half_stroke, -1.0), 1.0)
-        before, now = 1.0, x
-        for k in range(4, len(n)):
-            before, now = now, 2.0 * x * now - before
-            total[TORQUE] += n[k] * now
+        add_bends(total, TORQUE, place(row.position, n[2], n[3]), n, 4)
 
 
 @final
@@ -82,13 +76,7 @@ class PositionStiffness(Effect):
     def in_c(self, values: Values) -> CForm:
         lines = ["sum->torque += stiffness * row->position + pull;"]
         if "shape_2" in values:
-            lines += [
-                "const float x = clamp((row->position - center) * (1.0f / half_stroke), -1.0f, 1.0f);",
-                "float before = 1.0f, now = x, next;",
-            ]
-            for k in range(2, _degree(values) + 1):
-                lines.append("next = 2.0f * x * now - before; before = now; now = next;")
-                lines.append(f"sum->torque += shape_{k} * now;")
+            lines += [PLACE_IN_C, *bends_in_c("torque", "shape_", _degree(values))]
         return CForm("\n".join(lines), values)
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
@@ -115,4 +103,4 @@ class PositionStiffness(Effect):
 
 
 def _degree(values: Values) -> int:
-    return max((k for k in range(2, HIGHEST_DEGREE + 1) if f"shape_{k}" in values), default=1)
+    return degree_of(values, "shape_", HIGHEST_DEGREE)
