@@ -62,7 +62,8 @@ def bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[flo
     for start, end in zip(motion.starts, ends, strict=True):
         if end - start < segment:
             continue
-        frequency, power = _power_density(torque[start:end], rate, segment)
+        frequency, pieces = power_densities(torque[start:end], rate, segment)
+        power = pieces.mean(axis=0)
         total = power * (end - start) if total is None else total + power * (end - start)
         weight += end - start
     if total is None:
@@ -84,17 +85,17 @@ def bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[flo
     return bandwidth, float(np.sqrt(floor * rate / 2.0))
 
 
-def _power_density(values: Array, rate: float, segment: int) -> tuple[Array, Array]:
-    """Frequencies and one-sided power density by Welch's method: Hann windows that overlap by half, the
-    straight line taken off each (IEEE Trans. Audio Electroacoust. 15, 1967). As scipy.signal.welch, whose
-    import takes longer than a fit."""
+def power_densities(values: Array, rate: float, segment: int) -> tuple[Array, Array]:
+    """Frequencies and the one-sided power density of each piece, shape (pieces, frequencies), of which
+    Welch's method takes the mean: Hann windows that overlap by half, the straight line taken off each (IEEE
+    Trans. Audio Electroacoust. 15, 1967). As scipy.signal.welch, whose import takes longer than a fit."""
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(segment) / segment)
     pieces = np.lib.stride_tricks.sliding_window_view(values, segment)[:: segment - segment // 2]
     t = np.arange(segment) - 0.5 * (segment - 1)
     pieces = pieces - pieces.mean(axis=1, keepdims=True) - np.outer(pieces @ t / (t @ t), t)
     power = np.abs(np.fft.rfft(pieces * window)) ** 2 / (rate * float(window @ window))
     power[:, 1 : -1 if segment % 2 == 0 else None] *= 2.0
-    return np.asarray(np.fft.rfftfreq(segment, 1.0 / rate), dtype=float), np.asarray(power.mean(axis=0))
+    return np.asarray(np.fft.rfftfreq(segment, 1.0 / rate), dtype=float), np.asarray(power)
 
 
 def design(bandwidth: float, rate: float) -> Filter:

@@ -17,6 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from idtool.model.motion import Array, Motion
+from idtool.signals.lowpass import power_densities
 
 #: Rows of a piece of the spectrum, and the fewest of them whose median is steady.
 _PIECE = 128
@@ -108,21 +109,19 @@ def noise_before(own: OwnFilter, torque: Array, motion: Motion) -> float:
 
 def _typical_power(torque: Array, motion: Motion, share: float) -> tuple[Array, Array]:
     """Frequencies from that share of the highest on, and the typical power: white noise has its variance."""
-    window = np.hanning(_PIECE)
+    rate = _rate(motion)
     ends = np.append(motion.starts[1:], len(motion))
-    pieces = [
-        torque[at : at + _PIECE]
+    each = [
+        power_densities(torque[start:end], rate, _PIECE)
         for start, end in zip(motion.starts, ends, strict=True)
-        for at in range(start, end - _PIECE + 1, _PIECE // 2)
+        if end - start >= _PIECE
     ]
-    if len(pieces) < _FEWEST:
+    if sum(len(pieces) for _, pieces in each) < _FEWEST:
         return np.empty(0), np.empty(0)
-    t = np.linspace(-1.0, 1.0, _PIECE)
-    level = np.array(pieces) - np.mean(pieces, axis=1)[:, None]
-    level -= np.outer(level @ t / (t @ t), t)
+    frequency = each[0][0]
     # the power of noise at one frequency is distributed exponentially: its median is ln 2 of its mean
-    power = np.median(np.abs(np.fft.rfft(level * window)) ** 2, axis=0) / (np.log(2.0) * window @ window)
-    frequency = np.asarray(np.fft.rfftfreq(_PIECE, 1.0 / _rate(motion)), dtype=float)
+    density = np.median(np.concatenate([pieces for _, pieces in each]), axis=0) / np.log(2.0)
+    power = 0.5 * rate * density
     kept = (frequency > share * frequency[-1]) & (frequency < _TO * frequency[-1]) & (power > 0.0)
     return frequency[kept], power[kept]
 
