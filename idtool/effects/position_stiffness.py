@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, stroke_of
-from idtool.effects.chebyshev import PLACE_IN_C, add_bends, bends_in_c, degree_of, place
+from idtool.model.chebyshev import PLACE_IN_C, add_bends, bends_in_c, degree_of, place
 from idtool.model.contribution import TORQUE
 from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numba.extending import register_jitable
 
-from idtool.effects.base import Values
 from idtool.model.motion import Array
 
 #: The place on the stroke: -1 and 1 at its ends, and held there.
@@ -35,6 +36,6 @@ def bends_in_c(field: str, prefix: str, degree: int) -> list[str]:
     return lines
 
 
-def degree_of(values: Values, prefix: str, highest: int) -> int:
+def degree_of(values: Mapping[str, float], prefix: str, highest: int) -> int:
     """Of the highest polynomial that a file has a number for; 1 without bends."""
     return max((k for k in range(2, highest + 1) if f"{prefix}{k}" in values), default=1)
