@@ -86,9 +86,8 @@ class ExternalPeriodic(Effect):
 
     def wave(self, motion: Motion) -> Wave:
         """From two beats in the longest trial upwards."""
-        ends = np.append(motion.starts[1:], len(motion)) - 1
-        longest = max(float(np.max(motion.time[ends] - motion.time[motion.starts])), 1e-12)
-        highest = 0.1 / float(np.median(motion.step[~motion.first]))
+        longest = max(float(np.max(motion.time[motion.ends - 1] - motion.time[motion.starts])), 1e-12)
+        highest = 0.1 / motion.period
         angle = 2.0 * math.pi * motion.time
         return Wave("frequency", angle, 2.0 / longest, highest, part=motion.clock)
 

@@ -217,7 +217,7 @@ def _passes_low_speeds(fit: JointFit) -> bool:
     motion = recording.motion
     speed = np.abs(motion.velocity) / fit.values["stribeck_velocity"]
     low = (speed < _LOW) & (speed > _REST) & recording.usable
-    window = recording.filter.taps * float(np.median(motion.step[~motion.first]))
+    window = recording.filter.taps * motion.period
     stays = [float(motion.time[end - 1] - motion.time[begin]) for begin, end in stretches(low, motion)]
     return float(sum(stay for stay in stays if stay > window)) > _LOW_WINDOWS * window
 

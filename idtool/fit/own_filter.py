@@ -39,7 +39,7 @@ def behind_own_filter(fit: JointFit) -> tuple[OwnFilter, JointFit]:
     """
     recording, spec = fit.model.recording, fit.model.spec
     motion = recording.motion
-    highest = 0.5 / float(np.median(motion.step[~motion.first]))
+    highest = 0.5 / motion.period
 
     @cache
     def behind(octaves: float, order: float) -> tuple[OwnFilter, JointFit]:

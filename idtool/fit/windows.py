@@ -49,7 +49,7 @@ class Window:
 
 def _change_of_speed(motion: Motion) -> Array:
     """By how much the mean speed changes around each row, noise averaged out, (rows,)."""
-    rows = max(round(_SETTLING_S / float(np.median(motion.step[~motion.first]))) // 2, 2)
+    rows = max(round(_SETTLING_S / motion.period) // 2, 2)
     mean = ndimage.uniform_filter1d(motion.velocity, rows, mode="nearest")
     row = np.arange(len(mean))
     return np.asarray(np.abs(mean[np.minimum(row + rows, len(mean) - 1)] - mean[np.maximum(row - rows, 0)]))

@@ -77,6 +77,11 @@ class Motion:
         return np.flatnonzero(self.first)
 
     @cached_property
+    def ends(self) -> NDArray[np.intp]:
+        """Row behind the last of each trial, shape (trials,)."""
+        return np.append(self.starts[1:], len(self))
+
+    @cached_property
     def first(self) -> NDArray[np.bool_]:
         """True at the first row of each trial."""
         first = np.ones(len(self), dtype=bool)
@@ -111,6 +116,11 @@ class Motion:
         step[1:] = np.diff(self.time)
         step[self.first] = 0.0
         return step
+
+    @cached_property
+    def period(self) -> float:
+        """The usual time between two rows of a trial, s."""
+        return float(np.median(self.step[~self.first]))
 
     @cached_property
     def reversals(self) -> int:

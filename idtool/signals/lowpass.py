@@ -47,7 +47,7 @@ def common_rate(motion: Motion, source: NDArray[np.intp]) -> float:
     which is for longer. Not below a share of the median: one coarse log must not undo the filter of all.
     """
     inside = ~motion.first
-    median = 1.0 / float(np.median(motion.step[inside]))
+    median = 1.0 / motion.period
     logs = np.unique(source[inside])
     slowest = min(1.0 / float(np.median(motion.step[inside & (source == log)])) for log in logs)
     return median if slowest > _SAME_RATE * median else max(slowest, _LEAST_RATE * median)
@@ -55,11 +55,10 @@ def common_rate(motion: Motion, source: NDArray[np.intp]) -> float:
 
 def bandwidth_and_noise(torque: Array, motion: Motion, rate: float) -> tuple[float, float]:
     """The frequency up to which torque stands out of its noise, and the noise's standard deviation."""
-    ends = np.append(motion.starts[1:], len(motion))
-    longest = int(np.max(ends - motion.starts))
+    longest = int(np.max(motion.ends - motion.starts))
     segment = int(min(max(64, 2 ** int(np.log2(max(longest // 4, 8)))), 1024, longest))
     total, weight = None, 0
-    for start, end in zip(motion.starts, ends, strict=True):
+    for start, end in zip(motion.starts, motion.ends, strict=True):
         if end - start < segment:
             continue
         frequency, pieces = power_densities(torque[start:end], rate, segment)
@@ -119,9 +118,8 @@ def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> spars
     decimation = max(half // 2, 1)
     offsets = np.arange(-half + 1, half)
     weights = window(chosen)
-    ends = np.append(motion.starts[1:], len(motion))
     centres = np.concatenate(
-        [np.arange(start, end, decimation) for start, end in zip(motion.starts, ends, strict=True)]
+        [np.arange(start, end, decimation) for start, end in zip(motion.starts, motion.ends, strict=True)]
     )
     columns = centres[:, None] + offsets[None, :]
     inside = (columns >= 0) & (columns < len(motion))

@@ -56,7 +56,7 @@ class OwnFilter:
 
     def noise_gain(self, motion: Motion) -> float:
         """How much of the standard deviation of white noise passes."""
-        return float(np.linalg.norm(self.kernel(_rate(motion))))
+        return float(np.linalg.norm(self.kernel(1.0 / motion.period)))
 
     def to_provenance(self) -> dict[str, float]:
         """As a parameter file keeps it."""
@@ -109,11 +109,10 @@ def noise_before(own: OwnFilter, torque: Array, motion: Motion) -> float:
 
 def _typical_power(torque: Array, motion: Motion, share: float) -> tuple[Array, Array]:
     """Frequencies from that share of the highest on, and the typical power: white noise has its variance."""
-    rate = _rate(motion)
-    ends = np.append(motion.starts[1:], len(motion))
+    rate = 1.0 / motion.period
     each = [
         power_densities(torque[start:end], rate, _PIECE)
-        for start, end in zip(motion.starts, ends, strict=True)
+        for start, end in zip(motion.starts, motion.ends, strict=True)
         if end - start >= _PIECE
     ]
     if sum(len(pieces) for _, pieces in each) < _FEWEST:
@@ -126,14 +125,9 @@ def _typical_power(torque: Array, motion: Motion, share: float) -> tuple[Array, 
     return frequency[kept], power[kept]
 
 
-def _rate(motion: Motion) -> float:
-    return 1.0 / float(np.median(motion.step[~motion.first]))
-
-
 def _rates(motion: Motion) -> Array:
     """Rate of each row's trial, Hz, to three digits: logs of one axis may be of different ones."""
-    starts = motion.starts
-    ends = np.append(starts[1:], len(motion))
+    starts, ends = motion.starts, motion.ends
     steps = [
         np.median(motion.step[start + 1 : end]) if end - start > 1 else np.inf
         for start, end in zip(starts, ends, strict=True)

@@ -42,8 +42,7 @@ def standing(motion: Motion, reading: Array | None, torque: Array) -> tuple[NDAr
         return still, 0.0
     grain = np.sqrt(12.0 * reading_variance(reading, motion.first))
     limit = max(_GRAINS * grain, _SHARE * float(np.ptp(motion.position)))
-    ends = np.append(motion.starts[1:], len(motion))
-    for begin, end in zip(motion.starts, ends, strict=True):
+    for begin, end in zip(motion.starts, motion.ends, strict=True):
         clock, position = motion.time[begin:end], motion.position[begin:end]
         before = np.searchsorted(clock, clock - 0.5 * _WINDOW_S)
         after = np.searchsorted(clock, clock + 0.5 * _WINDOW_S, side="right") - 1

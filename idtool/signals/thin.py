@@ -22,7 +22,7 @@ _ROWS_PER_PERIOD = 5
 def thin(recording: Recording) -> Recording:
     """The recording with as many rows as its filter needs; itself where it has no more."""
     motion = recording.motion
-    rate = 1.0 / float(np.median(motion.step[~motion.first]))
+    rate = 1.0 / motion.period
     every = int(rate / (_ROWS_PER_PERIOD * recording.filter.bandwidth_hz))
     if every < 2:
         return recording
@@ -30,9 +30,8 @@ def thin(recording: Recording) -> Recording:
 
     length = 2 * every + 1
     torque = recording.torque.copy()
-    ends = np.append(motion.starts[1:], len(motion))
     kept = []
-    for begin, end in zip(motion.starts, ends, strict=True):
+    for begin, end in zip(motion.starts, motion.ends, strict=True):
         if end - begin > length:
             torque[begin:end] = signal.savgol_filter(torque[begin:end], length, 3)
         kept.append(np.arange(begin, end, every))

@@ -71,13 +71,12 @@ class Stage:
         motion, drive = self.recording.motion, self.file.parameters.drive
         path = np.empty(len(motion))
         top = float(np.max(np.abs(motion.velocity)))
-        ends = np.append(motion.starts[1:], len(motion))
         known: dict[tuple[float, ...], forward.Plant] = {}
         plant, current = None, -1
         for part in windows(motion.time, motion.starts.tolist(), seconds):
             trial = int(motion.trial[part.start])
             if trial != current or plant is None:
-                whole = slice(int(motion.starts[trial]), int(ends[trial]))
+                whole = slice(int(motion.starts[trial]), int(motion.ends[trial]))
                 gain = drive.gain_at(self.settings[self.recording.source[trial]]) if drive else 0.0
                 emf = drive.back_emf.value if drive is not None and drive.back_emf is not None else None
                 emf = self.file.parameters.axis.back_emf_damping if emf is None else emf

@@ -19,7 +19,7 @@ from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
-from idtool.signals.recording import record
+from idtool.signals import record
 from idtool.signals.thin import thin
 from idtool.verbs.identify import begin, parameters_of
 from testbench.guided_machines import plant

@@ -19,7 +19,7 @@ from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
 from idtool.parameters import EffectEntry, Parameter
-from idtool.signals.recording import record
+from idtool.signals import record
 from idtool.verbs.identify import begin
 from idtool.verbs.simulate import simulate
 from testbench.pendulums import Pendulum

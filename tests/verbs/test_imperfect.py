@@ -13,7 +13,7 @@ import pytest
 
 from idtool import Log, identify
 from idtool.log.sensor_faults import clipped
-from idtool.signals import recording as signals
+from idtool.signals import record as as_recording
 from idtool.verbs.check import check
 from idtool.verbs.identify import Identification
 from idtool.verbs.predict import predict
@@ -185,7 +185,7 @@ def test_a_held_axis_is_no_stuck_sensor(clean: Logs) -> None:
     rest = frame.iloc[[-1] * 400].assign(trial=99, velocity_rad_s=0.004)
     rest["time_s"] += 0.01 * np.arange(1, 401)
     both = pd.concat([frame, rest], ignore_index=True)
-    recording = signals.record([replace(clean["sweep"], frame=both)])
+    recording = as_recording([replace(clean["sweep"], frame=both)])
     assert not any("stuck" in reason for reason in recording.lost)
 
 
@@ -194,9 +194,9 @@ def test_a_range_of_no_whole_turns_is_made_continuous_too(clean: Logs) -> None:
     frame = clean["sweep"].frame
     middle = float(frame["position_rad"].median())
     odd = frame.assign(position_rad=np.mod(frame["position_rad"] - middle, 6.0))
-    recording = signals.record([replace(clean["sweep"], frame=odd)])
+    recording = as_recording([replace(clean["sweep"], frame=odd)])
     assert any("wraps" in remark and "by 6;" in remark for remark in recording.remarks)
-    right = signals.record([clean["sweep"]])
+    right = as_recording([clean["sweep"]])
     for trial in range(right.trials):
         rows = right.motion.trial == trial
         apart = recording.motion.position[rows] - right.motion.position[rows]
