@@ -27,8 +27,7 @@ class ExportGroup(LazyGroup):
 
         added = {
             name: ("export_models", "", f"Added by {point.dist.name if point.dist else 'a package'}.")
-            for name, point in outside("ffc_id.exports").items()
-            if name not in COMMANDS
+            for name, point in outside("ffc_id.exports", COMMANDS).items()
         }
         return super().known() | added
 

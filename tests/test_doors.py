@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,7 @@ from idtool.effects.inertia import Inertia
 from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
 from idtool.export.c_controller import export_c
+from idtool.export.targets import find
 from idtool.importing import import_recording
 from idtool.io import entry_points
 from idtool.parameters import Controller
@@ -46,7 +47,7 @@ PROGRAM = Path(sys.executable).parent / "ffc-id"
 
 def forget() -> None:
     """Look for entry points anew."""
-    entry_points.outside.cache_clear()
+    entry_points._points.cache_clear()
     registry._from_outside.cache_clear()
 
 
@@ -252,6 +253,26 @@ def test_a_broken_package_is_named(path: Path, value: str, sentence: str) -> Non
     forget()
     with pytest.raises(InputError, match=sentence):
         registry.library()
+
+
+@pytest.mark.parametrize(
+    ("group", "name", "asks"),
+    [
+        ("ffc_id.effects", "inertia", registry.library),
+        ("ffc_id.rigs", "sim", forms),
+        ("ffc_id.exports", "mujoco", lambda: find("mujoco")),
+        ("ffc_id.exports", "c", lambda: export.list_commands(click.Context(export))),
+    ],
+)
+def test_a_name_of_the_tool_is_not_taken_silently(
+    path: Path, group: str, name: str, asks: Callable[[], Any]
+) -> None:
+    install(path, {"name": "odd", "version": "1", "entry-points": {group: {name: "odd:THING"}}})
+    forget()
+    with pytest.raises(
+        InputError, match=f'the package odd adds "{name}" to {group}, a name that the tool has'
+    ):
+        asks()
 
 
 def test_two_packages_with_one_name_are_told_apart(path: Path) -> None:

@@ -63,12 +63,12 @@ _OF_THIS_PROCESS: dict[str, Effect] = {}
 
 def names() -> tuple[str, ...]:
     """The names, as files use them: those of the tool, then those of other packages."""
-    return (*_LIBRARY, *outside(GROUP), *_OF_THIS_PROCESS)
+    return (*_LIBRARY, *outside(GROUP, _LIBRARY), *_OF_THIS_PROCESS)
 
 
 def knows(name: str) -> bool:
     """Whether there is an effect of that name."""
-    return name in _LIBRARY or name in _OF_THIS_PROCESS or name in outside(GROUP)
+    return name in _LIBRARY or name in _OF_THIS_PROCESS or name in outside(GROUP, _LIBRARY)
 
 
 def library() -> tuple[Effect, ...]:
@@ -77,7 +77,7 @@ def library() -> tuple[Effect, ...]:
     Raises:
         InputError: one of a package cannot be used (see `check`).
     """
-    return (*_LIBRARY.values(), *map(_from_outside, outside(GROUP)))
+    return (*_LIBRARY.values(), *map(_from_outside, outside(GROUP, _LIBRARY)))
 
 
 def add(effect: Effect) -> Effect:
@@ -87,7 +87,7 @@ def add(effect: Effect) -> Effect:
         InputError: it lacks something (see `check`), or another effect has its name.
     """
     check(effect)
-    if effect.name in _LIBRARY or effect.name in outside(GROUP):
+    if effect.name in _LIBRARY or effect.name in outside(GROUP, _LIBRARY):
         raise InputError(f'there is an effect "{effect.name}" already', remedy="give yours another name")
     _OF_THIS_PROCESS[effect.name] = effect
     return effect
@@ -102,7 +102,7 @@ def get(name: str) -> Effect:
     found = _LIBRARY.get(name) or _OF_THIS_PROCESS.get(name)
     if found is not None:
         return found
-    if name not in outside(GROUP):
+    if name not in outside(GROUP, _LIBRARY):
         raise InputError(f"unknown effect {name!r}", remedy=nearest(name, names()))
     return _from_outside(name)
 
@@ -111,13 +111,11 @@ def get(name: str) -> Effect:
 def _from_outside(name: str) -> Effect:
     effect = load(GROUP, name, Effect)
     check(effect)
-    if name != effect.name or name in _LIBRARY:
+    if name != effect.name:
         raise InputError(
-            f'the entry point "{name}" names the effect "{effect.name}"'
-            if name != effect.name
-            else f'there is an effect "{name}" already',
+            f'the entry point "{name}" names the effect "{effect.name}"',
             place=GROUP,
-            remedy="name both alike, and like no other effect",
+            remedy="name both alike",
         )
     return effect
 

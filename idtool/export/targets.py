@@ -75,10 +75,11 @@ def find(name: str) -> Target:
     Raises:
         InputError: there is none of that name, or its package cannot be loaded.
     """
+    others = outside(GROUP, TARGETS)
     if name in TARGETS:
         return TARGETS[name]
-    if name not in outside(GROUP):
-        raise InputError(f"unknown target {name!r}", remedy=nearest(name, (*TARGETS, *outside(GROUP))))
+    if name not in others:
+        raise InputError(f"unknown target {name!r}", remedy=nearest(name, (*TARGETS, *others)))
     return load(GROUP, name, Target)  # type: ignore[type-abstract]
 
 

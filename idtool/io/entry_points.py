@@ -9,6 +9,7 @@ known without its package being imported; `load` imports it.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import TypeVar
@@ -18,13 +19,23 @@ from idtool.errors import InputError
 T = TypeVar("T")
 
 
-@cache
-def outside(group: str) -> dict[str, EntryPoint]:
-    """The entry points of a group by name, in the order of the names.
+def outside(group: str, own: Container[str] = ()) -> dict[str, EntryPoint]:
+    """The entry points of a group by name, in that order; `own`: the names that the tool has itself.
 
     Raises:
-        InputError: two packages add the same name.
+        InputError: two packages add the same name, or one adds one of `own`.
     """
+    found = _points(group)
+    if taken := next((point for name, point in found.items() if name in own), None):
+        raise InputError(
+            f'{_package(taken)} adds "{taken.name}" to {group}, a name that the tool has itself',
+            remedy="uninstall it, or have it name what it adds otherwise",
+        )
+    return found
+
+
+@cache
+def _points(group: str) -> dict[str, EntryPoint]:
     found: dict[str, EntryPoint] = {}
     for point in sorted(entry_points(group=group), key=lambda point: point.name):
         other = found.setdefault(point.name, point)
@@ -42,7 +53,7 @@ def load(group: str, name: str, kind: type[T]) -> T:
     Raises:
         InputError: it cannot be imported, or is none.
     """
-    point = outside(group)[name]
+    point = _points(group)[name]
     try:
         value = point.load()
         if isinstance(value, type) and issubclass(value, kind):

@@ -54,7 +54,7 @@ def named_rigs() -> dict[str, str]:
 
 def forms() -> dict[str, str]:
     """What `open_rig` takes besides: form, and one line about it. Those of other packages come last."""
-    kinds = (*_KINDS.values(), *map(_from_outside, outside(GROUP)))
+    kinds = (*_KINDS.values(), *map(_from_outside, outside(GROUP, _KINDS)))
     return {kind.form: kind.description for kind in kinds}
 
 
@@ -70,7 +70,7 @@ def open_rig(spec: str, *, seed: int = 0) -> Rig:
         RigFault: the rig cannot be reached.
     """
     word, _, rest = spec.partition(":")
-    names = (*_KINDS, *outside(GROUP))
+    names = (*_KINDS, *outside(GROUP, _KINDS))
     if word not in names or not rest.partition(",")[0]:
         target = rest.partition(",")[0]
         if target and (wrong := misspelt(names, [word])):
@@ -86,8 +86,6 @@ def open_rig(spec: str, *, seed: int = 0) -> Rig:
 
 
 def _from_outside(word: str) -> RigKind:
-    if word in _KINDS:
-        raise InputError(f'there is a rig "{word}" already', place=GROUP, remedy="name yours otherwise")
     return load(GROUP, word, RigKind)
 
 
