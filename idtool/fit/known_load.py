@@ -25,6 +25,7 @@ from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits, step_down
 from idtool.fit.joint import JointFit
 from idtool.fit.model import Spec
+from idtool.fit.told_load import doubts
 from idtool.io.toml import is_finite
 from idtool.log import Log
 from idtool.log.effort import effort_of
@@ -104,7 +105,8 @@ def calibrate(logs: Sequence[Log], *, lever: float, mass: float | None = None) -
         mass: of the load, kg; None where `payload_kg` tells it.
 
     Raises:
-        InputError: logs of torque, no mass, a load that does not move, or none to be seen.
+        InputError: logs of torque, no mass, a load that does not move, none to be seen, or one that no axis
+            has.
     """
     stripped = [_without_constant(log) for log in logs]
     recording = record(stripped)
@@ -148,6 +150,10 @@ def calibrate(logs: Sequence[Log], *, lever: float, mass: float | None = None) -
     interval = (pull / (size + quantile * spread), pull / max(size - quantile * spread, 1e-300))
     payload = recording.motion.payload
     heaviest = float(payload.max()) if varies and payload is not None else 1.0
+    notes = [
+        *doubts(fit, logs, lever=lever, size=size, constant=constant, load=pull * heaviest),
+        *notes,
+    ]
     if not varies:
         notes = [
             *notes,

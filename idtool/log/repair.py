@@ -279,6 +279,8 @@ class _Repair:
             effort_of(log).column,
             log.column("current"),
             told,
+            log.axis.torque_constant,
+            log.column("supply_voltage"),
         )
         for role, (least, why) in _LOADS.items():
             load = getattr(columns, role)

@@ -20,6 +20,7 @@ import pandas as pd
 from idtool.errors import InputError, nearest
 from idtool.io.read_file import MAX_LINE, read_bytes
 from idtool.log.format import columns_of
+from idtool.model.motor import MOST_SUPPLY_V
 from idtool.parameters.axis import Axis
 
 #: Names people give to a column when they leave the unit out -> the role they mean.
@@ -349,8 +350,6 @@ ROUNDING = 1e-3
 _TURN = 2.0 * math.pi + ROUNDING
 #: No winding is whole at this temperature, degC (copper melts at 1085).
 _HOTTEST = 1000.0
-#: Where low voltage ends (direct current, IEC 60364); no drive of an axis is fed with more.
-_MOST_SUPPLY = 1500.0
 #: Column, the least and the most that it may hold, what it should hold, and what to do.
 _RANGES = (
     (
@@ -364,7 +363,7 @@ _RANGES = (
     (
         "supply_voltage_v",
         0.0,
-        _MOST_SUPPLY,
+        MOST_SUPPLY_V,
         "the voltage of a drive's supply: it may be in millivolts",
         "turn it into volts (`ffc-id import --unit supply_voltage=mV`)",
     ),

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from idtool.log.clock import GAP
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import Array
+from idtool.model.motor import MOST_CURRENT_A, highest_back_emf
 
 #: Rows of a stretch over which ways are compared: more than a speed reading is late.
 _STRETCH = 20
@@ -47,8 +48,6 @@ _TURNS = 0.001
 _FOLLOWS = 0.01
 #: A way made of less than this share of all the ways to and fro is a dither.
 _PURPOSE = 0.8
-#: The largest drive of an industrial robot's axis gives 64 A at its peak (KUKA KSD1-64, robots of 500 kg).
-_MOST_CURRENT_A = 64.0
 #: Spikes apart.
 _USUAL = 0.99
 #: Digits in which an effort and a column agree tell something if it varies by so many of them.
@@ -66,6 +65,8 @@ def contradictions(
     read_from: str,
     current: Array | None = None,
     told: Mapping[str, Array] | None = None,
+    constant: float | None = None,
+    supply: Array | None = None,
 ) -> list[str]:
     """Sentences, without the log's name; none where all fits.
 
@@ -77,12 +78,16 @@ def contradictions(
         read_from: the column that says it.
         current: of the motor, A, shape (rows,), or None.
         told: columns of the log by name that a torque is never in proportion to, shape (rows,).
+        constant: N m/A (N/A) of that current, or None.
+        supply: of the drive, V, shape (rows,), or None.
     """
     steps = np.diff(time)
     together = ~first[1:] & (steps < GAP * float(np.median(steps[~first[1:]])))
     said = []
-    if current is not None and (most := float(np.nanquantile(np.abs(current), _USUAL))) > _MOST_CURRENT_A:
+    if current is not None and (most := float(np.nanquantile(np.abs(current), _USUAL))) > MOST_CURRENT_A:
         said.append(f"the current goes up to {most:.3g} A, which no drive of an axis gives: it may be in mA")
+    if current is not None and constant is not None:
+        said += _back_emf(constant, _speed(time, together, position, velocity), supply)
     if position is not None and velocity is not None:
         said += _units(steps, together, position, velocity)
     if position is not None:
@@ -106,6 +111,29 @@ def changed_in_motion(
     moving = way > _MOVING * float(np.quantile(way, 0.999))
     around = moving & np.append(moving[1:], False) & np.insert(moving[:-1], 0, False)
     return np.flatnonzero(~first[1:] & (np.abs(np.diff(told)) > least) & around) + 1
+
+
+def _speed(time: Array, together: NDArray[np.bool_], position: Array | None, velocity: Array | None) -> float:
+    """The highest that is usual."""
+    if velocity is None:
+        assert position is not None
+        whole = np.lib.stride_tricks.sliding_window_view(together, _STRETCH).all(axis=1)
+        way = np.abs(position[_STRETCH:] - position[:-_STRETCH])[whole]
+        velocity = way / (time[_STRETCH:] - time[:-_STRETCH])[whole]
+    return float(np.nanquantile(np.abs(velocity), _USUAL)) if len(velocity) else 0.0
+
+
+def _back_emf(constant: float, speed: float, supply: Array | None) -> list[str]:
+    """A motor of this constant would make more than what feeds it."""
+    most = None if supply is None else float(np.nanmax(supply))
+    volts = constant * speed
+    if volts <= highest_back_emf(most):
+        return []
+    has = "no drive is fed with" if most is None else f"its supply of {most:.3g} V does not give"
+    return [
+        f"a motor with a torque constant of {constant:.4g} makes {volts:.3g} V of its own at a speed of "
+        f"{speed:.2g}, which {has}: the constant is per mA or in N mm, or the speed in degrees"
+    ]
 
 
 def _computed(effort: Array, told: Mapping[str, Array]) -> list[str]:

@@ -100,6 +100,26 @@ def test_a_current_that_no_drive_gives(session: list[Log]) -> None:
     assert "which no drive of an axis gives: it may be in mA" in said
 
 
+@pytest.mark.parametrize(("supply", "factor"), [(None, 1e4), (12.0, 1e3)])
+@pytest.mark.parametrize("columns", [["velocity_rad_s"], ["position_rad"], []])
+def test_a_torque_constant_that_no_motor_has(
+    session: list[Log], supply: float | None, factor: float, columns: list[str]
+) -> None:
+    log = session[2]
+    assert log.axis.torque_constant is not None
+    bad = replace(
+        log,
+        axis=replace(log.axis, torque_constant=factor * log.axis.torque_constant),
+        frame=log.frame.drop(columns=columns).assign(
+            **{} if supply is None else {"supply_voltage_v": supply}
+        ),
+    )
+    (said,) = record([bad]).wiring[0]
+    why = "no drive is fed with" if supply is None else "its supply of 12 V does not give"
+    assert "V of its own at a speed of" in said
+    assert f"which {why}: the constant is per mA" in said
+
+
 def test_noise_in_place_of_the_current(session: list[Log]) -> None:
     for log in session[1:]:
         noise = pd.Series(np.random.default_rng(0).normal(0.0, 0.1, len(log.frame)))
