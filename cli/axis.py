@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output
+from .common import Output, handed
 from .numbers import Number
 
 if TYPE_CHECKING:
     from idtool.log import Log
     from idtool.parameters.axis import Axis
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
@@ -25,11 +23,11 @@ class Given:
 
     Attributes:
         constant: `--torque-constant`.
-        file: `--axis`.
+        axis_file: `--axis`.
     """
 
     constant: float | None = None
-    file: Path | None = None
+    axis_file: Path | None = None
 
     def read(self, logs: Sequence[Path], output: Output, known: Axis | None = None) -> list[Log]:
         """Read logs, telling of those that were cut short or number their rows.
@@ -67,36 +65,28 @@ class Given:
         from idtool.errors import UsageError
         from idtool.parameters.axis_file import AxisFile
 
-        axis = AxisFile.read(self.file).axis if self.file is not None else None
+        axis = AxisFile.read(self.axis_file).axis if self.axis_file is not None else None
         if self.constant is not None and axis is not None and axis.torque_constant is not None:
             raise UsageError("--axis says the torque constant already; leave --torque-constant away.")
         return axis
 
 
-def constant_option(command: F) -> F:
-    """`--torque-constant`."""
-    return click.option(
+#: `--torque-constant` and `--axis`, handed to the command as `given: Given`.
+axis_options = handed(
+    "given",
+    Given,
+    click.option(
         "--torque-constant",
+        "constant",
         type=Number(),
         metavar="K",
         help="N m/A (N/A on a linear axis), for logs that do not say it.",
-    )(command)
-
-
-def axis_options(command: F) -> F:
-    """`--torque-constant` and `--axis`, handed to the command as `given: Given`."""
-
-    def collect(ctx: click.Context, /, **kwargs: Any) -> Any:
-        given = Given(kwargs.pop("torque_constant"), kwargs.pop("axis"))
-        return ctx.invoke(command, given=given, **kwargs)
-
-    collect.__name__ = command.__name__
-    collect.__doc__ = command.__doc__
-    collect.__click_params__ = getattr(command, "__click_params__", [])  # type: ignore[attr-defined]
-    decorated: Any = click.option(
+    ),
+    click.option(
         "--axis",
+        "axis_file",
         type=click.Path(path_type=Path),
         metavar="FILE",
         help="Axis file (ffc-id init), for logs that do not say what axis they are of.",
-    )(click.pass_context(collect))
-    return constant_option(decorated)  # type: ignore[no-any-return]
+    ),
+)

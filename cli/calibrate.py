@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, output_options
+from .common import Output, logs_argument, output_options, params_option
 from .numbers import NumberRange
 
 if TYPE_CHECKING:
@@ -21,12 +21,10 @@ _LEVER = NumberRange(0.0, 10.0, min_open=True)
 
 
 @click.command()
-@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
+@logs_argument
 @click.option("--mass", type=_POSITIVE, metavar="KG", help="Mass of the load; else payload_kg tells it.")
 @click.option("--lever", type=_LEVER, metavar="M", help="From the axis to the mass; not on a linear axis.")
-@click.option(
-    "-p", "--params", type=click.Path(path_type=Path), help="Parameter file to put into N m by it, in place."
-)
+@params_option("Parameter file to put into N m by it, in place.", required=False)
 @axis_options
 @output_options
 def calibrate(

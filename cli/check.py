@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, output_options
+from .common import Output, logs_argument, output_options
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
 @click.command()
-@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
+@logs_argument
 @axis_options
 @output_options
 def check(logs: Sequence[Path], given: Given, output: Output) -> None:

@@ -10,21 +10,18 @@ import json
 import math
 import os
 import shlex
-import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
-
-from .numbers import Number
-from .words import complete_rig
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-F = TypeVar("F", bound=Callable[..., Any])
+Decorator = Callable[[Any], Any]
 
 _PIPED_WIDTH = 1000
 
@@ -115,52 +112,44 @@ def _plain(value: Any) -> Any:
     return str(value)
 
 
-def output_options(command: F) -> F:
-    """`--json` and `-q`, handed to the command as `output: Output`."""
+def handed(name: str, kind: type[Any], *options: Decorator) -> Decorator:
+    """These options, handed to a command as one argument: a dataclass with a field for each of them."""
 
-    def collect(ctx: click.Context, /, **kwargs: Any) -> Any:
-        output = Output(json=kwargs.pop("json"), quiet=kwargs.pop("quiet"))
-        return ctx.invoke(command, output=output, **kwargs)
+    def decorate(command: Any) -> Any:
+        @wraps(command)
+        def gathered(**given: Any) -> Any:
+            own = kind(**{field.name: given.pop(field.name) for field in fields(kind)})
+            return command(**{name: own}, **given)
 
-    collect.__name__ = command.__name__
-    collect.__doc__ = command.__doc__
-    collect.__click_params__ = getattr(command, "__click_params__", [])  # type: ignore[attr-defined]
-    decorated = click.pass_context(collect)
-    decorated = click.option("-q", "--quiet", is_flag=True, help="No progress, no messages.")(decorated)
-    decorated = click.option("--json", is_flag=True, help="One JSON document on standard output.")(decorated)
-    return decorated  # type: ignore[return-value]
+        decorated: Any = gathered
+        for option in reversed(options):
+            decorated = option(decorated)
+        return decorated
+
+    return decorate
+
+
+#: `--json` and `-q`, handed to the command as `output: Output`.
+output_options = handed(
+    "output",
+    Output,
+    click.option("--json", is_flag=True, help="One JSON document on standard output."),
+    click.option("-q", "--quiet", is_flag=True, help="No progress, no messages."),
+)
+logs_argument = click.argument(
+    "logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG..."
+)
+
+
+def params_option(text: str = "Parameter file.", *, required: bool = True) -> Decorator:
+    """`-p`."""
+    return click.option("-p", "--params", required=required, type=click.Path(path_type=Path), help=text)
 
 
 seed_option = click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all randomness."
 )
 force_option = click.option("--force", is_flag=True, help="Overwrite what is there.")
-#: The rig of examples; no command takes it by itself.
-EXAMPLE_RIG = "sim:paper"
-rig_option = click.option(
-    "--rig",
-    metavar="SPEC",
-    shell_complete=complete_rig,
-    help="sim:NAME, sim:FILE.toml, dynamixel:DEVICE, feetech:DEVICE or replay:LOG; asked for where it is left"
-    " out.",
-)
-
-
-def told_rig(spec: str | None, output: Output) -> str:
-    """The rig: as given, or asked for on a terminal.
-
-    Raises:
-        UsageError: no option, and nobody to ask.
-    """
-    from idtool.errors import UsageError
-
-    if spec is not None:
-        return spec
-    if sys.stdin.isatty() and not output.json:
-        return click.prompt("which rig (sim:paper, dynamixel:DEVICE, ...; ffc-id rigs lists them)", err=True)
-    raise UsageError(
-        f"--rig is missing; name the axis, as --rig {EXAMPLE_RIG} (simulated) or --rig dynamixel:DEVICE."
-    )
 
 
 def picture_name(_: click.Context, __: click.Parameter, path: Path | None) -> Path | None:
@@ -168,28 +157,3 @@ def picture_name(_: click.Context, __: click.Parameter, path: Path | None) -> Pa
     if path is not None and path.suffix.lower() not in (".png", ".svg"):
         raise click.BadParameter(f"{path}: expected a name that ends in .png or .svg")
     return path
-
-
-def radians(
-    degrees: tuple[float, float] | None, tilt: tuple[float, float] | None
-) -> tuple[float, float] | None:
-    """Tilt of `--tilt` (rad) or `--tilt-deg`.
-
-    Raises:
-        UsageError: both were given.
-    """
-    from idtool.errors import UsageError
-
-    for angle in degrees or ():
-        if not abs(angle) <= 180.0:
-            raise UsageError(f"--tilt-deg: expected -180 to 180 degrees, found {angle:g}")
-    if degrees is None:
-        return tilt
-    if tilt is not None:
-        raise UsageError("--tilt and --tilt-deg say the same in two units; pass one of them.")
-    return math.radians(degrees[0]), math.radians(degrees[1])
-
-
-tilt_deg_option = click.option(
-    "--tilt-deg", nargs=2, type=Number(), metavar="ALPHA BETA", help="Tilt of the axis, degrees."
-)

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from .axis import Given, axis_options
-from .common import Output, force_option, output_options, seed_option
+from .common import (
+    Output,
+    force_option,
+    handed,
+    logs_argument,
+    output_options,
+    params_option,
+    seed_option,
+)
 from .fit import friction_option, optimizer_option
 from .numbers import NumberRange
 from .progress import Progress
@@ -19,6 +28,7 @@ from .words import Choice, complete_effect
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from idtool.parameters import Parameters
     from idtool.verbs.identify import Identification
 
 gravity_option = click.option(
@@ -50,17 +60,65 @@ tolerance_option = click.option(
 )
 
 
-@click.command()
-@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
-@click.option(
-    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Result folder."
+@dataclass(frozen=True)
+class _Session:
+    """What both are asked."""
+
+    logs: Sequence[Path]
+    folder: Path
+    friction: str
+    without: tuple[str, ...]
+    tolerance: float | None
+    validate: tuple[Path, ...]
+    given: Given
+    seed: int
+    force: bool
+    output: Output
+
+    def run(self, find: Callable[..., Identification], known: Parameters | None = None, **more: Any) -> None:
+        """Read the logs, find what is in them and write the folder; `known`: parameters to start from."""
+        from idtool.report.result_folder import result_folder
+
+        axis = None if known is None else known.axis
+        read, unseen = (self.given.read(some, self.output, axis) for some in (self.logs, self.validate))
+        with result_folder(self.folder, self.force):
+            with Progress(self.output) as progress:
+                result = find(
+                    read,
+                    *([] if known is None else [known]),
+                    friction=self.friction,
+                    seed=self.seed,
+                    without=self.without,
+                    tolerance=self.tolerance,
+                    validate=unseen,
+                    tell=progress.say,
+                    **more,
+                )
+            finish(result, self.folder, self.seed, self.output)
+
+
+_shared = handed(
+    "session",
+    _Session,
+    logs_argument,
+    click.option(
+        "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Result folder."
+    ),
+    friction_option,
+    without_option,
+    tolerance_option,
+    validate_option,
+    axis_options,
+    seed_option,
+    force_option,
+    output_options,
 )
-@friction_option
+
+
+@click.command()
+@_shared
 @gravity_option
 @optimizer_option
-@without_option
-@tolerance_option
-@validate_option
 @click.option(
     "--known-load",
     is_flag=True,
@@ -73,26 +131,7 @@ tolerance_option = click.option(
     show_default=True,
     help="What the parameter file is fitted to at the end; position as in ffc-id fit-motion.",
 )
-@axis_options
-@seed_option
-@force_option
-@output_options
-def identify(
-    logs: Sequence[Path],
-    folder: Path,
-    friction: str,
-    gravity: str,
-    optimizer: str,
-    without: tuple[str, ...],
-    tolerance: float | None,
-    validate: tuple[Path, ...],
-    known_load: bool,
-    weigh: str,
-    given: Given,
-    seed: int,
-    force: bool,
-    output: Output,
-) -> None:
+def identify(session: _Session, gravity: str, optimizer: str, known_load: bool, weigh: str) -> None:
     """All fits and the diagnosis in one go: params.toml, diagnosis.json, report.html, figures.
 
     What each log is, its header says. `--friction coulomb` fits the textbook model (inertia, offset,
@@ -102,57 +141,15 @@ def identify(
     ffc-id identify gravity.csv sweep.csv sine.csv -o result
     ffc-id identify *.csv --validate other-day.csv --without backlash -o result
     """
-    from idtool.report.result_folder import result_folder
     from idtool.verbs.identify import identify as run
 
-    read, unseen = given.read(logs, output), given.read(validate, output)
-    with result_folder(folder, force):
-        with Progress(output) as progress:
-            result = run(
-                read,
-                seed=seed,
-                friction=friction,
-                gravity=gravity,
-                optimizer=optimizer,
-                without=without,
-                tolerance=tolerance,
-                validate=unseen,
-                known_load=known_load,
-                weigh=weigh,
-                tell=progress.say,
-            )
-        finish(result, folder, seed, output)
+    session.run(run, gravity=gravity, optimizer=optimizer, known_load=known_load, weigh=weigh)
 
 
 @click.command()
-@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
-@click.option(
-    "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file to start from."
-)
-@click.option(
-    "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Result folder."
-)
-@friction_option
-@without_option
-@tolerance_option
-@validate_option
-@axis_options
-@seed_option
-@force_option
-@output_options
-def diagnose(
-    logs: Sequence[Path],
-    params: Path,
-    folder: Path,
-    friction: str,
-    without: tuple[str, ...],
-    tolerance: float | None,
-    validate: tuple[Path, ...],
-    given: Given,
-    seed: int,
-    force: bool,
-    output: Output,
-) -> None:
+@_shared
+@params_option("Parameter file to start from.")
+def diagnose(session: _Session, params: Path) -> None:
     """Find the effect that the model of a parameter file lacks; error before and after.
 
     The base model of the file is refitted on the training trials; effects that the file has already are
@@ -162,24 +159,9 @@ def diagnose(
     ffc-id diagnose gravity.csv sweep.csv sine.csv -p params.toml -o result
     """
     from idtool.parameters import Parameters
-    from idtool.report.result_folder import result_folder
     from idtool.verbs.identify import diagnose_from
 
-    known = Parameters.read(params)
-    read, unseen = (given.read(some, output, known.axis) for some in (logs, validate))
-    with result_folder(folder, force):
-        with Progress(output) as progress:
-            result = diagnose_from(
-                read,
-                known,
-                friction=friction,
-                seed=seed,
-                without=without,
-                tolerance=tolerance,
-                validate=unseen,
-                tell=progress.say,
-            )
-        finish(result, folder, seed, output)
+    session.run(diagnose_from, Parameters.read(params))
 
 
 def finish(result: Identification, folder: Path, seed: int, output: Output) -> None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, force_option, output_options
-from .guiding import idle_option, max_speed_option, session_limits
+from .common import Output, force_option, output_options, params_option
+from .guiding import idle_option, max_speed_option, period_option, session_limits
 from .numbers import Number, NumberRange
 from .words import complete_effect
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option("-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file.")
+@params_option()
 @click.option(
     "-o",
     "--output",
@@ -36,12 +36,7 @@ if TYPE_CHECKING:
     shell_complete=complete_effect,
     help="Leave this effect out; may be repeated.",
 )
-@click.option(
-    "--period",
-    metavar="S",
-    type=NumberRange(1e-4, 1.0),
-    help="Control period (default: the file's, or 0.01).",
-)
+@period_option
 @click.option(
     "--range",
     "reach",

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from .axis import Given, axis_options
-from .common import Output, force_option, output_options
+from .common import Output, force_option, handed, output_options, params_option
 from .words import Choice
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-Command = Callable[..., None]
 
 _friction_option = click.option(
     "--friction",
@@ -26,25 +25,38 @@ _friction_option = click.option(
 )
 
 
-def _shared(command: Command) -> Command:
-    """The arguments and options that every target takes."""
-    logs = click.argument("logs", nargs=-1, type=click.Path(path_type=Path), metavar="[LOG]...")
-    params = click.option(
-        "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file."
-    )
-    out = click.option(
+@dataclass(frozen=True)
+class _Asked:
+    """What every target is asked."""
+
+    logs: Sequence[Path]
+    params: Path
+    out: Path
+    joint: str
+    given: Given
+    force: bool
+    output: Output
+
+
+_shared = handed(
+    "asked",
+    _Asked,
+    click.argument("logs", nargs=-1, type=click.Path(path_type=Path), metavar="[LOG]..."),
+    params_option(),
+    click.option(
         "-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="File to write."
-    )
-    name = click.option("--name", "joint", default="axis", show_default=True, help="Name of the joint.")
-    for option in (output_options, force_option, axis_options, name, out, params, logs):
-        command = option(command)
-    return command
+    ),
+    click.option("--name", "joint", default="axis", show_default=True, help="Name of the joint."),
+    axis_options,
+    force_option,
+    output_options,
+)
 
 
-@click.command(short_help="MuJoCo: joint and actuator, with LuGre friction (MJCF).")
+@click.command()
 @_friction_option
 @_shared
-def mujoco(friction: str, **options: Any) -> None:
+def mujoco(friction: str, asked: _Asked) -> None:
     """Write a MuJoCo model (MJCF) of the joint: armature, damping and friction.
 
     LuGre friction becomes that of MuJoCo's dcmotor actuator (MuJoCo 3.12 or newer); --friction coulomb
@@ -54,12 +66,12 @@ def mujoco(friction: str, **options: Any) -> None:
     \b
     ffc-id export mujoco -p result/params.toml -o axis.xml sine.csv
     """
-    _run("mujoco", friction, **options)
+    _run("mujoco", friction, asked)
 
 
-@click.command(short_help="Isaac Lab and mjlab: an actuator's configuration (Python).")
+@click.command()
 @_shared
-def isaac(**options: Any) -> None:
+def isaac(asked: _Asked) -> None:
     """Write an actuator's configuration for Isaac Lab and mjlab: armature, friction and gains.
 
     Gains come from [drive] of the parameter file, where a log held the goal. With logs, friction is fitted to
@@ -68,12 +80,12 @@ def isaac(**options: Any) -> None:
     \b
     ffc-id export isaac -p result/params.toml -o actuator.py sine.csv
     """
-    _run("isaac", "coulomb", **options)
+    _run("isaac", "coulomb", asked)
 
 
-@click.command(short_help="URDF: Coulomb and viscous friction of a joint.")
+@click.command()
 @_shared
-def urdf(**options: Any) -> None:
+def urdf(asked: _Asked) -> None:
     """Write a URDF of one joint with <dynamics damping friction>.
 
     With logs, the two numbers are fitted to their range of speeds, and the torque error of the whole and
@@ -82,34 +94,34 @@ def urdf(**options: Any) -> None:
     \b
     ffc-id export urdf -p result/params.toml -o axis.urdf sine.csv
     """
-    _run("urdf", "auto", **options)
+    _run("urdf", "auto", asked)
 
 
-@click.command(short_help="ROS 2 parameter file (YAML).")
+@click.command()
 @_shared
-def ros2(**options: Any) -> None:
+def ros2(asked: _Asked) -> None:
     """Write every value as a ROS 2 parameter file (YAML), for a node of your own.
 
     \b
     ffc-id export ros2 -p result/params.toml -o axis.yaml
     """
-    _run("ros2", "auto", **options)
+    _run("ros2", "auto", asked)
 
 
-@click.command("json", short_help="The whole parameter file as JSON.")
+@click.command("json")
 @_shared
-def plain_json(**options: Any) -> None:
+def plain_json(asked: _Asked) -> None:
     """Write the whole parameter file as JSON, with errors and intervals.
 
     \b
     ffc-id export json -p result/params.toml -o params.json
     """
-    _run("json", "auto", **options)
+    _run("json", "auto", asked)
 
 
-@click.command(short_help="BAM: parameters of its models M1 and M2 (JSON).")
+@click.command()
 @_shared
-def bam(**options: Any) -> None:
+def bam(asked: _Asked) -> None:
     """Write the parameters that mean the same in BAM (Rhoban's better actuator models), as its JSON.
 
     Coulomb, stiction, Stribeck and viscous friction, armature, torque constant and resistance: M1, or M2
@@ -118,18 +130,18 @@ def bam(**options: Any) -> None:
     \b
     ffc-id export bam -p result/params.toml -o bam.json
     """
-    _run("bam", "auto", **options)
+    _run("bam", "auto", asked)
 
 
-@click.command(short_help="A cogging map for a motor controller (CSV).")
+@click.command()
 @_shared
-def cogging(**options: Any) -> None:
+def cogging(asked: _Asked) -> None:
     """Write what a motor controller adds at each angle against an identified ripple: 1024 rows over a turn.
 
     \b
     ffc-id export cogging -p result/params.toml -o cogging.csv
     """
-    _run("cogging", "auto", **options)
+    _run("cogging", "auto", asked)
 
 
 def from_outside(name: str) -> click.Command:
@@ -139,33 +151,23 @@ def from_outside(name: str) -> click.Command:
     @click.command(name, help=f"Write the model for {find(name).title}.")
     @_friction_option
     @_shared
-    def command(friction: str, **options: Any) -> None:
-        _run(name, friction, **options)
+    def command(friction: str, asked: _Asked) -> None:
+        _run(name, friction, asked)
 
     return command
 
 
-def _run(
-    target: str,
-    friction: str,
-    *,
-    logs: Sequence[Path],
-    params: Path,
-    out: Path,
-    joint: str,
-    given: Given,
-    force: bool,
-    output: Output,
-) -> None:
+def _run(target: str, friction: str, asked: _Asked) -> None:
     from idtool.export.targets import error_lines, export
     from idtool.io.atomic import atomic_write, refuse_existing
     from idtool.model.units import unit_text
     from idtool.parameters import Parameters
 
+    params, out, logs, output = asked.params, asked.out, asked.logs, asked.output
     parameters = Parameters.read(params)
-    refuse_existing(out, force, params, *logs)
-    read = given.read(logs, output, parameters.axis) if logs else []
-    exported = export(target, parameters, read, joint=joint, friction=friction)
+    refuse_existing(out, asked.force, params, *logs)
+    read = asked.given.read(logs, output, parameters.axis) if logs else []
+    exported = export(target, parameters, read, joint=asked.joint, friction=friction)
     with atomic_write(out) as stream:
         stream.write(exported.text)
 

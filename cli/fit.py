@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
-from functools import wraps
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .axis import Given, axis_options
-from .common import Output, output_options, picture_name, seed_option
+from .common import (
+    Output,
+    handed,
+    logs_argument,
+    output_options,
+    params_option,
+    picture_name,
+    seed_option,
+)
 from .words import Choice
 
 if TYPE_CHECKING:
@@ -23,32 +30,20 @@ if TYPE_CHECKING:
     from idtool.parameters import Parameters
     from idtool.signals import Recording
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-OPTIMIZER_NAMES = ("direct", "crs2", "isres", "esch")
-FRICTION_NAMES = ("lugre", "stribeck", "coulomb")
-
-
-def friction_option(command: F) -> F:
-    """`--friction`."""
-    return click.option(
-        "--friction",
-        type=Choice(FRICTION_NAMES),
-        default="lugre",
-        show_default=True,
-        help="Friction law; it steps down by itself where the data cannot determine it.",
-    )(command)
-
-
-def optimizer_option(command: F) -> F:
-    """`--optimizer`."""
-    return click.option(
-        "--optimizer",
-        type=Choice(OPTIMIZER_NAMES),
-        default="direct",
-        show_default=True,
-        help="NLopt global search: DIRECT-L (deterministic), CRS2, ISRES or the evolutionary ESCH.",
-    )(command)
+friction_option = click.option(
+    "--friction",
+    type=Choice(("lugre", "stribeck", "coulomb")),
+    default="lugre",
+    show_default=True,
+    help="Friction law; it steps down by itself where the data cannot determine it.",
+)
+optimizer_option = click.option(
+    "--optimizer",
+    type=Choice(("direct", "crs2", "isres", "esch")),
+    default="direct",
+    show_default=True,
+    help="NLopt global search: DIRECT-L (deterministic), CRS2, ISRES or the evolutionary ESCH.",
+)
 
 
 @dataclass(frozen=True)
@@ -153,37 +148,22 @@ class _Part:
         self.output.next(*on, "-p", self.params, odd=fit.model.recording.odd)
 
 
-def _shared(command: Callable[..., None]) -> Callable[..., None]:
-    """The options of every such fit, handed to the command as a `_Part`."""
-
-    @wraps(command)
-    def gathered(**given: Any) -> None:
-        own = {field.name: given.pop(field.name) for field in fields(_Part)}
-        command(_Part(**own), **given)
-
-    decorated: Callable[..., None] = gathered
-    for decorate in (
-        output_options,
-        seed_option,
-        optimizer_option,
-        axis_options,
-        click.option(
-            "--figure",
-            type=click.Path(path_type=Path),
-            callback=picture_name,
-            help="Draw a figure too, to this PNG or SVG.",
-        ),
-        click.option(
-            "-p",
-            "--params",
-            required=True,
-            type=click.Path(path_type=Path),
-            help="Parameter file; made if missing.",
-        ),
-        click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG..."),
-    ):
-        decorated = decorate(decorated)
-    return decorated
+_shared = handed(
+    "part",
+    _Part,
+    logs_argument,
+    params_option("Parameter file; made if missing."),
+    click.option(
+        "--figure",
+        type=click.Path(path_type=Path),
+        callback=picture_name,
+        help="Draw a figure too, to this PNG or SVG.",
+    ),
+    axis_options,
+    optimizer_option,
+    seed_option,
+    output_options,
+)
 
 
 @click.command("fit-gravity")

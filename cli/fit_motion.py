@@ -9,21 +9,15 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, output_options
+from .common import Output, logs_argument, output_options, params_option
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
 @click.command("fit-motion")
-@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
-@click.option(
-    "-p",
-    "--params",
-    required=True,
-    type=click.Path(path_type=Path),
-    help="Parameter file to start from, rewritten; made if missing.",
-)
+@logs_argument
+@params_option("Parameter file to start from, rewritten; made if missing.")
 @axis_options
 @output_options
 def fit_motion(logs: Sequence[Path], params: Path, given: Given, output: Output) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from .common import Output
+from .moving import Moving, moving_options
 from .numbers import Number, NumberRange
 
 if TYPE_CHECKING:
@@ -39,30 +41,156 @@ _CONTACT_LEVELS = 4.0
 #: Most energy that a guided axis may give to a hand that it has not from it, J.
 ENERGY_J = 0.05
 
-payload_option = click.option(
-    "--payload",
-    metavar="KG",
-    type=NumberRange(0.0),
-    help="What the axis carries [simulated: 0.4; a real axis: asked for].",
+
+@dataclass(frozen=True)
+class Guiding(Moving):
+    """What a command is told that moves the axis where a person wants it.
+
+    Attributes:
+        payload: what the axis carries, kg; None where it was not told.
+        tilt: how the axis stands, rad.
+        move_inside: an axis at its stop may move inside.
+        log: where the run is written; None for nowhere.
+    """
+
+    payload: float | None
+    tilt: tuple[float, float] | None
+    move_inside: bool
+    log: Path | None
+
+    @property
+    def tilted(self) -> tuple[float, float]:
+        """Tilt of the axis, rad."""
+        return self.told_tilt(self.tilt) or (0.0, 0.0)
+
+    def told_payload(self, parameters: Parameters, axis: Rig) -> float:
+        """The payload, kg: as given, asked for on a terminal, and assumed on a simulated axis only.
+
+        Raises:
+            UsageError: a real axis, no option, and nobody to ask.
+        """
+        from idtool.errors import UsageError
+
+        if self.payload is not None:
+            return self.payload
+        if parameters.gravity_model == "arm":
+            return 0.0  # its file knows no payload
+        if axis.simulated:
+            return SIMULATED_PAYLOAD_KG
+        if not sys.stdin.isatty():
+            raise UsageError(
+                "--payload: a real axis is not guided with a payload that nobody told; pass what it carries,"
+                " kg (0 for nothing)."
+            )
+        return click.prompt("what does the axis carry, kg", type=NumberRange(0.0), err=True)
+
+    def inside(self, axis: Rig) -> float | None:
+        """Where to bring an axis first that lies at its stop; None where it may stay.
+
+        Raises:
+            UsageError: it lies outside, and nobody allowed it to move.
+        """
+        from idtool.errors import UsageError
+
+        here = axis.where()
+        low, high = axis.limits.position
+        if here is None or low <= here <= high:
+            return None
+        way = min(_INSIDE * (high - low), _INSIDE_MOST)
+        goal = low + way if here < low else high - way
+        where = f"the axis lies at {here:.3g}, outside its limits {low:.3g} to {high:.3g}"
+        if not self.move_inside:
+            if not sys.stdin.isatty():
+                raise UsageError(f"{where}: pass --move-inside to let it move slowly to {goal:.3g} first.")
+            if not click.confirm(f"{where}. Move it slowly to {goal:.3g}?", err=True):
+                raise UsageError(f"{where}: move it inside by hand.")
+        self.output.say(f"moving slowly to {goal:.3g}")
+        return goal
+
+
+@dataclass(frozen=True)
+class Watched(Guiding):
+    """What `play` and `jog` are told: they feel what the axis meets.
+
+    Attributes:
+        params: parameter file; None where the axis is moved without its model.
+        contact: force at the moving part that is a contact, N; None where it was not told.
+    """
+
+    params: Path | None
+    contact: float | None
+
+    def watching(self, *read: Path | None) -> Watching:
+        """How the axis is watched; `read`: files that the log must not overwrite.
+
+        Raises:
+            InputError: the parameter file is wrong or incomplete, or the log is there already.
+            UsageError: see `contact_limit`.
+        """
+        from idtool.control.online import check_complete
+        from idtool.guiding.player import Watching
+        from idtool.io.atomic import refuse_existing
+        from idtool.parameters import Parameters
+
+        parameters = Parameters.read(self.params) if self.params is not None else None
+        if parameters is not None:
+            check_complete(parameters, self.params)
+        limit = contact_limit(parameters, self.contact)
+        if self.log is not None:
+            refuse_existing(self.log, self.force, self.params, *read)
+        return Watching(parameters=parameters, contact=limit, log=self.log, force=self.force)
+
+    def load(self, parameters: Parameters | None, axis: Rig) -> float:
+        """What the axis carries, kg, once its file is seen to be its own; without a file as told, or nothing.
+
+        Raises:
+            InputError, UsageError: see `check_axis` and `told_payload`.
+        """
+        if parameters is None or self.params is None:
+            return self.payload or 0.0
+        check_axis(parameters, self.params, axis, self.output)
+        return self.told_payload(parameters, axis)
+
+
+_GUIDING = (
+    click.option(
+        "--payload",
+        metavar="KG",
+        type=NumberRange(0.0),
+        help="What the axis carries [simulated: 0.4; a real axis: asked for].",
+    ),
+    click.option(
+        "--tilt", nargs=2, type=Number(), metavar="ALPHA BETA", help="Tilt of the axis, rad [none]."
+    ),
+    click.option(
+        "--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly."
+    ),
+    click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log."),
+)
+guiding_options = moving_options(Guiding, *_GUIDING)
+watched_options = moving_options(
+    Watched,
+    click.option(
+        "-p",
+        "--params",
+        type=click.Path(path_type=Path),
+        help="Parameter file: feel a contact by its model, and count in mm.",
+    ),
+    click.option(
+        "--contact",
+        metavar="N",
+        type=NumberRange(0.0, min_open=True),
+        help="Stop at this force at the moving part [10 N; needs -p].",
+    ),
+    *_GUIDING,
 )
 
-tilt_option = click.option(
-    "--tilt", nargs=2, type=Number(), metavar="ALPHA BETA", help="Tilt of the axis, rad [none]."
+period_option = click.option(
+    "--period",
+    metavar="S",
+    type=NumberRange(1e-4, 1.0),
+    help="Control period (default: the file's, or 0.01).",
 )
-move_inside_option = click.option(
-    "--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly."
-)
-log_option = click.option(
-    "-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log."
-)
-
-contact_option = click.option(
-    "--contact",
-    metavar="N",
-    type=NumberRange(0.0, min_open=True),
-    help="Stop at this force at the moving part [10 N; needs -p].",
-)
-
 max_speed_option = click.option(
     "--max-speed",
     default=250.0,
@@ -89,65 +217,6 @@ def session_limits(parameters: Parameters, limits: Limits, max_speed_mm_s: float
     ratio = travel_per_position(parameters)
     speed = math.inf if ratio is None else 1e-3 * max_speed_mm_s / ratio
     return with_session(limits, guided_speed=speed, energy=ENERGY_J, idle_s=idle_s)
-
-
-def told_payload(payload: float | None, parameters: Parameters, axis: Rig) -> float:
-    """The payload, kg: as given, asked for on a terminal, and assumed on a simulated axis only.
-
-    Raises:
-        UsageError: a real axis, no option, and nobody to ask.
-    """
-    from idtool.errors import UsageError
-
-    if payload is not None:
-        return payload
-    if parameters.gravity_model == "arm":
-        return 0.0  # its file knows no payload
-    if axis.simulated:
-        return SIMULATED_PAYLOAD_KG
-    if not sys.stdin.isatty():
-        raise UsageError(
-            "--payload: a real axis is not guided with a payload that nobody told; pass what it carries, kg "
-            "(0 for nothing)."
-        )
-    return click.prompt("what does the axis carry, kg", type=NumberRange(0.0), err=True)
-
-
-def watching_of(
-    params: Path | None, contact: float | None, log: Path | None, *read: Path | None, force: bool
-) -> Watching:
-    """How an axis is watched that is played or jogged.
-
-    Raises:
-        InputError: the parameter file is wrong or incomplete, or the log is there already.
-        UsageError: see `contact_limit`.
-    """
-    from idtool.control.online import check_complete
-    from idtool.guiding.player import Watching
-    from idtool.io.atomic import refuse_existing
-    from idtool.parameters import Parameters
-
-    parameters = Parameters.read(params) if params is not None else None
-    if parameters is not None:
-        check_complete(parameters, params)
-    limit = contact_limit(parameters, contact)
-    if log is not None:
-        refuse_existing(log, force, params, *read)
-    return Watching(parameters=parameters, contact=limit, log=log, force=force)
-
-
-def load_of(
-    payload: float | None, parameters: Parameters | None, file: Path | None, axis: Rig, output: Output
-) -> float:
-    """What an axis carries, kg, once its file is seen to be its own; without a file as told, or nothing.
-
-    Raises:
-        InputError, UsageError: see `check_axis` and `told_payload`.
-    """
-    if parameters is None or file is None:
-        return payload or 0.0
-    check_axis(parameters, file, axis, output)
-    return told_payload(payload, parameters, axis)
 
 
 def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) -> None:
@@ -189,30 +258,6 @@ def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) ->
         output.warn(
             f"the torque constant of {file} is {mine:g} and that of the rig {its:g}; the file's is taken."
         )
-
-
-def inside(axis: Rig, output: Output, *, move: bool) -> float | None:
-    """Where to bring an axis first that lies at its stop; None where it may stay.
-
-    Raises:
-        UsageError: it lies outside, and nobody allowed it to move.
-    """
-    from idtool.errors import UsageError
-
-    here = axis.where()
-    low, high = axis.limits.position
-    if here is None or low <= here <= high:
-        return None
-    way = min(_INSIDE * (high - low), _INSIDE_MOST)
-    goal = low + way if here < low else high - way
-    where = f"the axis lies at {here:.3g}, outside its limits {low:.3g} to {high:.3g}"
-    if not move:
-        if not sys.stdin.isatty():
-            raise UsageError(f"{where}: pass --move-inside to let it move slowly to {goal:.3g} first.")
-        if not click.confirm(f"{where}. Move it slowly to {goal:.3g}?", err=True):
-            raise UsageError(f"{where}: move it inside by hand.")
-    output.say(f"moving slowly to {goal:.3g}")
-    return goal
 
 
 def setup_of(payload: float, tilt: tuple[float, float], axis: Rig, start: float | None = None) -> TrialSetup:

@@ -7,31 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import (
-    Output,
-    force_option,
-    output_options,
-    radians,
-    rig_option,
-    seed_option,
-    tilt_deg_option,
-    told_rig,
-)
-from .guiding import (
-    contact_option,
-    inside,
-    load_of,
-    log_option,
-    move_inside_option,
-    payload_option,
-    setup_of,
-    show_stop,
-    stop_document,
-    tilt_option,
-    travel_of,
-    watching_of,
-)
-from .live import live_option, live_page
+from .guiding import Watched, setup_of, show_stop, stop_document, travel_of, watched_options
+from .live import live_page
 from .numbers import NumberRange
 from .progress import Progress
 
@@ -43,16 +20,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@rig_option
-@click.option(
-    "-p",
-    "--params",
-    type=click.Path(path_type=Path),
-    help="Parameter file: feel a contact by its model, and count in mm.",
-)
-@payload_option
-@tilt_option
-@tilt_deg_option
+@watched_options
 @click.option(
     "--step",
     metavar="MM",
@@ -65,29 +33,7 @@ if TYPE_CHECKING:
     type=NumberRange(0.0, min_open=True),
     help="A key that is held moves so fast [5 mm/s; else 100 mrad/s].",
 )
-@contact_option
-@move_inside_option
-@log_option
-@live_option
-@seed_option
-@force_option
-@output_options
-def jog(
-    output: Output,
-    live: bool,
-    rig: str | None,
-    params: Path | None,
-    payload: float | None,
-    tilt: tuple[float, float] | None,
-    tilt_deg: tuple[float, float] | None,
-    step: float | None,
-    speed: float | None,
-    contact: float | None,
-    move_inside: bool,
-    log: Path | None,
-    seed: int,
-    force: bool,
-) -> int:
+def jog(told: Watched, step: float | None, speed: float | None) -> int:
     """Move the axis by the arrow keys of a terminal, for fine positioning.
 
     Up and right are forwards, down and left backwards. A tap moves by one step; a key that is held moves on
@@ -105,12 +51,11 @@ def jog(
     from idtool.rig import open_rig
     from idtool.rig.clock import HostClock
 
-    watching = watching_of(params, contact, log, force=force)
-    parameters = watching["parameters"]
-    tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
-    rig = told_rig(rig, output)
-    with open_rig(rig, seed=seed) as device:
-        load = load_of(payload, parameters, params, device, output)
+    output, log, watching = told.output, told.log, told.watching()
+    parameters, tilted = watching["parameters"], told.tilted
+    rig = told.told_rig()
+    with open_rig(rig, seed=told.seed) as device:
+        load = told.load(parameters, device)
         kind: Kind = device.axis.kind
         ratio = travel_of(parameters, kind)
         usual_step, usual_speed = (STEP_RAD, SPEED_RAD_S) if ratio is None else (STEP_M, SPEED_M_S)
@@ -119,10 +64,10 @@ def jog(
         place, remedy = "jog", "run it in a terminal, or move the axis by `play` and a file of waypoints"
         with TerminalKeys(place, remedy):  # no keys: told before anything is asked or moves
             pass
-        setup = setup_of(load, tilted, device, inside(device, output, move=move_inside))
+        setup = setup_of(load, tilted, device, told.inside(device))
         with (
             TerminalKeys(place, remedy) as keys,
-            live_page(live, device, output) as watch,
+            live_page(told.live, device, output) as watch,
             Progress(output, "hands off, it listens", timed=False) as bar,
         ):
             output.say("arrow keys move the axis, q ends it")

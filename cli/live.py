@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,14 +15,9 @@ from .common import Output
 if TYPE_CHECKING:
     from idtool.rig.base import Rig, Watch
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def live_option(command: F) -> F:
-    """`--live`."""
-    return click.option(
-        "--live", is_flag=True, help="Show the axis while it moves, on a page of this machine."
-    )(command)
+live_option = click.option(
+    "--live", is_flag=True, help="Show the axis while it moves, on a page of this machine."
+)
 
 
 @contextmanager

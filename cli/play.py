@@ -7,32 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import (
-    Output,
-    force_option,
-    given_words,
-    output_options,
-    radians,
-    rig_option,
-    seed_option,
-    tilt_deg_option,
-    told_rig,
-)
-from .guiding import (
-    contact_option,
-    inside,
-    load_of,
-    log_option,
-    move_inside_option,
-    payload_option,
-    setup_of,
-    show_stop,
-    stop_document,
-    tilt_option,
-    travel_of,
-    watching_of,
-)
-from .live import live_option, live_page
+from .common import given_words
+from .guiding import Watched, setup_of, show_stop, stop_document, travel_of, watched_options
+from .live import live_page
 from .numbers import NumberRange
 from .progress import Progress
 
@@ -45,13 +22,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("taught", type=click.Path(path_type=Path))
-@rig_option
-@click.option(
-    "-p", "--params", type=click.Path(path_type=Path), help="Parameter file: feel a contact by its model."
-)
-@payload_option
-@tilt_option
-@tilt_deg_option
+@watched_options
 @click.option(
     "--speed",
     default=1.0,
@@ -60,34 +31,10 @@ if TYPE_CHECKING:
     help="Speed, relative to how it was taught.",
 )
 @click.option("--loop", default=1, show_default=True, metavar="N", type=click.IntRange(1), help="How often.")
-@contact_option
 @click.option(
     "--waypoints", type=click.Path(path_type=Path), help="Write the path as points to edit, and play those."
 )
-@move_inside_option
-@log_option
-@live_option
-@seed_option
-@force_option
-@output_options
-def play(
-    output: Output,
-    live: bool,
-    taught: Path,
-    rig: str | None,
-    params: Path | None,
-    payload: float | None,
-    tilt: tuple[float, float] | None,
-    tilt_deg: tuple[float, float] | None,
-    speed: float,
-    loop: int,
-    contact: float | None,
-    waypoints: Path | None,
-    move_inside: bool,
-    log: Path | None,
-    seed: int,
-    force: bool,
-) -> int:
+def play(told: Watched, taught: Path, speed: float, loop: int, waypoints: Path | None) -> int:
     """Play a taught path back: the log of `teach -o`, or a file of waypoints.
 
     The path is smoothed and kept inside the rig's position, speed and current; the axis moves to its start
@@ -105,31 +52,31 @@ def play(
     from idtool.io.atomic import refuse_existing
     from idtool.rig import open_rig
 
+    output, log, force = told.output, told.log, told.force
     path, axis = read_path(taught)
     if waypoints is not None:
-        refuse_existing(waypoints, force, taught, params)
+        refuse_existing(waypoints, force, taught, told.params)
         points = write_waypoints(waypoints, path, force=force)
         output.say(f"{points} waypoints written: {waypoints}")
         path, axis = read_path(waypoints)
-    watching = watching_of(params, contact, log, taught, waypoints, force=force)
-    parameters = watching["parameters"]
-    tilted = radians(tilt_deg, tilt) or (0.0, 0.0)
-    with open_rig(told_rig(rig, output), seed=seed) as device:
+    watching = told.watching(taught, waypoints)
+    parameters, tilted = watching["parameters"], told.tilted
+    with open_rig(told.told_rig(), seed=told.seed) as device:
         if axis.kind != device.axis.kind:
             raise InputError(
                 f"was taught on a {axis.kind} axis and the rig is {device.axis.kind}",
                 file=taught,
                 place="axis.kind",
             )
-        load = load_of(payload, parameters, params, device, output)
+        load = told.load(parameters, device)
         low, high = device.limits.position
         if cut := cut_by(path, low, high):
             output.warn(f"{cut}.")
         path, scale = limited(path, low=low, high=high, speed=device.limits.speed, scale=speed)
         if scale < speed:
             output.warn(f"played at {scale:.2g} of the taught speed: faster is beyond the limits of the rig.")
-        setup = setup_of(load, tilted, device, inside(device, output, move=move_inside))
-        with live_page(live, device, output) as watch, Progress(output, "playing") as bar:
+        setup = setup_of(load, tilted, device, told.inside(device))
+        with live_page(told.live, device, output) as watch, Progress(output, "playing") as bar:
             played = run(
                 path,
                 device,

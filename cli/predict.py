@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, force_option, output_options
+from .common import Output, force_option, logs_argument, output_options, params_option
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
 @click.command()
-@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
-@click.option("-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file.")
+@logs_argument
+@params_option()
 @click.option("-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="CSV to write.")
 @click.option(
     "--correction",

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import EXAMPLE_RIG, Output, output_options
+from .common import Output, output_options
 from .lazy import LazyGroup
+from .moving import EXAMPLE_RIG
 from .progress import Progress
 from .words import complete_bundled
 

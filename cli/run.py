@@ -4,24 +4,15 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import (
-    Output,
-    force_option,
-    output_options,
-    radians,
-    rig_option,
-    seed_option,
-    tilt_deg_option,
-    told_rig,
-)
-from .live import live_option, live_page
+from .common import Decorator
+from .live import live_page
+from .moving import Moving, moving_options
 from .numbers import Number
 from .progress import Progress
 from .words import complete_recipe
@@ -35,64 +26,31 @@ if TYPE_CHECKING:
 #: Beyond this share of late samples a run says so.
 _MANY_OVERRUNS = 0.02
 
-F = TypeVar("F", bound=Callable[..., Any])
-
 
 @dataclass(frozen=True)
-class RunOptions:
-    """The options of every run.
+class RunOptions(Moving):
+    """What every run is told.
 
     Attributes:
-        rig: its word; None where none was given.
         log: the log.
-        seed: of a simulation.
-        force: overwrite the log.
-        resume: go on with the log.
         yes: nobody is asked to set the axis up.
-        tilt_deg: how the axis stands, in place of the recipe's, degrees.
-        output: where words go.
+        resume: go on with the log.
     """
 
-    rig: str | None
     log: Path
-    seed: int
-    force: bool
-    resume: bool
     yes: bool
-    tilt_deg: tuple[float, float] | None
-    live: bool
-    output: Output
+    resume: bool
 
 
-def _shared(command: F) -> F:
-    """The options of every run, handed to the command as `options: RunOptions`."""
-
-    def collect(ctx: click.Context, /, **kwargs: Any) -> Any:
-        options = RunOptions(**{field.name: kwargs.pop(field.name) for field in fields(RunOptions)})
-        return ctx.invoke(command, options=options, **kwargs)
-
-    collect.__name__ = command.__name__
-    collect.__doc__ = command.__doc__
-    collect.__click_params__ = getattr(command, "__click_params__", [])  # type: ignore[attr-defined]
-    decorated: Any = click.pass_context(collect)
-    for decorate in (
-        output_options,
-        force_option,
-        seed_option,
-        click.option("--resume", is_flag=True, help="Go on with the log at its first unfinished trial."),
-        click.option("--yes", is_flag=True, help="Ask nobody to change payload or tilt of a real axis."),
-        click.option(
-            "-o", "--output", "log", required=True, type=click.Path(path_type=Path), help="The log."
-        ),
-        live_option,
-        tilt_deg_option,
-        rig_option,
-    ):
-        decorated = decorate(decorated)
-    return decorated  # type: ignore[no-any-return]
+_shared = moving_options(
+    RunOptions,
+    click.option("-o", "--output", "log", required=True, type=click.Path(path_type=Path), help="The log."),
+    click.option("--yes", is_flag=True, help="Ask nobody to change payload or tilt of a real axis."),
+    click.option("--resume", is_flag=True, help="Go on with the log at its first unfinished trial."),
+)
 
 
-def _recipe_option(default: str | None) -> Callable[[F], F]:
+def _recipe_option(default: str | None) -> Decorator:
     # click takes a default of None for a value, so where there is none it must not be given
     given: dict[str, Any] = {"default": default, "show_default": True} if default else {"required": True}
     return click.option(
@@ -123,14 +81,14 @@ def _numbers(_context: click.Context, _option: click.Parameter, value: str | Non
     help="Payloads in place of the recipe's, kg, one trial each.",
 )
 @_shared
-def run_gravity(recipe: str, payloads: list[float] | None, options: RunOptions) -> int:
+def run_gravity(recipe: str, payloads: list[float] | None, told: RunOptions) -> int:
     """Payload steps: move slowly up and down at each payload, and log the current.
 
     \b
     ffc-id run-gravity --rig sim:paper -o gravity.csv
     ffc-id run-gravity --rig sim:paper --payloads 0,0.5,1 -o gravity.csv
     """
-    return _run(recipe, options, "gravity", payloads=payloads)
+    return _run(recipe, told, "gravity", payloads=payloads)
 
 
 @click.command("run-sweep")
@@ -145,79 +103,79 @@ def run_gravity(recipe: str, payloads: list[float] | None, options: RunOptions) 
     "--travel", type=Number(), metavar="Q", help="Travel of each way in place of the recipe's, rad (m)."
 )
 @_shared
-def run_sweep(recipe: str, speeds: list[float] | None, travel: float | None, options: RunOptions) -> int:
+def run_sweep(recipe: str, speeds: list[float] | None, travel: float | None, told: RunOptions) -> int:
     """Velocity sweep: constant speeds both ways, lying on its side.
 
     \b
     ffc-id run-sweep --rig sim:bench -o sweep.csv
     ffc-id run-sweep --rig sim:bench --speeds 0.01,0.02,0.05 --travel 0.5 -o slow.csv
     """
-    return _run(recipe, options, "sweep", speeds=speeds, travel=travel)
+    return _run(recipe, told, "sweep", speeds=speeds, travel=travel)
 
 
 @click.command("run-sine")
 @_recipe_option("sine")
 @_shared
-def run_sine(recipe: str, options: RunOptions) -> int:
+def run_sine(recipe: str, told: RunOptions) -> int:
     """Velocity sines of several frequencies.
 
     \b
     ffc-id run-sine --rig sim:paper -o sine.csv
     """
-    return _run(recipe, options, "sine")
+    return _run(recipe, told, "sine")
 
 
 @click.command("run")
 @_recipe_option(None)
 @_shared
-def run_any(recipe: str, options: RunOptions) -> int:
+def run_any(recipe: str, told: RunOptions) -> int:
     """Run any recipe.
 
     \b
     ffc-id run --recipe validation --rig sim:paper -o validation.csv
     """
-    return _run(recipe, options, None)
+    return _run(recipe, told, None)
 
 
-def _run(name: str, options: RunOptions, experiment: str | None, **changes: Any) -> int:
+def _run(name: str, told: RunOptions, experiment: str | None, **changes: Any) -> int:
     from idtool.errors import UsageError
     from idtool.experiment.recipe import Changes, read_recipe
     from idtool.experiment.runner import run
     from idtool.io.atomic import refuse_existing
     from idtool.rig import open_rig
 
-    output, log = options.output, options.log
-    if options.resume and options.force:
+    output, log = told.output, told.log
+    if told.resume and told.force:
         raise UsageError("--resume continues the log and --force overwrites it; pass one of them.")
-    recipe = read_recipe(name, Changes(tilt=radians(options.tilt_deg, None), **changes))
+    recipe = read_recipe(name, Changes(tilt=told.told_tilt(), **changes))
     if experiment is not None and recipe.experiment != experiment:
         output.warn(
             f'recipe {recipe.name} is marked as experiment "{recipe.experiment}", and so will be the log; '
             f'run-{experiment} expects "{experiment}".'
         )
-    refuse_existing(log, options.force or options.resume, Path(name))
-    spec = told_rig(options.rig, output)
+    refuse_existing(log, told.force or told.resume, Path(name))
+    spec = told.told_rig()
     with (
-        open_rig(spec, seed=options.seed) as rig,
-        live_page(options.live, rig, output) as watch,
+        open_rig(spec, seed=told.seed) as rig,
+        live_page(told.live, rig, output) as watch,
         _Bar(output, recipe.name, timed=False) as bar,
     ):
         summary = run(
             recipe,
             rig,
             log,
-            force=options.force,
-            resume=options.resume,
-            confirm=bar.ask if rig.by_hand and not options.yes else None,
+            force=told.force,
+            resume=told.resume,
+            confirm=bar.ask if rig.by_hand and not told.yes else None,
             progress=bar.show if bar.visible else None,
             watch=watch,
         )
-    _tell(summary, recipe, options, spec, rig.simulated)
+    _tell(summary, recipe, told, spec, rig.simulated)
     return 130 if summary.interrupted else 0
 
 
-def _tell(summary: RunSummary, recipe: Recipe, options: RunOptions, rig: str, simulated: bool) -> None:
-    output = options.output
+def _tell(summary: RunSummary, recipe: Recipe, told: RunOptions, rig: str, simulated: bool) -> None:
+    output = told.output
     loop = summary.loop
     document = {
         "file": summary.file if summary.rows else None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from .axis import Given, axis_options
-from .common import Output, force_option, output_options
+from .common import Output, force_option, logs_argument, output_options, params_option
 from .words import Choice
 
 if TYPE_CHECKING:
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
-@click.option("-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file.")
+@logs_argument
+@params_option()
 @click.option(
     "--from",
     "source",

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, console, given_words, output_options
+from .common import Output, console, given_words, output_options, params_option
+from .guiding import period_option
 from .numbers import NumberRange
 
 if TYPE_CHECKING:
@@ -19,9 +20,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option(
-    "-p", "--params", required=True, type=click.Path(path_type=Path), help="Parameter file of the axis."
-)
+@params_option("Parameter file of the axis.")
 @click.option(
     "--hand-force",
     required=True,
@@ -43,12 +42,7 @@ if TYPE_CHECKING:
     type=NumberRange(0.0, 10.0, min_open=True),
     help="How far from the shaft the hand holds it; an arm needs it, a slide's file says it.",
 )
-@click.option(
-    "--period",
-    metavar="S",
-    type=NumberRange(1e-4, 1.0),
-    help="Control period (default: the file's, or 0.01).",
-)
+@period_option
 @click.option(
     "--servo-bandwidth",
     default=20.0,

@@ -56,7 +56,7 @@ def test_without_a_terminal_it_is_refused_in_a_sentence(tmp_path: Path) -> None:
 def test_without_a_terminal_nothing_is_asked_or_said_to_move(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("idtool.cli.jog.inside", lambda *_, **__: pytest.fail("it was brought inside"))
+    monkeypatch.setattr("idtool.cli.guiding.Guiding.inside", lambda *_: pytest.fail("it was brought inside"))
     with pytest.raises(SystemExit) as stop:
         main(["jog", "--rig", "sim:bench", "--move-inside"])
     assert stop.value.code == 3

@@ -57,12 +57,9 @@ def test_guides_the_paper_s_axis(tmp_path: Path, parameters: Parameters) -> None
     again = run(tmp_path, "teach", "-p", "params.toml", "--rig", "sim:paper", "-o", "run.csv")
     assert again.returncode == 3
     assert "already exists" in again.stderr
-    assert (
-        run(
-            tmp_path, "teach", "-p", "params.toml", "--rig", "sim:paper", "-o", "run.csv", "--force", "-q"
-        ).returncode
-        == 0
-    )
+    quiet = ("-o", "run.csv", "--force", "-q", "--figure", "run.svg")
+    assert run(tmp_path, "teach", "-p", "params.toml", "--rig", "sim:paper", *quiet).returncode == 0
+    assert "<svg" in (tmp_path / "run.svg").read_text()
 
 
 def test_json_is_one_document_and_repeats(tmp_path: Path, parameters: Parameters) -> None:

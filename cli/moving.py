@@ -1,0 +1,91 @@
+"""What commands that move an axis share: `--rig` and the other options of all of them."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+
+import click
+
+from .common import Decorator, Output, force_option, handed, output_options, seed_option
+from .live import live_option
+from .numbers import Number
+from .words import complete_rig
+
+#: The rig of examples; no command takes it by itself.
+EXAMPLE_RIG = "sim:paper"
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What every such command is told.
+
+    Attributes:
+        rig: its word; None where none was given.
+        tilt_deg: how the axis stands, degrees.
+        live: show it on a page.
+        seed: of a simulation.
+        force: overwrite what is there.
+        output: where words go.
+    """
+
+    rig: str | None
+    tilt_deg: tuple[float, float] | None
+    live: bool
+    seed: int
+    force: bool
+    output: Output
+
+    def told_rig(self) -> str:
+        """The rig: as given, or asked for on a terminal.
+
+        Raises:
+            UsageError: no option, and nobody to ask.
+        """
+        from idtool.errors import UsageError
+
+        if self.rig is not None:
+            return self.rig
+        if sys.stdin.isatty() and not self.output.json:
+            return click.prompt(
+                "which rig (sim:paper, dynamixel:DEVICE, ...; ffc-id rigs lists them)", err=True
+            )
+        raise UsageError(
+            f"--rig is missing; name the axis, as --rig {EXAMPLE_RIG} (simulated) or --rig dynamixel:DEVICE."
+        )
+
+    def told_tilt(self, tilt: tuple[float, float] | None = None) -> tuple[float, float] | None:
+        """Tilt of `--tilt-deg`, or of `--tilt`, rad.
+
+        Raises:
+            UsageError: both were given.
+        """
+        from idtool.errors import UsageError
+
+        for angle in self.tilt_deg or ():
+            if not abs(angle) <= 180.0:
+                raise UsageError(f"--tilt-deg: expected -180 to 180 degrees, found {angle:g}")
+        if self.tilt_deg is None:
+            return tilt
+        if tilt is not None:
+            raise UsageError("--tilt and --tilt-deg say the same in two units; pass one of them.")
+        return math.radians(self.tilt_deg[0]), math.radians(self.tilt_deg[1])
+
+
+_rig_option = click.option(
+    "--rig",
+    metavar="SPEC",
+    shell_complete=complete_rig,
+    help="sim:NAME, sim:FILE.toml, dynamixel:DEVICE, feetech:DEVICE or replay:LOG; asked for where it is left"
+    " out.",
+)
+_tilt_deg_option = click.option(
+    "--tilt-deg", nargs=2, type=Number(), metavar="ALPHA BETA", help="Tilt of the axis, degrees."
+)
+
+
+def moving_options(kind: type[Moving], *more: Decorator) -> Decorator:
+    """Those options and `more`, handed to a command as `told`, which is of that kind."""
+    ended = (live_option, seed_option, force_option, output_options)
+    return handed("told", kind, _rig_option, _tilt_deg_option, *more, *ended)
