@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 #: What a simulated axis carries unless told otherwise, kg: the paper's camera.
 SIMULATED_PAYLOAD_KG = 0.4
+#: What pulls so many times as hard as the drive does is in another unit.
+_BEYOND = 10.0
 #: Beyond this factor between the torque constants of file and rig the file is of another axis; beyond the
 #: share it is worth a word.
 _OTHER_AXIS, _WORTH_A_WORD = 1.5, 0.05
@@ -67,11 +69,12 @@ class Guiding(Moving):
         """The payload, kg: as given, asked for on a terminal, and assumed on a simulated axis only.
 
         Raises:
-            UsageError: a real axis, no option, and nobody to ask.
+            UsageError: a real axis, no option, and nobody to ask; or more than such a drive ever holds.
         """
         from idtool.errors import UsageError
 
         if self.payload is not None:
+            _refuse_beyond_the_drive(self.payload, parameters, axis)
             return self.payload
         if parameters.gravity_model == "arm":
             return 0.0  # its file knows no payload
@@ -217,6 +220,22 @@ def session_limits(parameters: Parameters, limits: Limits, max_speed_mm_s: float
     ratio = travel_per_position(parameters)
     speed = math.inf if ratio is None else 1e-3 * max_speed_mm_s / ratio
     return with_session(limits, guided_speed=speed, energy=ENERGY_J, idle_s=idle_s)
+
+
+def _refuse_beyond_the_drive(payload: float, parameters: Parameters, axis: Rig) -> None:
+    from idtool.errors import UsageError
+    from idtool.model.units import unit_text
+
+    slope, constant = parameters.gravity.get("per_payload"), axis.axis.torque_constant
+    if slope is None or constant is None or parameters.axis.effort != "torque":
+        return
+    pull, most = abs(slope.value) * payload, axis.limits.current * constant
+    if pull > _BEYOND * most:
+        unit = unit_text("torque", axis.axis.kind)
+        raise UsageError(
+            f"--payload: {payload:g} kg would pull with {pull:.3g} {unit} by the file, and the drive gives "
+            f"{most:.3g} {unit}; payloads are in kg."
+        )
 
 
 def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) -> None:

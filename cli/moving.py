@@ -17,6 +17,10 @@ from .words import complete_rig
 EXAMPLE_RIG = "sim:paper"
 
 
+#: What an angle of half a turn may be off by for its rounding, rad.
+_ROUNDED = 0.01
+
+
 @dataclass(frozen=True)
 class Moving:
     """What every such command is told.
@@ -59,13 +63,20 @@ class Moving:
         """Tilt of `--tilt-deg`, or of `--tilt`, rad.
 
         Raises:
-            UsageError: both were given.
+            UsageError: both were given, or one of them is no tilt.
         """
         from idtool.errors import UsageError
 
         for angle in self.tilt_deg or ():
             if not abs(angle) <= 180.0:
                 raise UsageError(f"--tilt-deg: expected -180 to 180 degrees, found {angle:g}")
+            if any(math.isclose(abs(angle), part * math.pi, abs_tol=1e-3) for part in (0.5, 1.0)):
+                self.output.warn(
+                    f"--tilt-deg takes degrees, and {angle:g} looks like a part of a turn in rad."
+                )
+        for angle in tilt or ():
+            if not abs(angle) <= math.pi + _ROUNDED:
+                raise UsageError(f"--tilt: {angle:g} rad is beyond half a turn; --tilt-deg takes degrees.")
         if self.tilt_deg is None:
             return tilt
         if tilt is not None:

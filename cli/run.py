@@ -139,6 +139,7 @@ def run_any(recipe: str, told: RunOptions) -> int:
 
 def _run(name: str, told: RunOptions, experiment: str | None, **changes: Any) -> int:
     from idtool.errors import UsageError
+    from idtool.experiment.plan import doubted_payload
     from idtool.experiment.recipe import Changes, read_recipe
     from idtool.experiment.runner import run
     from idtool.io.atomic import refuse_existing
@@ -160,6 +161,8 @@ def _run(name: str, told: RunOptions, experiment: str | None, **changes: Any) ->
         live_page(told.live, rig, output) as watch,
         _Bar(output, recipe.name, timed=False) as bar,
     ):
+        if doubt := doubted_payload(recipe, rig):
+            output.warn(doubt)
         summary = run(
             recipe,
             rig,

@@ -142,5 +142,7 @@ def _show(screen: Console, tuning: Tuning, parameters: Parameters) -> None:
             )
             cells.append(f"{least.gain:.2f} at {least.frequency:.1f} Hz")
         rows.append((f"{1e3 * delay:.0f} ms", *cells))
+    for note in tuning.notes:
+        screen.print(f"note: {note}")
     title = "gain margin, least over damping off by 15 %"
     print_table(screen, ("readings late by", ">soft hand", ">stiff hand"), rows, title=title)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from idtool.errors import InputError
 from idtool.experiment.recipe import SINE_SHARE, Recipe, RecipeTrial
 from idtool.experiment.trajectory import excursion
-from idtool.model.units import unit_text
+from idtool.model.units import STANDARD_GRAVITY, unit_text
 from idtool.rig.base import Rig
+
+#: A pinion or a drum of less than 5 mm carries little, m; so does a drive whose load hangs 1 in 20.
+_LEAST_LEVER = {"rotary": 0.005, "linear": 0.05}
 
 
 def rows_every(recipe: Recipe, rig: Rig) -> int:
@@ -31,6 +36,19 @@ def plan_of(recipe: Recipe, rig: Rig) -> list[tuple[RecipeTrial, float]]:
         )
     period = rig.period_s * rows_every(recipe, rig)
     return [(trial, _check(recipe, trial, rig, period)) for trial in recipe.trials]
+
+
+def doubted_payload(recipe: Recipe, rig: Rig) -> str | None:
+    """A sentence on a payload that the drive holds on next to no lever only; None where all are likely."""
+    heaviest = max(trial.setup.payload_kg for trial in recipe.trials)
+    weight, most = STANDARD_GRAVITY * heaviest, rig.limits.current * (rig.axis.torque_constant or math.inf)
+    if not most < _LEAST_LEVER[rig.axis.kind] * weight:
+        return None
+    on = {"rotary": f"a lever of {1e3 * most / weight:.2g} mm", "linear": f"a slope of {most / weight:.2g}"}
+    return (
+        f"the drive gives {most:.3g} {unit_text('torque', rig.axis.kind)}, which holds {heaviest:g} kg on "
+        f"{on[rig.axis.kind]} at most: payloads are in kg."
+    )
 
 
 def _check(recipe: Recipe, trial: RecipeTrial, rig: Rig, period: float) -> float:

@@ -1,8 +1,8 @@
 """Whether the load that was told can be the one that moved, and its motor one that exists.
 
 A mass m on a lever l that pulls with m g l = G has m l^2 of the inertia J, so that l <= g J / G in whatever
-unit both are told; and the torque constant says what voltage the motor makes of its own, or what current it takes
-(`idtool.model.motor`).
+unit both are told; and the torque constant says what voltage the motor makes of its own, or what current it
+takes (`idtool.model.motor`).
 """
 
 from __future__ import annotations

@@ -43,6 +43,11 @@ _NOT_TARED = (
     "may run on; let it learn with --tare, hands off"
 )
 
+_NOT_MOVED = (
+    "the simulated hand moved nothing: it is too weak for friction, or too slow to be seen (--hand-force is "
+    "in N, --hand-speed in mm/s)"
+)
+
 
 @dataclass(frozen=True)
 class TeachResult:
@@ -171,6 +176,10 @@ def teach(
             record, hand, resolution=controller.resolution, travel_ratio=travel_per_position(parameters)
         )
     notes = list(dict.fromkeys((*recorder.notes, *controller.status.notes)))
+    if figures is not None and not np.any(
+        np.abs(record.position - record.position[0]) > controller.resolution
+    ):
+        notes.append(_NOT_MOVED)
     if controller.mode == "light" and not tare:
         notes.append(_NOT_TARED)
     return TeachResult(record, figures, tuple(notes), interrupted)

@@ -1,8 +1,8 @@
 """What a torque constant says of the motor that has it.
 
 A motor that gives K for each ampere makes K w of its own at a speed w: N m/A is V s/rad (N/A is V s/m),
-whatever the gear. What feeds it gives more than that; and where a voltage drives it, its back-EMF is a part of the
-viscous coefficient in V s/rad, so that K is below that.
+whatever the gear. What feeds it gives more than that; and where a voltage drives it, its back-EMF is a part
+of the viscous coefficient in V s/rad, so that K is below that.
 """
 
 from __future__ import annotations

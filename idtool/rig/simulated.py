@@ -14,6 +14,7 @@ import numpy as np
 
 from idtool.errors import InputError, RigFault
 from idtool.model.motion import Array
+from idtool.model.units import unit_text
 from idtool.parameters.axis import Axis
 from idtool.rig import plant
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
@@ -119,7 +120,11 @@ class SimulatedRig(Rig):
         )
         state[plant.INTEGRAL] = p.torque_constant * _current(torque, p.torque_constant, p.kappa)
         if abs(state[plant.INTEGRAL]) > p.torque_constant * p.current_limit:
-            raise RigFault("the drive cannot hold this payload within its current limit")
+            unit = unit_text("torque", self.axis.kind)
+            raise RigFault(
+                f"the drive cannot hold this payload: it takes {abs(torque):.3g} {unit}, and the current "
+                f"limit allows {p.torque_constant * p.current_limit:.3g}; lower the payload (kg)"
+            )
         self._history[0] = goal
         self._history[1] = 0.0
 

@@ -144,6 +144,17 @@ def test_payloads_and_tilt_of_the_command_take_the_place_of_the_recipe_s(
     assert wrong.stderr.count("\n") == 1
 
 
+def test_a_payload_in_grams_is_doubted_before_anything_moves(ffc_id: Program, folder: Path) -> None:
+    (folder / "two.toml").write_text(LONG.replace("500", "1"))
+    words = ("--recipe", "two.toml", "--rig", "sim:paper", "-o", "log.csv", "--force")
+    done = ffc_id("run-gravity", *words, "--payloads", "0,500")
+    assert done.returncode == 4
+    assert done.stderr.startswith(
+        "note: the drive gives 4 N m, which holds 500 kg on a lever of 0.82 mm at most: payloads are in kg.\n"
+    )
+    assert "note" not in ffc_id("run-gravity", *words, "--payloads", "0,0.5").stderr
+
+
 def test_a_recipe_of_another_experiment_is_told(ffc_id: Program) -> None:
     done = ffc_id("run-sweep", *SHORT_RUN)
     assert done.returncode == 0

@@ -108,12 +108,55 @@ def test_bad_input_is_one_sentence(tmp_path: Path, parameters: Parameters) -> No
         (("-p", "params.toml"), 2, "--rig is missing; name the axis, as --rig sim:paper"),
         (("-p", "params.toml", "--rig", "sim:papr"), 3, "paper"),
         (("-p", "params.toml", "--payload", "-1"), 2, "payload"),
+        (
+            ("-p", "params.toml", "--rig", "sim:paper", "--payload", "400"),
+            2,
+            "--payload: 400 kg would pull with 178 N m by the file, and the drive gives 4 N m",
+        ),
+        (
+            ("-p", "params.toml", "--rig", "sim:paper", "--payload", "20"),
+            4,
+            "the drive cannot hold this payload: it takes 9.15 N m, and the current limit allows 4; lower",
+        ),
+        (
+            ("-p", "params.toml", "--rig", "sim:paper", "--tilt", "90", "0"),
+            2,
+            "--tilt: 90 rad is beyond half a turn; --tilt-deg takes degrees",
+        ),
         ((), 2, "--params"),
     ):
         done = run(tmp_path, "teach", *arguments)
         assert done.returncode == code, (arguments, done.stderr)
         assert words in done.stderr
         assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("hand", "moved"),
+    [
+        (("--hand-force", "0.004"), False),
+        (("--hand-speed", "0.0192"), False),
+        (("--hand-force", "4"), True),
+        (("--hand-speed", "5"), True),
+    ],
+    ids=["kN", "m/s", "N", "mm/s"],
+)
+def test_a_hand_that_moves_nothing_is_said(
+    tmp_path: Path, parameters: Parameters, hand: tuple[str, str], moved: bool
+) -> None:
+    parameters.write(tmp_path / "params.toml")
+    done = run(tmp_path, "teach", "-p", "params.toml", "--rig", "sim:paper", *hand)
+    assert done.returncode == 0, done.stderr
+    assert ("note: the simulated hand moved nothing" in done.stdout) != moved
+
+
+def test_radians_for_degrees_are_said(tmp_path: Path, parameters: Parameters) -> None:
+    parameters.write(tmp_path / "params.toml")
+    words = ("teach", "-p", "params.toml", "--rig", "sim:paper", "--no-hand", "--duration", "1")
+    for angle, said in (("1.5708", True), ("-3.1416", True), ("90", False), ("1.6", False)):
+        done = run(tmp_path, *words, "--tilt-deg", "0", angle)
+        assert done.returncode == 0, done.stderr
+        assert (f"{angle} looks like a part of a turn in rad" in done.stderr) == said
 
 
 def test_says_what_the_file_s_effects_are_worth(tmp_path: Path, parameters: Parameters) -> None:

@@ -45,6 +45,12 @@ def test_writes_the_gains_and_teach_takes_them(params: Path) -> None:
     assert note.startswith("the axis was not tared")
 
 
+def test_gains_that_brake_the_hand_are_shown(params: Path) -> None:
+    done = ffc_id("tune", "-p", params, "--hand-force", "900")
+    assert done.returncode == 0, done.stderr
+    assert "note: at 19.2 mm/s these gains take 900 N" in done.stdout
+
+
 def test_refuses_and_leaves_the_file_alone(params: Path) -> None:
     before = params.read_bytes()
     done = ffc_id("tune", "-p", params, "--hand-force", "1", "--write")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -59,6 +60,34 @@ def test_refuses_what_cannot_be_and_says_why() -> None:
         tune(file, force=0.3, speed=0.0192, ratio=ratio)
     with pytest.raises(InputError, match="above zero"):
         tune(file, force=-1.0, speed=0.0192, ratio=ratio)
+
+
+@pytest.mark.parametrize(
+    ("asked", "brakes"),
+    [
+        ({}, False),
+        ({"force": 5.56}, False),  # the paper's: twice as heavy as bare friction
+        ({"force": 0.9e3}, True),  # given in mN
+        ({"speed": 19.2e-6}, True),  # given in m/s
+        ({"ratio": 4.5}, True),  # in cm
+    ],
+    ids=["usual", "the paper's", "mN", "m/s", "cm"],
+)
+def test_gains_that_brake_the_hand_are_said(asked: dict[str, float], brakes: bool) -> None:
+    file = file_of(plant_of("paper"))
+    ratio = travel_per_position(file)
+    assert ratio is not None
+    tuning = tune(file, **({"force": 2.0, "speed": 0.0192, "ratio": ratio} | asked))
+    assert bool(tuning.notes) == brakes
+    assert tuning.to_document()["notes"] == list(tuning.notes)
+    assert all("they brake the hand (forces in N" in note for note in tuning.notes)
+
+
+def test_the_force_that_is_said_is_the_one_at_guiding_speed() -> None:
+    file = file_of(plant_of("paper"))
+    tuning = tune(file, force=200.0, speed=0.0192, ratio=0.0454)
+    bare = (0.07 - 0.04 * math.exp(-((0.0192 / 0.0454 / 0.09) ** 2)) + 0.155 * 0.0192 / 0.0454) / 0.0454
+    assert f"these gains take 200 N, and friction with the drive off {bare:.3g} N" in tuning.notes[0]
 
 
 def test_a_less_certain_file_leaves_more_to_the_hand() -> None:

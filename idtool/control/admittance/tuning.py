@@ -32,6 +32,7 @@ from idtool.control.admittance.states import RESTING, TARING
 from idtool.control.force_free import COMMAND_GAIN, ForceFreeController
 from idtool.control.online import OnlineModel
 from idtool.errors import InputError
+from idtool.model import stribeck
 from idtool.model.motion import Array
 from idtool.parameters import Controller, Parameters
 
@@ -44,6 +45,8 @@ FRICTION_OFF = 0.15
 LEAST_MARGIN, LEAST_MARGIN_LATE = 1.5, 1.1
 #: What a tare leaves unexplained on most axes of the study, in torque noises.
 _UNEXPLAINED = 0.6
+#: How fast a part is guided, m/s (the paper's hand), and how many times as heavy as bare friction is no help.
+_GUIDING_M_S, _HEAVY = 0.0192, 10.0
 _FREQUENCIES = np.geomspace(0.5, 400.0, 6000)
 
 
@@ -77,6 +80,7 @@ class Tuning:
         break_away: torque at which it starts from rest, N m (N).
         margins: of every hand, delay and friction.
         ratio: travel of the moving part per position, m/rad.
+        notes: sentences that qualify them.
     """
 
     controller: Controller
@@ -86,6 +90,7 @@ class Tuning:
     break_away: float
     margins: tuple[Margin, ...]
     ratio: float
+    notes: tuple[str, ...] = ()
 
     @property
     def worst(self) -> Margin:
@@ -108,6 +113,7 @@ class Tuning:
             "uncertainty_n": self.uncertainty / self.ratio,
             "break_away_n": self.break_away / self.ratio,
             "margins": [vars(margin) for margin in self.margins],
+            "notes": list(self.notes),
         }
 
 
@@ -166,7 +172,21 @@ def tune(
         )
     command = parameters.controller.command_gain if parameters.controller else COMMAND_GAIN
     controller = Controller(command, gain, period, start, "light")
-    return Tuning(controller, torque, pace, uncertainty, rest, margins, ratio)
+    notes = _heavier_than_bare(model, gain, ratio, uncertainty)
+    return Tuning(controller, torque, pace, uncertainty, rest, margins, ratio, notes)
+
+
+def _heavier_than_bare(model: OnlineModel, gain: float, ratio: float, uncertainty: float) -> tuple[str, ...]:
+    """A sentence where a hand would find the axis far heavier than one whose drive is off."""
+    pace = _GUIDING_M_S / ratio
+    level = stribeck.level(pace, model.coulomb, model.static, model.stribeck_velocity)
+    bare, guided = level + model.viscous * pace, uncertainty + pace / gain
+    if guided < _HEAVY * bare:
+        return ()
+    return (
+        f"at {1e3 * _GUIDING_M_S:g} mm/s these gains take {guided / ratio:.3g} N, and friction with the "
+        f"drive off {bare / ratio:.3g} N: they brake the hand (forces in N, speeds in mm/s, levers in m).",
+    )
 
 
 def tuned(parameters: Parameters, tuning: Tuning) -> Parameters:
