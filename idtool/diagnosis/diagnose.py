@@ -310,7 +310,7 @@ def diagnose(
         if (
             best is None
             or (done and not predicts_better(best[0], selection.fit))
-            or not predicts_better(best[1].fit, selection.fit)
+            or not _beats(best[1].fit, selection.fit)
         ):
             best = base, selection, unnamed, place
         rival = selection.fit if done else rival
@@ -360,6 +360,20 @@ def diagnose(
     return Diagnosis(
         shown, base, selection, stated, *tests, next_experiment, left, place, notes, stepped_down
     )
+
+
+def _beats(other: JointFit, trusted: JointFit) -> bool:
+    """Whether a fit predicts enough better than one that is to be trusted more.
+
+    A friction curve that rises from rest can follow what an effect does that the model lacks: beside one that
+    falls it has to be better by enough to matter, or as good with fewer numbers.
+    """
+    if other.model.spec.falling or not trusted.model.spec.falling:
+        return predicts_better(other, trusted)
+    error, trusted_error = left_out_error(other), left_out_error(trusted)
+    if len(other.x) < len(trusted.x):
+        return error < (1.0 + LEAST_GAIN) * trusted_error
+    return error < (1.0 - LEAST_GAIN) * trusted_error
 
 
 def _finished(selection: Selection, recording: Recording) -> JointFit:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -106,18 +107,29 @@ def first_fits(
 ) -> list[JointFit]:
     """First fits in the order in which to trust them: the bristle bends over a small share of the stroke, and
     where that leaves more than noise and a softer one predicts better what it did not see, a softer one. A
-    softer one that leaves noise alone needs no other."""
-    stiff = first_fit(recording, spec, optimizer=optimizer, seed=seed, evaluations=evaluations)
-    if spec.friction != "lugre" or not worth_a_restart(stiff):
-        return [stiff]
-    soft = first_fit(
-        recording, replace(spec, soft=True), optimizer=optimizer, seed=seed, evaluations=evaluations
-    )
-    if not worth_a_restart(soft):
-        return [soft]
-    far = soft.presliding_scale > 0.9 * stiff.model.longest_bend
-    earned = far and predicts_better(soft, _with_spring(stiff))
-    return [stiff, soft] if earned else [stiff]
+    softer one that leaves noise alone needs no other. Where the friction curve of one that leaves more than
+    noise rises from rest, the same with a curve that may only fall goes before it."""
+    begin = partial(first_fit, recording, optimizer=optimizer, seed=seed, evaluations=evaluations)
+    stiff = begin(spec)
+    fits = [stiff]
+    if not worth_a_restart(stiff):
+        return fits
+    if spec.friction == "lugre":
+        soft = begin(replace(spec, soft=True))
+        if not worth_a_restart(soft):
+            return [soft]
+        far = soft.presliding_scale > 0.9 * stiff.model.longest_bend
+        if far and predicts_better(soft, _with_spring(stiff)):
+            fits.append(soft)
+    falling = [
+        begin(replace(fit.model.spec, effects=spec.effects, falling=True)) for fit in fits if rises(fit)
+    ]
+    return [*falling, *fits]
+
+
+def rises(fit: JointFit) -> bool:
+    """Whether the friction curve rises from rest."""
+    return fit.values.get("static", fit.values["coulomb"]) < fit.values["coulomb"]
 
 
 def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:

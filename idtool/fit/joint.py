@@ -139,7 +139,8 @@ class JointFit:
         alone = np.linalg.norm(self.model.measured) / np.where(slope > 0.0, slope, np.inf)
         margin = _AT_BOUND * np.where(np.isfinite(high - low), high - low, alone)
         at = (self.x - low <= margin) | (high - self.x <= margin)
-        return dict(zip(self.model.names, at.tolist(), strict=True))
+        found = dict(zip(self.model.names, at.tolist(), strict=True))
+        return found | {"static": True} if self.model.flat(self.x) else found
 
     @property
     def rigid(self) -> bool:

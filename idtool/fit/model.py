@@ -60,6 +60,8 @@ class Spec:
         effects: in the order in which they were accepted.
         soft: whether the bristle may bend over more than a small share of the stroke (the paper's does). It
             can then stand for a spring, an offset or gravity, so that has to be earned.
+        falling: whether the static level is the Coulomb level at least, as nearly every contact has it. A
+            curve that rises from rest can make up for an effect that the model lacks.
     """
 
     friction: FrictionKind
@@ -67,6 +69,7 @@ class Spec:
     gravity_columns: tuple[str, ...]
     effects: tuple[Effect, ...] = ()
     soft: bool = False
+    falling: bool = False
 
     def adding(self, effect: Effect) -> Spec:
         """The same with one more effect, in place of those that are special cases of it."""
@@ -286,10 +289,23 @@ class JointModel:
 
     def values(self, x: Array) -> dict[str, float]:
         """Physical value of every coordinate by name."""
-        return {
+        value = {
             name: math.exp(number) if name in LOGARITHMIC else float(number)
             for name, number in zip(self.names, x, strict=True)
         }
+        return value | {"static": value["coulomb"]} if self.flat(x) else value
+
+    def flat(self, x: Array) -> bool:
+        """Whether coordinates `x` ask for a curve that rises where it may only fall: it is flat there."""
+        return self.spec.falling and "static" in self.names and bool(x[self._static] <= x[self._coulomb])
+
+    @cached_property
+    def _coulomb(self) -> int:
+        return self.names.index("coulomb")
+
+    @cached_property
+    def _static(self) -> int:
+        return self.names.index("static")
 
     def coordinates(self, values: Mapping[str, float]) -> Array:
         """Coordinates of physical values by name, moved inside the bounds."""
@@ -333,6 +349,7 @@ class JointModel:
         result = []
         effects = {e.name: (e, self._of(e, value), _coordinates(e, motion)) for e in self.spec.effects}
         wanted = np.ones(len(x), dtype=bool) if varied is None else varied
+        flat = self.flat(x)
         for name in np.array(self.names)[wanted].tolist():
             owner, _, part = name.partition(".")
             if owner == "gravity":
@@ -342,8 +359,10 @@ class JointModel:
                 effect, values, coordinates = effects[owner]
                 start = self.starts.get(owner)
                 result.append(self._direction(effect, values, coordinates[part], start))
-            elif name == "coulomb" and self.spec.friction == "coulomb":
+            elif name == "coulomb" and (flat or self.spec.friction == "coulomb"):
                 result.append(Direction(coulomb=value[name], static=value[name]))
+            elif name == "static" and flat:
+                result.append(Direction())
             else:
                 unit = value[name] if name in LOGARITHMIC else 1.0
                 result.append(replace(Direction(), **{name: unit}))  # type: ignore[arg-type]

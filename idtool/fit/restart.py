@@ -9,6 +9,8 @@ from idtool.model.stribeck import level
 
 #: Static over Coulomb level of the curves from which to start: a rising and a falling one.
 _RATIOS = (0.6, 1.5)
+#: ... where the curve may only fall: a little and much.
+_FALLING = (1.1, 1.7)
 #: Evaluations that screen a start.
 _SCREEN = 6
 #: A start that is not within this factor of the best sum of squares after them is not finished.
@@ -42,7 +44,7 @@ def restart(fit: JointFit) -> JointFit:
     friction = model.friction(fit.x)
     slow = float(level(model.scales.slowest, friction.coulomb, friction.static, friction.stribeck_velocity))
     speeds = (1.5 * model.scales.slowest, math.sqrt(model.scales.slowest * model.scales.speed))
-    for ratio in _RATIOS:
+    for ratio in _FALLING if model.spec.falling else _RATIOS:
         for speed in speeds:
             values = dict(fit.values)
             moving = max(values["coulomb"], 0.3 * slow)

@@ -244,7 +244,7 @@ class _Search:
         for a, speed in enumerate(speeds):
             for b, ratio in enumerate(_GRID_RATIOS):
                 x = best.copy()
-                x[i], x[j] = speed, math.log(ratio)
+                x[i], x[j] = speed, max(math.log(ratio), self.low[j])
                 points[a, b] = x
                 costs[a, b] = self.cost(x)
         padded = np.pad(costs, 1, constant_values=np.inf)
@@ -333,7 +333,7 @@ def _box(model: JointModel, names: list[str]) -> tuple[Array, Array]:
     table = {
         "bend": (math.log(s.shortest_bend), math.log(0.5 * model.longest_bend)),
         "stribeck_velocity": (math.log(0.5 * s.slowest), math.log(1.2 * s.speed)),
-        "ratio": (-math.log(_STEEPEST), math.log(_STEEPEST)),
+        "ratio": (0.0 if model.spec.falling else -math.log(_STEEPEST), math.log(_STEEPEST)),
     }
     return np.array([table[n][0] for n in names]), np.array([table[n][1] for n in names])
 

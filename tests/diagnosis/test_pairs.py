@@ -44,7 +44,7 @@ def test_each_alone_looks_like_chance(tmp_path: Path, monkeypatch: pytest.Monkey
     """... so that it is the pair that was found."""
     monkeypatch.setattr(selection, "hidden_pairs", lambda *_: [])
     found = identify([_swept(tmp_path, -0.022, 0.025, 0)]).diagnosis
-    assert [effect["name"] for effect in found["effects"]] == ["inertia"]
+    assert not {"torque_offset", "direction_asymmetry"} <= {effect["name"] for effect in found["effects"]}
 
 
 @pytest.mark.parametrize("seed", range(4))

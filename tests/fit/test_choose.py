@@ -9,11 +9,14 @@ import pandas as pd
 import pytest
 
 from idtool import Log
+from idtool.effects import registry
+from idtool.fit.choose import first_fits, rises
 from idtool.fit.joint import JointFit
+from idtool.fit.model import Spec
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
-from idtool.signals import record
+from idtool.signals import Recording, record
 from idtool.verbs.identify import begin
 from testbench.diagnosis_cases import Case
 from testbench.diagnosis_cases import record as recorded
@@ -80,3 +83,41 @@ def test_friction_that_fades_in_with_speed_is_no_constant_level(tmp_path: Path) 
         tmp_path / "log.csv", index=False
     )
     assert _first(tmp_path / "log.csv").model.spec.friction != "coulomb"
+
+
+def _turning(folder: Path, static: float, left: float) -> Recording:
+    """Sines with a friction curve from `static` to 0.1 N m, and something that a base model lacks."""
+    rng, t = np.random.default_rng(0), 0.01 * np.arange(1500)
+    trials = []
+    for k in range(4):
+        slow, fast = 2.0 * np.pi / (9.0 + k), 2.0 * np.pi / (2.6 + 0.3 * k)
+        q = 0.8 * np.sin(slow * t) + 0.2 * np.sin(fast * t)
+        w = 0.8 * slow * np.cos(slow * t) + 0.2 * fast * np.cos(fast * t)
+        a = -0.8 * slow**2 * np.sin(slow * t) - 0.2 * fast**2 * np.sin(fast * t)
+        motion = Motion(t, np.zeros(len(t), dtype=np.intp), q, w, a)
+        friction = Friction(0.1, static, 0.3, 0.05, 500.0, 0.0)
+        torque = predict(motion, friction, Contribution(torque=left * np.sin(7.0 * q)), np.zeros(1)).torque
+        torque = torque + 0.002 * rng.normal(size=len(t))
+        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
+    pd.concat(trials).to_csv(folder / "log.csv", index=False)
+    return record([Log.read(folder / "log.csv")])
+
+
+def test_a_curve_that_rises_from_rest_is_not_trusted_most(tmp_path: Path) -> None:
+    recording = _turning(tmp_path, 0.06, 0.02)
+    spec = Spec("lugre", None, (), (registry.get("inertia"),))
+    falling, rising = first_fits(recording, spec)
+    assert falling.model.spec.falling
+    assert not rises(falling)
+    assert rising.values["static"] == pytest.approx(0.06, abs=0.01)
+    assert falling.values["static"] >= falling.values["coulomb"]
+
+
+@pytest.mark.parametrize(("static", "left"), [(0.06, 0.0), (0.14, 0.02)])
+def test_what_leaves_noise_alone_or_falls_needs_no_other_curve(
+    tmp_path: Path, static: float, left: float
+) -> None:
+    recording = _turning(tmp_path, static, left)
+    (only,) = first_fits(recording, Spec("lugre", None, (), (registry.get("inertia"),)))
+    assert not only.model.spec.falling
+    assert only.values["static"] == pytest.approx(static, abs=0.01)

@@ -138,3 +138,24 @@ def test_what_a_rest_leaves_unknown() -> None:
     np.testing.assert_allclose(spread[~rest], short, rtol=1e-5)
     np.testing.assert_allclose(spread[rest], 2e-3, rtol=1e-5)
     np.testing.assert_allclose(noise / joint.weight(wide), wide, rtol=1e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.7, 1.4])
+def test_a_curve_that_may_only_fall_is_flat_where_it_would_rise(ratio: float) -> None:
+    rising = model()
+    falling = JointModel.build(recording(), replace(rising.spec, falling=True))
+    values = {**truth(), "inertia.inertia": truth()["inertia"]}
+    x = rising.coordinates({**values, "static": ratio * values["coulomb"]})
+    assert rising.values(x)["static"] == pytest.approx(ratio * values["coulomb"])
+    assert falling.values(x)["static"] == pytest.approx(max(1.0, ratio) * values["coulomb"])
+    bend, flat = falling.presliding_scale(x), rising.coordinates(falling.values(x))
+
+    def slopes(joint: JointModel, at: Array) -> dict[str, Array]:
+        jacobian = joint.differentiate(at, bend, joint.evaluate(at, bend).start).jacobian
+        assert jacobian is not None
+        return dict(zip(joint.names, jacobian.T, strict=True))
+
+    free, held = slopes(rising, flat), slopes(falling, x)
+    both = free["coulomb"] + free["static"]
+    np.testing.assert_allclose(held["coulomb"], both if ratio < 1.0 else free["coulomb"], atol=1e-12)
+    np.testing.assert_allclose(held["static"], (ratio > 1.0) * free["static"], atol=1e-12)
