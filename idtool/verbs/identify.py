@@ -15,6 +15,7 @@ from typing import Any
 
 from idtool.diagnosis.diagnose import Diagnosis, diagnose
 from idtool.diagnosis.next_experiment import NextExperiment
+from idtool.diagnosis.weights import weighed
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.errors import InputError, nearest
@@ -320,7 +321,12 @@ def begin(
     inertia = registry.get("inertia")
     has_inertia = inertia.name not in without and not inertia.missing(recording.motion)
     spec = Spec(kind, model, columns, (inertia,) if has_inertia else ())
-    stepped = [step_down(fit) for fit in first_fits(recording, spec, optimizer=optimizer, seed=seed)]
+    search = partial(first_fits, spec=spec, optimizer=optimizer, seed=seed)
+    fits = search(recording)
+    # rows near standstill that follow no law would have the say in what the sliding ones show
+    if (rows := weighed(recording, fits[0])) is not recording:
+        fits = search(rows)
+    stepped = [step_down(fit) for fit in fits]
     starts = [_bare(fit, spec) for fit, _, _ in stepped]
     return starts, notes, [(why, reasons) for _, why, reasons in stepped]
 
