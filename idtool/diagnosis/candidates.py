@@ -411,6 +411,12 @@ def worth_it(fit: JointFit, effect: Effect, share: float = WORTH) -> bool:
     return torque_of(fit, effect) > share * fit.model.friction_sizes[0]
 
 
+def worth_beside(larger: JointFit, smaller: JointFit) -> bool:
+    """Whether what the larger of two models adds to the smaller is more than that share of the friction."""
+    gained = float(np.mean(smaller.residual**2) - np.mean(larger.residual**2))
+    return gained > (WORTH * larger.model.friction_sizes[0]) ** 2
+
+
 def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> str | None:
     """Which number of an effect has a value that it cannot have, by more than its error; None if none has.
     The fit lets some pass such a limit (a friction per load below zero), so that zero is no bound."""

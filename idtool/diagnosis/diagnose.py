@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ from idtool.fit.left_out import left_out_error, predicts_better
 from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, effect_entry, static_parameters
 from idtool.fit.shortcoming import Shortcoming
+from idtool.model.motion import Array
 from idtool.model.units import file_key, unit_suffix
 from idtool.parameters.correction import Correction
 from idtool.presentation.text import quantity
@@ -37,6 +38,8 @@ from idtool.signals import Recording
 from idtool.signals.thin import thin
 
 SCHEMA = "ffc-id/diagnosis/1"
+#: A row stands out of the others by so many standard deviations of them.
+_STANDS_OUT = 3.0
 
 
 @dataclass(frozen=True)
@@ -280,7 +283,9 @@ def diagnose(
                 return {}, selection.fit
             complete = selection.fit
             unnamed = _without_unnamed(selection)
-            wanted = absorbed(veto(selection, lambda fit: held_out_error(fit, parts), tell), library)
+            wanted = absorbed(
+                veto(selection, partial(held_out_error, parts=parts, beside=complete), tell), library
+            )
             if not wanted:
                 return unnamed, complete
 
@@ -325,7 +330,8 @@ def diagnose(
     # beside the effects less may be seen of the friction than before they were in
     simpler, notes, stepped_down = step_down(selection.fit)
     if simpler is not selection.fit and (
-        held_out_error(simpler, shown) > (1.0 + LEAST_GAIN) * held_out_error(selection.fit, shown)
+        held_out_error(simpler, shown, selection.fit)
+        > (1.0 + LEAST_GAIN) * held_out_error(selection.fit, shown)
     ):
         notes, stepped_down = [], []  # rows that count less since may have been what the law was needed for
     else:
@@ -407,13 +413,28 @@ def _without_unnamed(selection: Selection) -> dict[Unnamed, str]:
     return told
 
 
-def held_out_error(fit: JointFit, parts: Split) -> float:
-    """Root mean square of what plain prediction leaves on the held-out rows: one bristle start per trial."""
-    everywhere = _everywhere(fit, parts.recording)
+def held_out_error(fit: JointFit, parts: Split, beside: JointFit | None = None) -> float:
+    """What plain prediction leaves on the held-out rows, one bristle start per trial.
+
+    Root mean square, but of rows that stand out (an axis that creeps before it slides follows no friction law)
+    by Huber's loss (Annals of Mathematical Statistics 35, 1964), so that they do not decide alone.
+
+    Args:
+        fit: the model.
+        parts: which rows were held out.
+        beside: the model that tells which rows stand out, the same for all that are compared; None is `fit`.
+    """
+    left = _held_out(fit, parts)
+    limit = _STANDS_OUT * 1.4826 * float(np.median(_held_out(beside or fit, parts)))
+    return float(np.sqrt(np.mean(np.where(left > limit, limit * (2.0 * left - limit), left**2))))
+
+
+def _held_out(fit: JointFit, parts: Split) -> Array:
+    """Size of what a model leaves on each held-out row."""
     recording = parts.recording
     rows = recording.usable & parts.held
     weight = 1.0 if recording.weight is None else recording.weight[rows]
-    return float(np.sqrt(np.mean((weight * everywhere.full_residual[rows]) ** 2)))
+    return np.asarray(np.abs(weight * _everywhere(fit, recording).full_residual[rows]))
 
 
 def _next_experiment(

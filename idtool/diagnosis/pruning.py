@@ -16,6 +16,7 @@ from idtool.diagnosis.candidates import (
     swap,
     ties,
     try_effect,
+    worth_beside,
 )
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
@@ -164,7 +165,8 @@ def drop(selection: Selection, effect: Effect, smaller: JointFit, why: str) -> N
 
 
 def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> None:
-    """Put a special case in the place of an accepted effect wherever it does as well."""
+    """Put a special case in the place of an accepted effect wherever it does as well, or lacks next to
+    nothing."""
     by_name = {effect.name: effect for effect in library}
     for effect in selection.fit.model.spec.effects:
         for name in effect.absorbs:
@@ -174,7 +176,7 @@ def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[st
             fit = selection.fit
             swapped = swap(fit, effect, by_name[name])
             before, after = left_out_error(fit), left_out_error(swapped.fit)
-            if after > (1.0 + LEAST_GAIN) * before:
+            if after > (1.0 + LEAST_GAIN) * before and worth_beside(fit, swapped.fit):
                 continue
             selection.fit = swapped.fit
             loser, winner = selection.candidates[effect.name], selection.candidates[name]

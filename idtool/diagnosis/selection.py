@@ -27,6 +27,7 @@ from idtool.diagnosis.candidates import (
     impossible,
     ties,
     try_effect,
+    worth_beside,
     worth_it,
 )
 from idtool.diagnosis.holm import holm
@@ -430,6 +431,10 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
         return reason
     if not worth_it(trial.fit, trial.effect):
         return f"it would be less than {100 * WORTH:.0f} % of the friction"
+    inside = {effect.name: effect for effect in selection.fit.model.spec.effects}
+    special = [inside[name].title.lower() for name in trial.effect.absorbs if name in inside]
+    if special and not worth_beside(trial.fit, selection.fit):
+        return f"it would add less than {100 * WORTH:.0f} % of the friction to {special[0]}"
     if new > (1.0 - LEAST_GAIN) * old:
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
     if not predicts_better(trial.fit, selection.fit):

@@ -7,9 +7,12 @@ from typing import final
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import EXPONENT_CHANGE
 from idtool.model.jit import jit
-from idtool.model.motion import Array
+from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 from idtool.model.stribeck import EXPONENT
+
+#: Exponents to start from besides: a fall that is nearly an exponential, and one that is nearly a step.
+_TRIED = (1.0, 4.0)
 
 
 @jit()
@@ -31,6 +34,9 @@ class StribeckShape(Effect):
     coordinates = (Coordinate("exponent", null=EXPONENT, lower=0.3, upper=6.0, increment=1e-3),)
 
     at = staticmethod(at)
+
+    def sizes(self, motion: Motion) -> list[dict[str, float]]:
+        return [{"exponent": exponent} for exponent in _TRIED]
 
     def numbers(self, values: Values) -> tuple[float, ...]:
         return (values["exponent"],)

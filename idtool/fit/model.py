@@ -39,6 +39,9 @@ _FRICTION_COORDINATES: dict[FrictionKind, tuple[str, ...]] = {
 #: The bristle may bend over this share of the stroke, or over so many strokes where it is `soft`.
 _STIFF_BEND = 0.25
 _SOFT_BEND = 20.0
+#: The fall to the Coulomb level is over (down to exp(-2)) at the top speed: a level that was not reached is
+#: none that the data show, and a wider curve stands for any friction that grows or fades with the speed.
+WIDEST_CURVE = 2.0**-0.5
 #: No bristle bends further than to its level, which an effect may raise by so much.
 _FURTHEST_START = 1.5
 #: The least that is unknown of a start, as a share of the bend's variance: no start is known exactly.
@@ -210,7 +213,7 @@ class JointModel:
         table: dict[str, tuple[float, float]] = {
             "coulomb": (math.log(1e-4 * s.torque), math.log(most)),
             "static": (math.log(1e-4 * s.torque), math.log(most)),
-            "stribeck_velocity": (math.log(0.2 * s.slowest), math.log(3.0 * s.speed)),
+            "stribeck_velocity": (math.log(0.2 * s.slowest), math.log(WIDEST_CURVE * s.speed)),
             "viscous": (0.0, most / s.speed),
             "bristle_stiffness": (
                 math.log(typical / self.longest_bend),

@@ -80,7 +80,7 @@ def test_what_a_vetoed_effect_kept_out_is_looked_for_again(
     pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
     recording = record([Log.read(tmp_path / "log.csv")])
 
-    def held_out_error(fit: JointFit, parts: object) -> float:
+    def held_out_error(fit: JointFit, parts: object, beside: object = None) -> float:
         names = {effect.name for effect in fit.model.spec.effects}
         return 3.0 if "position_stiffness" in names else 1.0 if "torque_offset" in names else 2.0
 
