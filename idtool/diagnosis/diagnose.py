@@ -40,6 +40,8 @@ from idtool.signals.thin import thin
 SCHEMA = "ffc-id/diagnosis/1"
 #: A row stands out of the others by so many standard deviations of them.
 _STANDS_OUT = 3.0
+#: Blocks into which the held-out rows are parted, to tell what is chance.
+_BLOCKS = 30
 
 
 @dataclass(frozen=True)
@@ -284,7 +286,7 @@ def diagnose(
             complete = selection.fit
             unnamed = _without_unnamed(selection)
             wanted = absorbed(
-                veto(selection, partial(held_out_error, parts=parts, beside=complete), tell), library
+                veto(selection, partial(held_out_squares, parts=parts, beside=complete), tell), library
             )
             if not wanted:
                 return unnamed, complete
@@ -330,8 +332,8 @@ def diagnose(
     # beside the effects less may be seen of the friction than before they were in
     simpler, notes, stepped_down = step_down(selection.fit)
     if simpler is not selection.fit and (
-        held_out_error(simpler, shown, selection.fit)
-        > (1.0 + LEAST_GAIN) * held_out_error(selection.fit, shown)
+        _held_out_error(simpler, shown, selection.fit)
+        > (1.0 + LEAST_GAIN) * _held_out_error(selection.fit, shown, selection.fit)
     ):
         notes, stepped_down = [], []  # rows that count less since may have been what the law was needed for
     else:
@@ -413,11 +415,11 @@ def _without_unnamed(selection: Selection) -> dict[Unnamed, str]:
     return told
 
 
-def held_out_error(fit: JointFit, parts: Split, beside: JointFit | None = None) -> float:
-    """What plain prediction leaves on the held-out rows, one bristle start per trial.
+def held_out_squares(fit: JointFit, parts: Split, beside: JointFit | None = None) -> Array:
+    """Mean square of what plain prediction leaves on held-out rows, one bristle start per trial, by blocks.
 
-    Root mean square, but of rows that stand out (an axis that creeps before it slides follows no friction law)
-    by Huber's loss (Annals of Mathematical Statistics 35, 1964), so that they do not decide alone.
+    Rows that stand out (an axis that creeps before it slides follows no friction law) count by Huber's loss
+    (Annals of Mathematical Statistics 35, 1964), so that they do not decide alone.
 
     Args:
         fit: the model.
@@ -426,7 +428,12 @@ def held_out_error(fit: JointFit, parts: Split, beside: JointFit | None = None) 
     """
     left = _held_out(fit, parts)
     limit = _STANDS_OUT * 1.4826 * float(np.median(_held_out(beside or fit, parts)))
-    return float(np.sqrt(np.mean(np.where(left > limit, limit * (2.0 * left - limit), left**2))))
+    squares = np.where(left > limit, limit * (2.0 * left - limit), left**2)
+    return np.array([float(block.mean()) for block in np.array_split(squares, min(_BLOCKS, len(squares)))])
+
+
+def _held_out_error(fit: JointFit, parts: Split, beside: JointFit) -> float:
+    return float(np.sqrt(held_out_squares(fit, parts, beside).mean()))
 
 
 def _held_out(fit: JointFit, parts: Split) -> Array:

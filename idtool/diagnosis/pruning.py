@@ -24,11 +24,14 @@ from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit, kept, refit
 from idtool.fit.left_out import left_out_error, prediction_errors
 from idtool.fit.model import JointModel
+from idtool.model.motion import Array
 
 #: An effect whose removal raises the error by this factor at first sight is needed.
 _SURELY = 1.2
-#: Errors of prediction closer than this share are the same.
-_THE_SAME = 1e-3
+#: Mean squares of prediction closer than this share are the same.
+_THE_SAME = 2e-3
+#: Standard errors over blocks within which held-out rows contradict nothing.
+_CLEAR = 2.0
 #: Evaluations for a model that lacks an effect.
 _SPENT = 12
 
@@ -68,14 +71,15 @@ def drop_impossible(selection: Selection, fit: JointFit) -> list[Effect]:
 
 
 def veto(
-    selection: Selection, held_out: Callable[[JointFit], float], tell: Callable[[str], None]
+    selection: Selection, held_out: Callable[[JointFit], Array], tell: Callable[[str], None]
 ) -> list[Effect]:
     """Take out the effects that cannot be, and those that make the prediction of the held-out rows worse, the
-    worst first.
+    worst first. One that the left-out trials surely need stays where the held-out rows do not contradict it:
+    where, but for chance over blocks, its gain there may be what they promise.
 
     Args:
         selection: on the training rows.
-        held_out: the error on the held-out rows.
+        held_out: the mean square on the held-out rows, block by block, shape (blocks,).
         tell: as in `extend`.
 
     Returns:
@@ -86,25 +90,30 @@ def veto(
         if gone := drop_impossible(selection, selection.fit):
             vetoed += gone
             continue
-        now = held_out(selection.fit)
-        found = []
-        for effect in selection.fit.model.spec.effects:
+        fit = selection.fit
+        now, least = held_out(fit), left_out_error(fit)
+        found: list[tuple[float, Effect, JointFit]] = []
+        for effect in fit.model.spec.effects:
             if effect.name == "inertia":
                 continue
             tell(f"predicting without {effect.title.lower()}")
-            smaller = without(selection.fit, effect)
-            found.append((held_out(smaller), effect, smaller))
+            smaller = without(fit, effect)
+            gain, lacking = held_out(smaller) - now, left_out_error(smaller)
+            chance = float(np.std(gain) / np.sqrt(len(gain)))
+            kept = lacking > _SURELY * least and gain.mean() + _CLEAR * chance > lacking**2 - least**2
+            if not kept:
+                found.append((float(gain.mean()), effect, smaller))
+        found = [item for item in found if item[0] <= _THE_SAME * now.mean()]
         if not found:
             return vetoed
-        error, effect, smaller = min(found, key=lambda item: item[0])
-        if error > (1.0 - _THE_SAME) * now:
-            return vetoed
+        gained, effect, smaller = min(found, key=lambda item: item[0])
         vetoed.append(effect)
+        with_it, alone = (np.sqrt(now.mean() + more) for more in (0.0, gained))
         drop(
             selection,
             effect,
             smaller,
-            f"held-out trials are predicted no better with it: {now:.4g} against {error:.4g}",
+            f"held-out trials are predicted no better with it: {with_it:.4g} against {alone:.4g}",
         )
 
 

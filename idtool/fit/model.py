@@ -41,7 +41,7 @@ _STIFF_BEND = 0.25
 _SOFT_BEND = 20.0
 #: The fall to the Coulomb level is over (down to exp(-2)) at the top speed: a level that was not reached is
 #: none that the data show, and a wider curve stands for any friction that grows or fades with the speed.
-WIDEST_CURVE = 2.0**-0.5
+_WIDEST_CURVE = 2.0**-0.5
 #: No bristle bends further than to its level, which an effect may raise by so much.
 _FURTHEST_START = 1.5
 #: The least that is unknown of a start, as a share of the bend's variance: no start is known exactly.
@@ -123,6 +123,11 @@ class Scales:
             travel=max(float(np.max(within)), 1e-9),
             resolution=recording.position_resolution,
         )
+
+    @property
+    def widest_curve(self) -> float:
+        """Stribeck velocity above which the Coulomb level is not reached."""
+        return max(_WIDEST_CURVE * self.speed, self.slowest)
 
     @property
     def shortest_bend(self) -> float:
@@ -213,7 +218,7 @@ class JointModel:
         table: dict[str, tuple[float, float]] = {
             "coulomb": (math.log(1e-4 * s.torque), math.log(most)),
             "static": (math.log(1e-4 * s.torque), math.log(most)),
-            "stribeck_velocity": (math.log(0.2 * s.slowest), math.log(WIDEST_CURVE * s.speed)),
+            "stribeck_velocity": (math.log(0.2 * s.slowest), math.log(s.widest_curve)),
             "viscous": (0.0, most / s.speed),
             "bristle_stiffness": (
                 math.log(typical / self.longest_bend),

@@ -21,7 +21,7 @@ from scipy import sparse
 
 from idtool.errors import InputError, nearest
 from idtool.fit.eliminate import moments
-from idtool.fit.model import WIDEST_CURVE, JointModel
+from idtool.fit.model import JointModel
 from idtool.fit.normal_equations import in_turn
 from idtool.model import lugre
 from idtool.model.motion import Array
@@ -332,7 +332,7 @@ def _box(model: JointModel, names: list[str]) -> tuple[Array, Array]:
     s = model.scales
     table = {
         "bend": (math.log(s.shortest_bend), math.log(0.5 * model.longest_bend)),
-        "stribeck_velocity": (math.log(0.5 * s.slowest), math.log(WIDEST_CURVE * s.speed)),
+        "stribeck_velocity": (math.log(0.5 * s.slowest), math.log(s.widest_curve)),
         "ratio": (0.0 if model.spec.falling else -math.log(_STEEPEST), math.log(_STEEPEST)),
     }
     return np.array([table[n][0] for n in names]), np.array([table[n][1] for n in names])

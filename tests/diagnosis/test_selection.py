@@ -19,7 +19,7 @@ from idtool.effects.base import Coordinate, Effect, Values
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
 from idtool.model.contribution import Contribution
-from idtool.model.motion import Motion
+from idtool.model.motion import Array, Motion
 from idtool.signals import record
 from idtool.verbs.identify import begin
 from testbench.plants import SESSION, Plant, record_session
@@ -80,11 +80,11 @@ def test_what_a_vetoed_effect_kept_out_is_looked_for_again(
     pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
     recording = record([Log.read(tmp_path / "log.csv")])
 
-    def held_out_error(fit: JointFit, parts: object, beside: object = None) -> float:
+    def squares(fit: JointFit, parts: object, beside: object = None) -> Array:
         names = {effect.name for effect in fit.model.spec.effects}
-        return 3.0 if "position_stiffness" in names else 1.0 if "torque_offset" in names else 2.0
+        return np.full(30, 9.0 if "position_stiffness" in names else 1.0 if "torque_offset" in names else 4.0)
 
-    monkeypatch.setattr(diagnosis, "held_out_error", held_out_error)
+    monkeypatch.setattr(diagnosis, "held_out_squares", squares)
     starts, *_ = begin(recording, "coulomb", "none")
     library = [registry.get(name) for name in ("torque_offset", "position_stiffness", "inertia")]
     found = diagnose(recording, starts, library)
