@@ -31,7 +31,8 @@ class StribeckShape(Effect):
     look_alikes = ("nonlinear_viscous",)
     citation = "Bo & Pavelescu 1982; Armstrong-Helouvry 1991"
     parameters = (EffectParameter("exponent", "number", "delta", 0.3, 6.0),)
-    coordinates = (Coordinate("exponent", null=EXPONENT, lower=0.3, upper=6.0, increment=1e-3),)
+    #: A fit may end beyond what can be, by its error.
+    coordinates = (Coordinate("exponent", null=EXPONENT, lower=0.15, upper=12.0, increment=1e-3),)
 
     at = staticmethod(at)
 
