@@ -39,6 +39,8 @@ _NYQUIST = 0.45
 #: What beats from outside has no regard for the motion: a wave of which the motion explains more than half
 #: may be the motion's own.
 _APART = 0.5
+#: A line that bends to another one takes two points on each side.
+_IN_BEND = 4.0
 #: A start without a linear strength is one of about the right size if its residual asks for so much of it.
 _OF_ITS_SIZE = (0.2, 5.0)
 #: How far around the best place and width of a local shape is looked next, as shares of its width.
@@ -374,6 +376,19 @@ def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
     return bool(settled.any()) and chance_of(fit, effect, settled) < _CHANCE_IN_SLIDING
 
 
+def _unseen_in_turns(fit: JointFit, effect: Effect) -> str | None:
+    """Why the presliding of a slip element is none that the rows show; None if it is, or has none."""
+    if effect.name != "hysteresis":
+        return None
+    motion = fit.model.recording.motion
+    _, reach, _ = effect.numbers(fit.model.effect_values(fit.x, effect))
+    bending = since_reversal(motion.position, motion.velocity, motion.trial) <= reach
+    rows = float(np.count_nonzero(bending & fit.model.recording.usable)) / motion.reversals
+    if rows >= _IN_BEND:
+        return None
+    return f"it would bend over {rows:.1f} rows after a turn: too few to tell its presliding from LuGre's"
+
+
 def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
     """The fit with `other` in the place of `effect`: from where the rest is now, or, where that leaves more,
     from where the rest ends without it, which may be far away."""
@@ -395,6 +410,8 @@ def impossible(fit: JointFit, effect: Effect) -> str | None:
         return "its parameter ran to a bound"
     values = fit.model.effect_values(fit.x, effect)
     if reason := effect.implausible(values, fit.values) or _beyond_physics(fit, effect, values):
+        return reason
+    if reason := _unseen_in_turns(fit, effect):
         return reason
     if effect.of_sliding and "hysteresis" in names and not _shows_in_sliding(fit, effect):
         return "it does not show where the axis slides steadily, and its presliding is none of LuGre's"

@@ -290,7 +290,11 @@ def _through_own_filter(
     """The low-pass of the logs, if the base model is clearly better behind one, and the fits behind it."""
     best = _best(starts)
     own, fit = behind_own_filter(best)
-    return (own, base(thin(recording.through(own)))) if gain_in_evidence(best, fit) > CLEAR_EVIDENCE else None
+    # what hides more noise than all that was read is none: it stands for a torque that is as smooth as that
+    hidden = fit.model.recording.noise > recording.torque_size
+    if hidden or gain_in_evidence(best, fit) <= CLEAR_EVIDENCE:
+        return None
+    return own, base(thin(recording.through(own)))
 
 
 def _best(fits: Sequence[JointFit]) -> JointFit:
