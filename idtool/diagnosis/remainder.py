@@ -15,8 +15,8 @@ from idtool.fit.joint import JointFit
 #: A residual this much above the sensor noise, and correlated over this many rows, holds something.
 _ABOVE_NOISE = 1.5
 _CORRELATED = 2.0
-#: What does not come again and is more than this share of the torque (rms) is a disturbance, not noise: a
-#: hand, another joint. Such a residual has to be told, though it repeats nothing.
+#: What does not come again and is more than this share of the friction is a disturbance, not noise: a hand,
+#: another joint, an encoder that slips. Such a residual has to be told, though it repeats nothing.
 _DISTURBED = 0.05
 
 
@@ -37,8 +37,7 @@ class Remainder:
 def floor(fit: JointFit) -> float:
     """What no model of the motion can explain, filtered rows: the sensor noise, or what does not come again
     where the same place, speed and direction are passed again."""
-    measured = fit.model.measured
-    most = _DISTURBED * float(np.sqrt(np.mean(measured**2)))
+    most = _DISTURBED * fit.model.friction_sizes[0]
     return max(fit.model.filtered_noise, min(repeatability(fit) or 0.0, most))
 
 

@@ -40,6 +40,6 @@ def test_a_motion_that_never_comes_again_tells_nothing() -> None:
 def test_what_is_large_and_never_comes_again_is_no_noise() -> None:
     hands = 0.3 * np.sin(2.0 * np.pi / 7.3 * np.arange(ROWS) * STEP)  # beats against the motion
     one = fit(hands, 4.0)
-    one.model.filtered_noise, one.model.measured = 0.01, np.ones(ROWS)
+    one.model.filtered_noise, one.model.friction_sizes = 0.01, (1.0, 2.0)
     assert repeatability(one) > 0.1
     assert floor(one) == pytest.approx(0.05)
