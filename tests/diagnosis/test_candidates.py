@@ -112,3 +112,14 @@ def test_a_curve_of_sliding_shows_where_the_axis_slides(slipping: JointFit) -> N
     assert "slides steadily" in (impossible(with_a_curve(bent, where_it_slides=False), curve) or "")
     # a bristle of LuGre's knows what it leaves after a reversal
     assert "slides" not in (impossible(with_a_curve(slipping, where_it_slides=False), curve) or "")
+
+
+def test_presliding_within_a_row_or_two_after_a_turn_is_not_seen(slipping: JointFit) -> None:
+    part = Hysteresis(of_friction=True)
+    bent = try_effect(slipping, part, best_start(slipping, part), far=True).fit
+    at = bent.model.names.index("hysteresis.log_reach")
+    for share, why in ((1.0, None), (1e-4, "rows after a turn")):
+        x = bent.x.copy()
+        x[at] += np.log(share)
+        found = impossible(replace(bent, x=x), part)
+        assert found is None if why is None else why in str(found)

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from idtool.diagnosis.candidates import impossible
-from idtool.diagnosis.pruning import simplify
+from idtool.diagnosis.pruning import simplify, veto
 from idtool.diagnosis.selection import begun
 from idtool.effects import registry
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, refit
+from idtool.fit.left_out import left_out_error
 from idtool.fit.model import JointModel
+from idtool.model.motion import Array
 from idtool.signals import record
 from idtool.verbs.identify import begin
 from testbench.plants import Plant, record_session
@@ -90,3 +92,39 @@ def test_a_friction_per_load_below_zero_cannot_be(soft: JointFit) -> None:
         x[at] = sign * errors[at[0]], 0.05
         why = impossible(replace(fit, x=x), effect)
         assert why is None if told is None else told in str(why)
+
+
+def test_a_special_case_takes_the_place_of_what_adds_next_to_nothing(soft: JointFit) -> None:
+    """... though rows enough make that a clear gain: a spring of half a per cent of the friction."""
+    spring, offset = registry.get("position_stiffness"), registry.get("torque_offset")
+    motion, friction = soft.model.recording.motion, soft.model.friction_sizes[0]
+    for share, kept in ((0.005, False), (0.1, True)):
+        pull = share * friction * motion.position / np.std(motion.position)
+        recording = replace(soft.model.recording, torque=soft.predicted + pull)
+        again = refit(soft, JointModel.build(recording, soft.model.spec, soft.model.constants))
+        selection = begun(again, [offset, spring])
+        selection.p_values[spring.name] = 1e-9
+        simplify(selection, [offset, spring], lambda _: None)
+        assert (spring in selection.fit.model.spec.effects) == kept
+
+
+@pytest.mark.parametrize(
+    ("without", "spread", "stays"),
+    [(0.9, 0.0, False), (0.9, 600.0, True), (1.1, 0.0, True), (0.5, 1.0, False)],
+    ids=["worse", "worse by chance", "better", "surely worse"],
+)
+def test_held_out_rows_turn_down_what_they_contradict(
+    soft: JointFit, without: float, spread: float, stays: bool
+) -> None:
+    """An effect that the left-out trials surely need stays where the held-out rows cannot tell."""
+    friction = registry.get("position_dependent_friction")
+    scale = left_out_error(soft) ** 2
+    chance = spread * np.resize([1.0, -1.0], 30)
+
+    def held_out(fit: JointFit) -> Array:
+        here = friction in fit.model.spec.effects
+        return scale * (40.0 + np.zeros(30) if here else 40.0 * without + chance * 40.0)
+
+    selection = begun(soft, [friction])
+    gone = veto(selection, held_out, lambda _: None)
+    assert (friction not in gone) == stays

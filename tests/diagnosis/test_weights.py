@@ -20,6 +20,7 @@ from idtool.model.motion import Array, Motion
 from idtool.model.torque import Friction, predict
 from idtool.signals import record
 from idtool.signals.recording import Recording
+from idtool.verbs.identify import begin
 
 TRIALS, ROWS, STEP = 8, 1500, 0.01
 FRICTION = Friction(0.3, 0.35, 0.1, 0.02, 60.0, 0.1)
@@ -63,6 +64,42 @@ def test_each_kind_of_rows_counts_by_what_is_left_on_it(recording: Recording) ->
     weight = weighed(recording, fit(recording, residual)).row_weight
     assert weight[~slow].mean() / weight[slow].mean() == pytest.approx(5.0, rel=0.1)
     assert np.mean(weight**2) == pytest.approx(1.0)
+
+
+def test_the_slower_the_more_may_be_left(recording: Recording) -> None:
+    """A step function of the speed that never rises: what is left least at low speed counts like the rest."""
+    speed = np.abs(recording.motion.velocity[recording.row])
+    top = np.quantile(np.abs(recording.motion.velocity), 0.98)
+    noise = np.random.default_rng(1).standard_normal(len(speed))
+    creeping, slow = speed < 0.05 / 3.0 * top, speed < 0.05 * top
+    assert min(np.count_nonzero(creeping), np.count_nonzero(slow & ~creeping)) > 20
+    size = np.where(creeping, 20.0, np.where(slow, 4.0, 1.0))
+    weight = weighed(recording, fit(recording, noise * size)).row_weight
+    assert weight[~slow].mean() / weight[creeping].mean() == pytest.approx(20.0, rel=0.1)
+    assert weight[~slow].mean() / weight[slow & ~creeping].mean() == pytest.approx(4.0, rel=0.2)
+    size = np.where(creeping, 0.1, np.where(slow, 6.0, 1.0))
+    weight = weighed(recording, fit(recording, noise * size)).row_weight
+    assert np.ptp(weight[slow]) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_an_axis_that_creeps_still_shows_its_stribeck_curve(tmp_path: Path) -> None:
+    """Where friction fades smoothly towards standstill the rows that creep are far from any friction law."""
+    rng, t = np.random.default_rng(0), 0.004 * np.arange(3000)
+    trials = []
+    for k in range(5):
+        slow, fast = 2.0 * np.pi / (7.0 + k), 2.0 * np.pi / (1.7 + 0.2 * k)
+        q = 0.3 * np.sin(slow * t) + 0.06 * np.sin(fast * t)
+        w = 0.3 * slow * np.cos(slow * t) + 0.06 * fast * np.cos(fast * t)
+        curve = 0.2 + 0.1 * np.exp(-((w / 0.06) ** 2))
+        torque = curve * np.tanh(w / 0.004) + 0.1 * w + 0.002 * rng.normal(size=len(t))
+        trials.append(
+            pd.DataFrame({"trial": k, "time_s": t, "position_rad": np.round(q, 6), "torque_nm": torque})
+        )
+    pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
+    starts, *_ = begin(record([Log.read(tmp_path / "log.csv")]), "lugre", "none")
+    for found in starts:
+        assert found.values["coulomb"] == pytest.approx(0.2, rel=0.05)
+        assert found.values["static"] == pytest.approx(0.3, rel=0.05)
 
 
 def test_rows_that_differ_little_all_count_the_same(recording: Recording) -> None:

@@ -10,12 +10,14 @@ from scipy import signal
 
 from idtool.effects import registry
 from idtool.fit.choose import choose_gravity, first_fit
-from idtool.fit.model import Spec
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.model import JointModel, Spec
 from idtool.fit.own_filter import behind_own_filter
 from idtool.log import Log
 from idtool.signals import record
 from idtool.signals.own_filter import OwnFilter, falls, noise_before
 from idtool.signals.thin import thin
+from idtool.verbs import identify as identification
 from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
 from testbench.plants import Plant, record_session
@@ -127,3 +129,20 @@ def test_no_filter_is_looked_for_that_sees_beyond_the_stretches() -> None:
     usual = np.median(np.diff(motion.time[begins]))
     own, _ = behind_own_filter(base)
     assert own.corner_hz * usual > 3.9  # it would be 2.5
+
+
+@pytest.mark.parametrize(("corner_hz", "taken"), [(20.0, True), (0.3, False)])
+def test_what_hides_more_noise_than_was_read_is_no_filter(
+    monkeypatch: pytest.MonkeyPatch, corner_hz: float, taken: bool
+) -> None:
+    """A torque that is smooth by itself: the noise before such a filter would be many times the torque."""
+    own = OwnFilter(corner_hz, 4.0)
+
+    def behind(fit: JointFit) -> tuple[OwnFilter, JointFit]:
+        return own, refit(fit, JointModel.build(fit.model.recording.through(own), fit.model.spec))
+
+    monkeypatch.setattr(identification, "filtered_before", lambda _: True)
+    monkeypatch.setattr(identification, "behind_own_filter", behind)
+    monkeypatch.setattr(identification, "gain_in_evidence", lambda *_: 100.0)
+    found = identify(session(0, "sine"), friction="coulomb")
+    assert (found.recording.own_filter is not None) == taken
