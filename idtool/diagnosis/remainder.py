@@ -55,15 +55,18 @@ def remainder(
     found = test_residual(fit) if tests is None else tests
     large = [test for test in found if np.sqrt(test.share) * fit.rmse > matters]
     depends = [test for test in large if test.depends or test.variable in unnamed]
-    noise = floor(fit)
-    noisy = fit.rmse > max(_ABOVE_NOISE * noise, matters)
-    if not depends and not (noisy and autocorrelation(fit) > _CORRELATED):
+    if depends:
+        return Remainder(max(test.share for test in depends), tuple(test.variable for test in depends))
+    if fit.rmse <= matters or autocorrelation(fit) <= _CORRELATED:
+        return None
+    noise = floor(fit)  # the last question: its neighbours in place and speed take as long as a fit
+    if fit.rmse <= _ABOVE_NOISE * noise:
         return None
     # that there is something is certain then; what it follows may be told with less confidence
-    depends = depends or [test for test in large if test.may_depend]
+    likely = [test for test in large if test.may_depend]
     above = 1.0 - min(1.0, noise / fit.rmse) ** 2
-    share = max((test.share for test in depends), default=above)
-    return Remainder(share, tuple(test.variable for test in depends))
+    share = max((test.share for test in likely), default=above)
+    return Remainder(share, tuple(test.variable for test in likely))
 
 
 def doubted(fit: JointFit, left: Remainder | None) -> JointFit:

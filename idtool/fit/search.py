@@ -73,8 +73,13 @@ class Projection:
     _names: list[str] = field(init=False)
     _typical: float = field(init=False)
     _curve: tuple[float, float, float] | None = field(init=False, default=None)
-    _over_steps: Array = field(init=False)
-    _over_rows: Array = field(init=False)
+    _speed: Array = field(init=False)
+    _restart: NDArray[np.bool_] = field(init=False)
+    _way: Array = field(init=False)
+    _long: Array = field(init=False)
+    _pace: Array = field(init=False)
+    _signed_level: Array = field(init=False)
+    _rho_speed: Array = field(init=False)
 
     def __post_init__(self) -> None:
         motion = self.model.recording.motion
@@ -100,6 +105,10 @@ class Projection:
         self._fixed = np.column_stack(
             [self.model.measured[looked_at], self._operator @ np.column_stack(columns)]
         )
+        self._speed = np.abs(motion.velocity)
+        self._restart = np.zeros(len(motion), bool) if motion.restart is None else motion.restart
+        self._way = motion.step_velocity * motion.step
+        self._long = np.abs(self._way)
         self._products = self._fixed.T @ self._fixed
         self._typical = self.model.friction_sizes[1] if self.coulomb is None else self.coulomb
 
@@ -116,19 +125,29 @@ class Projection:
         curve = (1.0 / medium, ratio / medium, shape["stribeck_velocity"])
         if curve != self._curve:  # a search over the bend alone keeps its curve
             self._curve = curve
-            self._over_steps = 1.0 / level(motion.step_velocity, *curve)
-            self._over_rows = np.abs(motion.velocity) / level(motion.velocity, *curve)
-        along = motion.step_velocity, motion.step, self._over_steps / bend, motion.first
+            over_steps = level(motion.step_velocity, *curve)
+            self._pace = self._long / over_steps
+            self._signed_level = np.copysign(over_steps, self._way)
+            self._rho_speed = self._speed / level(motion.velocity, *curve)
         entering = model.recording.entering
         expected = np.sign(entering) * bend * level(entering, *curve)
-        z, decay = lugre.propagate(*along, expected, motion.restart)
+        columns = lugre.columns_of_shape(
+            motion.velocity,
+            self._way,
+            self._signed_level,
+            self._pace,
+            np.exp(self._pace * (-1.0 / bend)),
+            self._rho_speed,
+            motion.first,
+            self._restart,
+            expected,
+            bend,
+        )
         damped = model.spec.friction == "lugre"
-        rate = self._over_rows / bend
-        regressors = [z / bend, motion.velocity - rate * z] if damped else [z / bend]
-        starts = [decay / bend, rate * decay] if damped else [decay / bend]
-        new = np.column_stack([self._operator @ column for column in (*starts, *regressors)])
+        new = self._operator @ (columns if damped else columns[:, ::2])
+        starts = new.shape[1] // 2
         weight = model.weight(max(curve[:2]) * bend) / self._typical
-        values = self._linear(new, len(starts), weight, medium)
+        values = self._linear(new, starts, weight, medium)
         cost, scale = values.pop("cost"), values.pop("level")
         values |= {"coulomb": scale * curve[0], "static": scale * curve[1], "bristle_stiffness": scale / bend}
         return cost, {**values, "stribeck_velocity": shape["stribeck_velocity"]}

@@ -17,17 +17,19 @@ import numpy as np
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits
-from idtool.fit.joint import JointFit, solve
+from idtool.fit.joint import JointFit, refit, solve
+from idtool.fit.levenberg import minimise
 from idtool.fit.model import LOGARITHMIC, JointModel, Spec
-from idtool.fit.outcome import Outcome, outcome_of
+from idtool.fit.outcome import Outcome
 from idtool.fit.search import cost_over_stiffness, search
 from idtool.fit.windows import Window, steady_windows
 from idtool.model import gravity as gravity_model
 from idtool.model.motion import Array
-from idtool.model.stribeck import steady
+from idtool.model.stribeck import steady, steady_slopes
 from idtool.parameters import GRAVITY_MODELS, Parameter, Parameters
 from idtool.presentation.text import counted
 from idtool.signals import Recording
+from idtool.signals.thin import thin
 
 #: Coulomb, viscous and whether the curve bends between them.
 _LEAST_SPEEDS = 3
@@ -108,7 +110,7 @@ def fit_gravity(
             file=recording.sources[0],
             remedy="give a log of payload steps standing upright (ffc-id run-gravity)",
         )
-    fit = first_fits(recording, Spec("lugre", model, columns), optimizer=optimizer, seed=seed)[-1]
+    fit = _found(recording, Spec("lugre", model, columns), optimizer=optimizer, seed=seed)
     points = gravity_points(fit)
     errors = [abs(p.torque - p.model) / abs(p.model) for p in points if p.model]
     # no payload was moved both ways: nothing to average
@@ -175,7 +177,7 @@ def fit_static(
     """
     model, columns = choose_gravity(recording)
     spec = Spec(law, model, columns)  # type: ignore[arg-type]
-    fit = first_fits(recording, spec, optimizer=optimizer, seed=seed)[-1]
+    fit = _found(recording, spec, optimizer=optimizer, seed=seed)
     if known.gravity and known.gravity_model == model:
         held = {f"gravity.{n}": p for n, p in known.gravity.items() if p.identified and n in columns}
         fit = _holding(fit.model, fit.values, held) if held else fit
@@ -239,6 +241,12 @@ def fit_dynamic(
     return DynamicFit(best)
 
 
+def _found(recording: Recording, spec: Spec, *, optimizer: str, seed: int) -> JointFit:
+    """The first fit to trust: looked for on as few rows as show it, and fitted to all."""
+    fit = first_fits(thin(recording), spec, optimizer=optimizer, seed=seed)[-1]
+    return refit(fit, JointModel.build(recording, fit.model.spec, fit.model.constants))
+
+
 def _holding(model: JointModel, start: Mapping[str, float], held: Mapping[str, Parameter]) -> JointFit:
     """The fit from `start` with some parameters held, as sure of the others as one can be of those."""
     values = {**start, **{name: parameter.value for name, parameter in held.items()}}
@@ -273,10 +281,8 @@ def _curve(fit: JointFit, windows: Sequence[Window]) -> tuple[dict[str, float], 
     def off(x: Array) -> Array:
         return np.asarray(steady(w, *x) - torque)
 
-    from scipy import optimize  # the other fits need not pay its import
-
-    curve = optimize.least_squares(off, np.maximum(start, low), bounds=(low, high), max_nfev=_CURVE_MOST)
-    outcome = outcome_of(curve)
+    curve = minimise(off, lambda x: steady_slopes(w, *x[:3]), start, low, high, most=_CURVE_MOST)
+    outcome = curve.outcome
     found = curve.x if outcome.converged else start
     left = torque - steady(w, *found)
     spare = max(len(w) - len(names) - 1, 1)

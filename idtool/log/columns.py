@@ -66,8 +66,7 @@ class Columns:
         for role, values in read.items():
             if values is not None:
                 _refuse_magnitude(values, names[role], log.source)
-        trial = log.frame.groupby("trial", sort=False).ngroup().to_numpy(dtype=np.intp)
-        own = {"trial": trial, "effort": effort.values, "back_emf": effort.back_emf}
+        own = {"trial": log.trial_of_rows, "effort": effort.values, "back_emf": effort.back_emf}
         return cls(**{field.name: (read | own)[field.name] for field in fields(cls)})  # type: ignore[arg-type]
 
     def picked(self, rows: NDArray[np.bool_]) -> Columns:

@@ -65,7 +65,7 @@ def effort_of(log: Log) -> Effort:
     bus, torque = log.column("bus_current"), log.column("torque")
     constant, per_volt = axis.torque_constant, axis.voltage_constant
     unfit: dict[str, NDArray[np.bool_]] = {}
-    back_emf = np.zeros(len(log.frame))
+    back_emf = np.zeros(log.row_count)
     unit: EffortUnit = "torque"
     by_bus = bus is not None and duty is not None
     by_voltage = duty is not None and voltage is not None
@@ -102,7 +102,7 @@ def effort_of(log: Log) -> Effort:
         )
     driven = values if on is None else values[on > 0.0]
     if driven.max() == driven.min():
-        raw = log.frame[column].to_numpy(dtype=float)
+        raw = log.values_of(column)
         if column == names["duty"] and np.ptp(raw if on is None else raw[on > 0.0]) > 0.0:
             raise InputError(
                 f'column "{names["supply_voltage"]}" is 0, so that no duty makes a torque',
@@ -114,7 +114,7 @@ def effort_of(log: Log) -> Effort:
             file=log.source,
             remedy="check the sensor and the motor's mode, then record again",
         )
-    raw = log.frame[column].to_numpy(dtype=float)
+    raw = log.values_of(column)
     read = (raw != 0.0) & (values != 0.0)
     scale = float(np.median(values[read] / raw[read])) if read.any() else 1.0
     unfit = {why: rows for why, rows in unfit.items() if rows.any()}
@@ -138,7 +138,7 @@ def supply_of(log: Log, duty: Array, voltage: Array) -> Array:
         found = np.linalg.lstsq(regressors, voltage, rcond=1e-10)[0]
     sag = regressors @ found
     left = voltage - sag
-    same = np.diff(log.frame["trial"].to_numpy()) == 0
+    same = np.diff(log.trial_of_rows) == 0
     if not same.any() or not left.any():
         return voltage
     neighbours = 0.5 * float(np.mean(np.diff(left)[same] ** 2))

@@ -20,16 +20,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
+from numpy.typing import NDArray
 
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, header_text, parse_header
-from idtool.log.table import check_rows, parse_rows, read_text, without_row_numbers
+from idtool.log.rows import Frame, Numbers, frame_of, row_count, trial_of_rows, values_of
+from idtool.log.table import check_rows, read_text
 from idtool.log.writer import LogWriter
 from idtool.parameters.axis import Axis, check_constant
 from idtool.presentation.text import counted
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -65,7 +67,7 @@ class Log:
         what = f"{self.experiment}, " if self.experiment else ""
         columns = ", ".join(map(str, self.frame.columns))
         return (
-            f"<Log {self.source}: {what}{self.axis.kind} axis, {counted(len(self.frame), 'row')}, "
+            f"<Log {self.source}: {what}{self.axis.kind} axis, {counted(self.row_count, 'row')}, "
             f"{counted(len(self.trials), 'trial')}; {columns}>"
         )
 
@@ -81,7 +83,22 @@ class Log:
     def column(self, role: str) -> np.ndarray | None:
         """The values of a role ("velocity", "payload", ...), shape (rows,), or None if absent."""
         name = columns_of(self.axis.kind)[role]
-        return self.frame[name].to_numpy(dtype=float) if name in self.frame.columns else None
+        rows = self.__dict__["rows"]
+        return values_of(rows, name) if name in rows.columns else None
+
+    def values_of(self, name: str) -> np.ndarray:
+        """The values of a column as floats, shape (rows,)."""
+        return values_of(self.__dict__["rows"], name)
+
+    @property
+    def row_count(self) -> int:
+        """How many rows there are."""
+        return row_count(self.__dict__["rows"])
+
+    @property
+    def trial_of_rows(self) -> NDArray[np.intp]:
+        """The trial of every row, counted from 0 as they come, shape (rows,)."""
+        return trial_of_rows(self.__dict__["rows"])
 
     @classmethod
     def read(
@@ -107,9 +124,12 @@ class Log:
         if torque_constant is not None and found.torque_constant is None:
             constant = check_constant(torque_constant, argument="torque_constant")
             found = replace(found, torque_constant=constant)
-        table, numbered = without_row_numbers(parse_rows(text, file), text, file)
-        frame = check_rows(table, found, text, file)
+        numbered = False
+        rows: pd.DataFrame | Numbers | None = Numbers.of(text, found, file)
+        if rows is None:
+            rows, numbered = frame_of(text, found, file)
         rest = {key: value for key, value in header.items() if key not in TOP_KEYS}
+        frame: Any = rows  # the descriptor takes both
         return cls(frame, found, experiment, rest, str(file), text.incomplete, text.line_of_rows, numbered)
 
     def plot(self, ax: Axes | None = None) -> Figure:
@@ -150,3 +170,6 @@ class Log:
         with atomic_write(file) as stream:
             stream.write(text)
             frame.to_csv(stream, index=False, lineterminator="\n")
+
+
+Log.frame = Frame()  # type: ignore[assignment]  # after the decorator, which would take it for a default

@@ -209,7 +209,7 @@ class _Repair:
                 continue
             self.faulty[reason] = rows
             expected = found.expected[role]
-            raw = self.log.frame[self.names[role]].to_numpy(dtype=float)
+            raw = self.log.values_of(self.names[role])
             scale = self.effort.scale if role == "effort" else 1.0
             self._tell(self._leave_out(role, rows, raw, expected / scale))
             setattr(columns, role, np.where(rows, expected, getattr(columns, role)))

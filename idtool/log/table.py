@@ -12,16 +12,19 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from idtool.errors import InputError, nearest
 from idtool.io.read_file import MAX_LINE, read_bytes
 from idtool.log.format import columns_of
 from idtool.model.motor import MOST_SUPPLY_V
+from idtool.model.units import Kind
 from idtool.parameters.axis import Axis
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Names people give to a column when they leave the unit out -> the role they mean.
 _UNITLESS = {
@@ -237,6 +240,8 @@ def parse_rows(text: LogText, file: Path) -> pd.DataFrame:
     Raises:
         InputError: not CSV, or not UTF-8.
     """
+    import pandas as pd
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a column of mixed types is told of below, by its line
@@ -271,6 +276,8 @@ def without_row_numbers(frame: pd.DataFrame, text: LogText, file: Path) -> tuple
     """
     if text.names[0]:
         return frame, False
+    import pandas as pd
+
     numbers = frame.iloc[:, 0]
     if not pd.api.types.is_integer_dtype(numbers) or (numbers < 0).any():
         raise _nameless(0, text.first_line - 1, file)
@@ -291,9 +298,7 @@ def check_rows(frame: pd.DataFrame, axis: Axis, text: LogText | None, file: Path
     """
     roles = columns_of(axis.kind)
     columns = set(frame.columns)
-    _need(columns, ["time"], roles, file)
-    _need(columns, ["velocity", "position"], roles, file)
-    _need(columns, ["current", "torque", "bus_current", "duty"], roles, file)
+    check_names(columns, axis.kind, file)
     for name in roles.values():
         if name in columns and name != "trial":
             frame[name] = _numeric(frame[name], name, text, file)
@@ -301,15 +306,41 @@ def check_rows(frame: pd.DataFrame, axis: Axis, text: LogText | None, file: Path
         frame.insert(0, "trial", 0)
     elif frame["trial"].isna().any():
         _numeric(frame["trial"].where(frame["trial"].isna(), 0), "trial", text, file)
-    _check_order(frame, text, file)
-    _check_drive(frame, file)
-    _check_ranges(frame, text, file)
+    there = [name for name in roles.values() if name in frame.columns]
+    check_values({name: frame[name].to_numpy() for name in there}, text, file)
     return frame
 
 
-def _check_drive(frame: pd.DataFrame, file: Path) -> None:
+def check_names(columns: set[str], kind: Kind, file: Path) -> None:
+    """Refuse a table without a column that a log needs.
+
+    Raises:
+        InputError: naming the column.
+    """
+    roles = columns_of(kind)
+    _need(columns, ["time"], roles, file)
+    _need(columns, ["velocity", "position"], roles, file)
+    _need(columns, ["current", "torque", "bus_current", "duty"], roles, file)
+    _check_drive(columns, file)
+
+
+def check_values(columns: Mapping[str, np.ndarray], text: LogText | None, file: Path) -> None:
+    """Refuse rows that are out of order, and values that a column cannot hold in its unit.
+
+    Args:
+        columns: those with a meaning; the time and the trial among them, shape (rows,) each.
+        text: where they were read from; None for a table made in memory.
+        file: for messages.
+
+    Raises:
+        InputError: naming the column and the line.
+    """
+    _check_order(columns["trial"], columns["time_s"], text, file)
+    _check_ranges(columns, text, file)
+
+
+def _check_drive(columns: set[str], file: Path) -> None:
     """The columns that tell of a drive whose motor current nobody measured."""
-    columns = set(frame.columns)
     measured = columns & {"torque_nm", "force_n", "current_a"}
     if "bus_current_a" in columns and not measured and "duty" not in columns:
         raise InputError(
@@ -325,12 +356,11 @@ def _check_drive(frame: pd.DataFrame, file: Path) -> None:
         )
 
 
-def _check_ranges(frame: pd.DataFrame, text: LogText | None, file: Path) -> None:
-    """Values that a column cannot hold in its unit."""
+def _check_ranges(columns: Mapping[str, np.ndarray], text: LogText | None, file: Path) -> None:
     for name, low, high, wanted, remedy in _RANGES:
-        if name not in frame.columns:
+        if name not in columns:
             continue
-        values = frame[name].to_numpy()
+        values = columns[name]
         bad = np.flatnonzero((values < low) | (values > high))
         if name == "drive_on":
             bad = np.flatnonzero(~np.isin(values, (0.0, 1.0)))
@@ -410,6 +440,8 @@ def _need(columns: set[str], any_of: list[str], roles: Mapping[str, str], file: 
 
 def as_numbers(values: pd.Series[Any]) -> pd.Series[float]:
     """A column as floats: NaN where it holds no number, inf where the number is larger than a float."""
+    import pandas as pd
+
     try:
         numbers = pd.to_numeric(values, errors="coerce")
     except OverflowError:  # a whole number of more than 308 digits
@@ -418,6 +450,8 @@ def as_numbers(values: pd.Series[Any]) -> pd.Series[float]:
 
 
 def _numeric(values: pd.Series[Any], name: str, text: LogText | None, file: Path) -> pd.Series[float]:
+    import pandas as pd
+
     if pd.api.types.is_bool_dtype(values):  # TRUE and FALSE are words here, not 1 and 0
         values = values.astype(str)
     numbers = as_numbers(values)
@@ -441,19 +475,17 @@ def _place(text: LogText | None, row: int) -> str:
     return f"line {text.line(row)}" if text else f"row {row + 1}"
 
 
-def _check_order(frame: pd.DataFrame, text: LogText | None, file: Path) -> None:
-    trial = frame["trial"].to_numpy()
-    time = frame["time_s"].to_numpy(dtype=float)
-    starts = np.concatenate([[0], np.flatnonzero(trial[1:] != trial[:-1]) + 1])
-    again = pd.Series(trial[starts]).duplicated().to_numpy()
-    if again.any():
-        row = int(starts[np.flatnonzero(again)[0]])
-        raise InputError(
-            f"trial {trial[row]} starts again",
-            file=file,
-            place=_place(text, row),
-            remedy="keep the rows of a trial together; `ffc-id import` can do it",
-        )
+def _check_order(trial: np.ndarray, time: np.ndarray, text: LogText | None, file: Path) -> None:
+    known = set()
+    for row in (0, *(np.flatnonzero(trial[1:] != trial[:-1]) + 1).tolist()):
+        if trial[row] in known:
+            raise InputError(
+                f"trial {trial[row]} starts again",
+                file=file,
+                place=_place(text, row),
+                remedy="keep the rows of a trial together; `ffc-id import` can do it",
+            )
+        known.add(trial[row])
     back = (time[1:] <= time[:-1]) & (trial[1:] == trial[:-1])
     if back.any():
         row = int(np.flatnonzero(back)[0]) + 1

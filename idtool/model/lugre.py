@@ -75,6 +75,59 @@ def _propagate(
 
 
 @jit()
+def columns_of_shape(
+    velocity: Array,
+    way: Array,
+    signed_level: Array,
+    pace: Array,
+    kept: Array,
+    rho_speed: Array,
+    first: NDArray[np.bool_],
+    restart: NDArray[np.bool_],
+    start: Array,
+    bend: float,
+) -> Array:
+    """What a search over the shape of friction solves for, of every row, shape (rows, 4): what a start adds
+    through sigma0 and through sigma1, the bristle at a level of 1 (z / bend), and its rate.
+
+    As `propagate`, for rho = 1 / (bend g) where g is the level in units of one; without a division, and the
+    exponentials are the caller's, since numpy computes several of them at a time.
+
+    Args:
+        velocity: of the rows, shape (rows,).
+        way: velocity times duration of each step, shape (rows,).
+        signed_level: sgn(w) g of each step, shape (rows,).
+        pace: |w| h / g of each step, shape (rows,).
+        kept: exp(-pace / bend), shape (rows,).
+        rho_speed: |w| / g of each row, shape (rows,).
+        first, restart, start: see `propagate`.
+        bend: deflection at a level of 1, rad (m).
+    """
+    columns = np.empty((len(velocity), 4))
+    per = 1.0 / bend
+    forced = 0.0
+    fade = 1.0
+    stretch = -1
+    for k in range(len(velocity)):
+        if first[k]:
+            forced = 0.0
+        else:
+            x, e = pace[k] * per, kept[k]
+            straight = way[k] * (1.0 - 0.5 * x)
+            forced = e * forced + ((1.0 - e) * signed_level[k] * bend if x > _SMALL else straight)
+            fade *= e
+        if first[k] or restart[k]:
+            stretch += 1
+            fade = 1.0
+        z, rate = forced + fade * start[stretch], rho_speed[k] * per
+        columns[k, 0] = fade * per
+        columns[k, 1] = rate * fade
+        columns[k, 2] = z * per
+        columns[k, 3] = velocity[k] - rate * z
+    return columns
+
+
+@jit()
 def _propagate_pace(
     velocity: Array,
     step: Array,

@@ -28,10 +28,21 @@ def level(
     exponent: float = EXPONENT,
 ) -> Array | float:
     """g(w) = coulomb + (static - coulomb) exp(-|w / stribeck_velocity|^exponent), N m (N)."""
-    fade = np.exp(-((np.abs(velocity) / stribeck_velocity) ** exponent))
-    return coulomb + (static - coulomb) * fade
+    ratio = np.abs(velocity) / stribeck_velocity
+    fade = np.exp(-(ratio**exponent))
+    fade *= static - coulomb  # in place: a search asks for the level of all rows again and again
+    fade += coulomb
+    return fade
 
 
 def steady(velocity: Array, coulomb: float, static: float, stribeck_velocity: float, viscous: float) -> Array:
     """Steady friction torque g(w) sgn(w) + viscous w, N m (N), shape of `velocity`."""
     return level(velocity, coulomb, static, stribeck_velocity) * np.sign(velocity) + viscous * velocity
+
+
+def steady_slopes(velocity: Array, coulomb: float, static: float, stribeck_velocity: float) -> Array:
+    """Derivatives of `steady` with respect to its four parameters in their order, shape (rows, 4)."""
+    fade = level(velocity, 0.0, 1.0, stribeck_velocity)
+    fading = 2.0 * (static - coulomb) * fade * velocity**2 / stribeck_velocity**3
+    ways = np.sign(velocity)
+    return np.column_stack([(1.0 - fade) * ways, fade * ways, fading * ways, velocity])

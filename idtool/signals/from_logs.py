@@ -49,7 +49,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     if not logs:
         raise InputError("no log was given", remedy="name at least one log file")
     axis = _common_axis(logs)
-    _refuse_few(sum(len(log.frame) for log in logs), logs)
+    _refuse_few(sum(log.row_count for log in logs), logs)
     efforts = [effort_of(log) for log in logs]
     axis = replace(axis, effort=_common_unit(logs, efforts))
     _refuse_twice(logs, efforts)
@@ -109,7 +109,7 @@ def _refuse_twice(logs: Sequence[Log], efforts: Sequence[Effort]) -> None:
     """Rows that count twice halve every variance, and are seen by the fit that they are held out of."""
     seen: dict[int, str] = {}
     for log, effort in zip(logs, efforts, strict=True):
-        time = log.frame["time_s"].to_numpy(dtype=float)
+        time = log.values_of("time_s")
         rows = hash((time.tobytes(), effort.values.tobytes()))
         if rows in seen:
             raise InputError(f"holds the rows of {seen[rows]}", file=log.source, remedy="give each log once")

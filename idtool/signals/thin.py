@@ -26,14 +26,13 @@ def thin(recording: Recording) -> Recording:
     every = int(rate / (_ROWS_PER_PERIOD * recording.filter.bandwidth_hz))
     if every < 2:
         return recording
-    from scipy import signal  # half a second of imports that a recording of few rows does not pay
-
     length = 2 * every + 1
+    cubic = _local_cubic(every)
     torque = recording.torque.copy()
     kept = []
     for begin, end in zip(motion.starts, motion.ends, strict=True):
         if end - begin > length:
-            torque[begin:end] = signal.savgol_filter(torque[begin:end], length, 3)
+            torque[begin:end] = _averaged(torque[begin:end], cubic)
         kept.append(np.arange(begin, end, every))
     rows = np.concatenate(kept)
     thinned = motion.part(rows)
@@ -42,7 +41,7 @@ def thin(recording: Recording) -> Recording:
         thinned = replace(thinned, restart=np.isin(np.arange(len(rows)), left))
     chosen = lowpass.design(recording.filter.bandwidth_hz, rate / every)
     # neighbours share rows of the average: their noise is told as white noise that passes the filter as much
-    shared = _overlap(signal.savgol_coeffs(length, 3))[::every]
+    shared = _overlap(cubic[every])[::every]
     window = _overlap(lowpass.window(chosen))
     passed = window[: len(shared)] * shared[: len(window)]
     variance = (2.0 * passed.sum() - passed[0]) / window[0]
@@ -57,6 +56,20 @@ def thin(recording: Recording) -> Recording:
         noise=recording.noise * float(np.sqrt(variance)),
         filter=chosen,
     )
+
+
+def _local_cubic(half: int) -> Array:
+    """The cubic through `2 half + 1` rows by least squares: a matrix from those rows to its values there."""
+    powers = np.vander(np.linspace(-1.0, 1.0, 2 * half + 1), 4)
+    return np.asarray(powers @ np.linalg.pinv(powers))
+
+
+def _averaged(values: Array, cubic: Array) -> Array:
+    """Each value by the cubic around it, at the ends by the last whole one; as scipy.signal.savgol_filter,
+    whose import takes longer than a fit."""
+    half, length = len(cubic) // 2, len(cubic)
+    inside = np.convolve(values, cubic[half, ::-1], "valid")
+    return np.concatenate([cubic[:half] @ values[:length], inside, cubic[half + 1 :] @ values[-length:]])
 
 
 def _overlap(weights: Array) -> Array:

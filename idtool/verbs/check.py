@@ -166,8 +166,8 @@ def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
     even = steps[steps <= GAP * usual]
     jitter = float(np.std(even) / usual)
     facts: dict[str, Any] = {
-        "rows": len(log.frame),
-        "trials": len(log.trials),
+        "rows": log.row_count,
+        "trials": int(log.trial_of_rows[-1]) + 1,
         "seconds": float(steps.sum()),
         "rate_hz": 1.0 / usual,
         "gaps": int(np.sum(steps > GAP * usual)),
@@ -176,7 +176,7 @@ def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
         "top_speed": float(np.quantile(np.abs(motion.velocity[rows]), 0.999)),
         "stroke": float(np.ptp(motion.position[rows])),
         "steady_windows": len(constant_speeds(motion, rows)),
-        "unusable_rows": int(np.sum(~recording.usable[rows])) + len(log.frame) - int(rows.sum()),
+        "unusable_rows": int(np.sum(~recording.usable[rows])) + log.row_count - int(rows.sum()),
         "torque_noise": recording.noise,
     }
     findings = [one.removeprefix(f"{log.source}: ") for one in recording.wiring[index]]
@@ -219,7 +219,8 @@ def _not_following(log: Log) -> list[str]:
     if command is None:
         return []
     findings = []
-    step = np.clip(np.diff(log.frame["time_s"], prepend=log.frame["time_s"].iloc[0]), 0.0, None)
+    time = log.values_of("time_s")
+    step = np.clip(np.diff(time, prepend=time[0]), 0.0, None)
     told = np.abs(command) * step
     for role in ("position", "velocity"):
         values = log.column(role)

@@ -92,22 +92,25 @@ def test_what_reads_or_moves_loads_no_optimiser(loaded: dict[str, set[str]], com
     assert loaded[command].isdisjoint(_OF_A_FIT)
 
 
-@pytest.mark.parametrize("command", ["check", "fit-gravity"])
-def test_a_search_between_two_bounds_loads_no_library_of_searches(
-    loaded: dict[str, set[str]], command: str
-) -> None:
-    assert "idtool.signals.bounded" in loaded[command]
-    assert "scipy.optimize" not in loaded[command]
-
-
 def test_help_loads_no_numbers(loaded: dict[str, set[str]]) -> None:
     assert loaded["--help"].isdisjoint({"numpy", "pandas", "numba", "rich"})
 
 
-def test_a_fit_loads_no_verb_and_no_rig(tmp_path: Path) -> None:
-    log = str(_SESSION / "gravity.csv.gz")
-    (modules,) = _modules([["fit-gravity", log, "-p", "params.toml"]], tmp_path).values()
-    assert {"idtool.fit", "idtool.diagnosis.remainder"} <= modules
-    assert modules.isdisjoint(
-        {"idtool.verbs", "idtool.diagnosis.diagnose", "idtool.rig", "idtool.experiment"}
-    )
+def test_a_fit_loads_no_frame_no_library_of_searches_no_verb_and_no_rig(tmp_path: Path) -> None:
+    gravity, sweep, sine = (str(_SESSION / f"{name}.csv.gz") for name in ("gravity", "sweep", "sine"))
+    commands = [
+        ["fit-gravity", gravity, "-p", "params.toml"],
+        ["fit-static", sweep, "-p", "params.toml"],
+        ["fit-dynamic", sine, "-p", "params.toml"],
+    ]
+    modules = _modules(commands, tmp_path)["fit-dynamic"]
+    assert {"idtool.fit", "idtool.signals.bounded", "idtool.diagnosis.remainder"} <= modules
+    libraries = {"pandas", "scipy.optimize", "scipy.spatial", "scipy.signal"}
+    rooms = {"idtool.verbs", "idtool.diagnosis.diagnose", "idtool.rig", "idtool.experiment"}
+    assert modules.isdisjoint(libraries | rooms)
+
+
+def test_check_loads_no_frame_and_no_library_of_searches(tmp_path: Path) -> None:
+    modules = _modules([["check", str(_SESSION / "gravity.csv.gz")]], tmp_path)["check"]
+    assert "idtool.signals.bounded" in modules
+    assert modules.isdisjoint({"pandas", "scipy.optimize"})

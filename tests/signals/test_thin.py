@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
 from idtool.signals import record
 from idtool.signals.recording import Recording
-from idtool.signals.thin import thin
+from idtool.signals.thin import _averaged, _local_cubic, thin
 from testbench.plants import Plant, record_session
 
 PAPER = Plant(0.070, 0.030, 0.090, 0.155, 0.051, 0.297, 0.006, 0.2295, 0.4457)
@@ -36,6 +37,13 @@ def test_what_passes_the_filter_stays() -> None:
         whole.filtered(whole.torque)[first],
     )
     assert np.sqrt(np.mean((torque - expected) ** 2)) < 0.02 * np.std(expected) + whole.noise
+
+
+@pytest.mark.parametrize("half", [2, 3, 6])
+def test_the_local_cubic_is_that_of_savitzky_and_golay(half: int) -> None:
+    values = np.random.default_rng(half).standard_normal(200)
+    averaged = _averaged(values, _local_cubic(half))
+    np.testing.assert_allclose(averaged, savgol_filter(values, 2 * half + 1, 3), atol=1e-12)
 
 
 def test_nothing_to_thin() -> None:

@@ -1,0 +1,116 @@
+"""Where a log keeps its rows: as numbers, until somebody asks for a frame of pandas.
+
+A fit reads columns of numbers, and importing pandas takes longer than many a fit.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from idtool.errors import InputError
+from idtool.log.format import columns_of
+from idtool.log.table import LogText, check_names, check_rows, check_values, parse_rows, without_row_numbers
+from idtool.parameters.axis import Axis
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from idtool.log.log import Log
+
+#: Bytes up to which numpy reads rows sooner than pandas, which reads faster, is imported.
+_SHORT = 8_000_000
+#: Whole numbers beyond this are not all floats.
+_WHOLE = 2.0**53
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The rows of a log file that holds finite numbers only.
+
+    Attributes:
+        text: the file.
+        axis: of which the log is.
+        file: for messages.
+        columns: name -> values, shape (rows,).
+    """
+
+    text: LogText
+    axis: Axis
+    file: Path
+    columns: Mapping[str, NDArray[np.float64]]
+
+    @classmethod
+    def of(cls, text: LogText, axis: Axis, file: Path) -> Numbers | None:
+        """The rows of a file; None of one that is long, holds words or gaps, or is not a log: the frame has a
+        sentence for each of these."""
+        if len(text.rows) > _SHORT or not all(text.names):
+            return None
+        try:
+            check_names(set(text.names), axis.kind, file)
+            values = np.loadtxt(io.BytesIO(text.rows), delimiter=",", comments=None, ndmin=2, unpack=True)
+            columns = dict(zip(text.names, np.ascontiguousarray(values), strict=True))
+            columns.setdefault("trial", np.zeros(values.shape[1]))
+            roles = columns_of(axis.kind).values()
+            check_values({name: columns[name] for name in roles if name in columns}, text, file)
+        except (ValueError, InputError):
+            return None
+        whole = values.shape[1] == len(text.ends) and np.abs(columns["trial"]).max() < _WHOLE
+        if not whole or not np.isfinite(values).all():
+            return None
+        for column in columns.values():
+            column.flags.writeable = False  # as the columns of a frame
+        return cls(text, axis, file, columns)
+
+    def frame(self) -> pd.DataFrame:
+        """The rows as pandas reads them, whole numbers as such."""
+        return frame_of(self.text, self.axis, self.file)[0]
+
+
+def frame_of(text: LogText, axis: Axis, file: Path) -> tuple[pd.DataFrame, bool]:
+    """The rows of a log file, and whether a column without a name numbered them.
+
+    Raises:
+        InputError: naming the column and the line.
+    """
+    table, numbered = without_row_numbers(parse_rows(text, file), text, file)
+    return check_rows(table, axis, text, file), numbered
+
+
+class Frame:
+    """`Log.frame`: a frame, made of numbers where it is asked for; from then on its values are the log's."""
+
+    def __get__(self, log: Log | None, owner: type[Log]) -> Any:
+        if log is None:
+            return self
+        rows = log.__dict__["rows"]
+        if isinstance(rows, Numbers):
+            rows = log.__dict__["rows"] = rows.frame()
+        return rows
+
+    def __set__(self, log: Log, rows: pd.DataFrame | Numbers) -> None:
+        log.__dict__["rows"] = rows
+
+
+def row_count(rows: pd.DataFrame | Numbers) -> int:
+    """How many rows there are."""
+    return len(rows.columns["trial"]) if isinstance(rows, Numbers) else len(rows)
+
+
+def values_of(rows: pd.DataFrame | Numbers, name: str) -> NDArray[np.float64]:
+    """A column as floats, shape (rows,)."""
+    return rows.columns[name] if isinstance(rows, Numbers) else rows[name].to_numpy(dtype=float)
+
+
+def trial_of_rows(rows: pd.DataFrame | Numbers) -> NDArray[np.intp]:
+    """The trial of every row, counted from 0 as they come, shape (rows,)."""
+    if isinstance(rows, Numbers):
+        trial = rows.columns["trial"]
+        return np.asarray(np.cumsum(np.diff(trial, prepend=trial[0]) != 0), dtype=np.intp)
+    return np.asarray(rows.groupby("trial", sort=False).ngroup(), dtype=np.intp)
