@@ -39,12 +39,12 @@ def log_figure(log: Log) -> Figure:
     ]
     efforts = [name for name, _ in shown if name in _EFFORTS]
     shown = [(name, values) for name, values in shown if name not in efforts[1:]]
-    time = log.frame["time_s"].to_numpy(dtype=float)
+    time = log.values_of("time_s")
     rows = len(shown)
     figure, panels = style.panels(
         rows, 2, width=style.WIDE, height=1.1 + _HEIGHT * rows, top=0.5, gap=(0.85, 0.55)
     )
-    style.title(figure, f"{Path(log.source).name}: {len(log.frame)} rows, {len(log.trials)} trials")
+    style.title(figure, f"{Path(log.source).name}: {log.row_count} rows, {log.trial_of_rows[-1] + 1} trials")
     over_time, beside = panels[::2], panels[1::2]
     for panel, (name, values) in zip(over_time, shown, strict=True):
         _over_time(panel, log, time, values)
@@ -57,8 +57,7 @@ def log_figure(log: Log) -> Figure:
 
 
 def _column(log: Log, role: str) -> Array | None:
-    name = columns_of(log.axis.kind).get(role)
-    return log.frame[name].to_numpy(dtype=float) if name in log.frame.columns else None
+    return log.column(role) if role in columns_of(log.axis.kind) else None
 
 
 def _label(log: Log, role: str) -> str:
@@ -73,7 +72,7 @@ def _label(log: Log, role: str) -> str:
 
 def _over_time(panel: Axes, log: Log, time: Array, values: Array) -> None:
     """One line a trial, two colours in turn, so that where one ends is seen."""
-    trial = log.frame["trial"].to_numpy()
+    trial = log.trial_of_rows
     edges = [0, *(np.flatnonzero(np.diff(trial)) + 1).tolist(), len(trial)]
     step = style.thin(len(trial), 20 * style.MOST_MARKERS).step
     for k, (start, stop) in enumerate(pairwise(edges)):

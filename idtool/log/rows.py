@@ -22,8 +22,6 @@ from idtool.parameters.axis import Axis
 if TYPE_CHECKING:
     import pandas as pd
 
-    from idtool.log.log import Log
-
 #: Bytes up to which numpy reads rows sooner than pandas, which reads faster, is imported.
 _SHORT = 8_000_000
 #: Whole numbers beyond this are not all floats.
@@ -86,7 +84,7 @@ def frame_of(text: LogText, axis: Axis, file: Path) -> tuple[pd.DataFrame, bool]
 class Frame:
     """`Log.frame`: a frame, made of numbers where it is asked for; from then on its values are the log's."""
 
-    def __get__(self, log: Log | None, owner: type[Log]) -> Any:
+    def __get__(self, log: Any, owner: type) -> Any:
         if log is None:
             return self
         rows = log.__dict__["rows"]
@@ -94,7 +92,7 @@ class Frame:
             rows = log.__dict__["rows"] = rows.frame()
         return rows
 
-    def __set__(self, log: Log, rows: pd.DataFrame | Numbers) -> None:
+    def __set__(self, log: Any, rows: pd.DataFrame | Numbers) -> None:
         log.__dict__["rows"] = rows
 
 
