@@ -19,6 +19,7 @@ from idtool.cli.export import export
 from idtool.cli.words import complete_rig, effect_names
 
 from idtool import InputError, Log, Parameters
+from idtool.control.load import Instant
 from idtool.control.online import OnlineModel
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
@@ -118,7 +119,7 @@ def test_the_effect_goes_from_the_fit_to_the_board(tmp_path: Path) -> None:
     assert np.ptp(more - less) > 0.02
 
     model = OnlineModel(parameters)
-    load = model.update(0.0, 0.01, 0.7, 0.0, 0.0, 0.0, np.pi / 2, 0.0, None)
+    load = model.update(Instant(0.0, 0.01, 0.7, 0.0, tilt_alpha=np.pi / 2))
     values = found.values()
     assert load.effects == pytest.approx(values["sine"] * np.sin(0.7) + values["cosine"] * np.cos(0.7))
     light = replace(parameters, controller=Controller(2.05, 8.0, 0.01, mode="light"))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -234,6 +235,32 @@ def _advance_bristle(n: Array, m: Array, step: float, velocity: float, travel: f
     return decay
 
 
+class Instant(NamedTuple):
+    """What the model is asked for, in the order in which `carry` takes it; SI, rad or m by the kind of axis.
+
+    Attributes:
+        time: s; effects that follow the clock read it.
+        step: time since the sample before, s.
+        position, velocity, acceleration: rad, rad/s, rad/s^2 (m ...).
+        payload: kg.
+        tilt_alpha, tilt_beta: rad.
+        temperature: degrees Celsius, NaN if unknown.
+        travel: change of position over the step. It drives the bristle if given: unlike a quantised velocity,
+            its error does not add up. NaN: the mean of the two velocities does.
+    """
+
+    time: float
+    step: float
+    position: float
+    velocity: float
+    acceleration: float = 0.0
+    payload: float = 0.0
+    tilt_alpha: float = 0.0
+    tilt_beta: float = 0.0
+    temperature: float = math.nan
+    travel: float = math.nan
+
+
 @jit()
 def carry(
     n: Array,
@@ -253,13 +280,8 @@ def carry(
 
     Args:
         n, m: `numbers` and `memory`; `memory` is changed.
-        time: s; effects that follow the clock read it.
-        step: time since the sample before, s.
-        position, velocity, acceleration: rad, rad/s, rad/s^2 (m ...).
-        payload: kg.
-        tilt_alpha, tilt_beta: rad.
-        temperature: degrees Celsius, NaN if unknown.
-        travel: change of position over the step, NaN if the mean velocity is to drive the bristle.
+        time, step, position, velocity, acceleration, payload, tilt_alpha, tilt_beta, temperature, travel: a
+            `Instant`, entry by entry: a compiled function takes floats far faster than a tuple of them.
 
     Returns:
         Gravity, elastic and damping share of the friction, additive effects, friction level (N m or N);

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from idtool.control import load as compiled
+from idtool.control.load import Instant
 from idtool.effects import registry
 from idtool.effects.base import Effect, Past, Values
 from idtool.errors import InputError
@@ -115,8 +116,8 @@ class OnlineModel:
         self._blind = _Row(self.torque_constant, with_temperature=False)
         self.load = Load()
         # compiled code is loaded at its first call, which takes longer than many periods of a real servo
-        self.gravity(0.0, 0.0, 1.0)
-        self.update(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, None)
+        self.gravity(0.0, 0.0)
+        self.update(Instant(0.0, 0.0, 0.0, 0.0))
         self.load = Load()
         self.reset()
 
@@ -179,9 +180,9 @@ class OnlineModel:
             if past is not None:
                 past.first[0] = True
 
-    def gravity(self, position: float, payload: float, factor: float) -> float:
-        """Gravity torque, N m (N)."""
-        return float(compiled.gravity_of(self._numbers, position, payload)) * factor
+    def gravity(self, position: float, payload: float) -> float:
+        """Gravity torque of an axis that stands upright, N m (N)."""
+        return float(compiled.gravity_of(self._numbers, position, payload))
 
     def weight_of(self, payload: float, tilt_alpha: float, tilt_beta: float) -> float:
         """Gravity torque of a payload alone, N m (N); 0 for an arm, whose file does not know it."""
@@ -189,38 +190,11 @@ class OnlineModel:
             return 0.0
         return self._per_payload * payload * math.cos(tilt_alpha) * math.cos(tilt_beta)
 
-    def update(
-        self,
-        time: float,
-        step: float,
-        position: float,
-        velocity: float,
-        acceleration: float,
-        payload: float,
-        tilt_alpha: float,
-        tilt_beta: float,
-        temperature: float | None,
-        travel: float | None = None,
-    ) -> Load:
-        """Advance the bristle over the step that ends now and return what the motor carries.
-
-        Args:
-            time: s, for effects that follow the clock.
-            step: time since the sample before, s.
-            position, velocity, acceleration: rad, rad/s, rad/s^2 (m ...).
-            payload: kg.
-            tilt_alpha, tilt_beta: rad.
-            temperature: degrees Celsius, None if unknown.
-            travel: change of position over the step. It drives the bristle if given: unlike a quantised
-                velocity, its error does not add up. None: the mean of the two velocities does.
-
-        Returns:
-            The load; the same object every time.
-        """
+    def update(self, now: Instant) -> Load:
+        """Advance the bristle over the step that ends now and return what the motor carries: the same object
+        every time."""
         if self._outside or self._correction is not None:
-            self._ask_outside(
-                time, step, position, velocity, acceleration, payload, tilt_alpha, tilt_beta, temperature
-            )
+            self._ask_outside(now)
         load = self.load
         (
             load.gravity,
@@ -233,49 +207,18 @@ class OnlineModel:
             load.delay,
             self._bristle,
             load.kept,
-        ) = compiled.carry(
-            self._numbers,
-            self._memory,
-            time,
-            step,
-            position,
-            velocity,
-            acceleration,
-            payload,
-            tilt_alpha,
-            tilt_beta,
-            math.nan if temperature is None else temperature,
-            math.nan if travel is None else travel,
-        )
+        ) = compiled.carry(self._numbers, self._memory, *now)
         return load
 
-    def _ask_outside(
-        self,
-        time: float,
-        step: float,
-        position: float,
-        velocity: float,
-        acceleration: float,
-        payload: float,
-        tilt_alpha: float,
-        tilt_beta: float,
-        temperature: float | None,
-    ) -> None:
+    def _ask_outside(self, now: Instant) -> None:
         """Effects that are not compiled: each by its own class, on a table of one row."""
-        factor = math.cos(tilt_alpha) * math.cos(tilt_beta)
-        row = self._blind if temperature is None else self._warm
+        time, step, position, velocity, acceleration, payload, alpha, beta, temperature, _ = now
+        factor = math.cos(alpha) * math.cos(beta)
+        row = self._blind if math.isnan(temperature) else self._warm
+        upright = self.gravity(position, payload)
+        load = upright if self._parameters.gravity_model == "arm" else upright * factor
         row.fill(
-            time,
-            position,
-            velocity,
-            acceleration,
-            payload,
-            factor,
-            tilt_alpha,
-            tilt_beta,
-            0.0 if temperature is None else temperature,
-            self.gravity(position, payload, factor),
-            self.gravity(position, payload, 1.0),
+            time, position, velocity, acceleration, payload, factor, alpha, beta, temperature, load, upright
         )
         total = [0.0] * len(FIELDS)
         for effect, values, past in self._outside:

@@ -17,6 +17,7 @@ import math
 from collections import deque
 
 from idtool.control.guard import Measurement
+from idtool.control.load import Instant
 from idtool.control.online import OnlineModel
 
 #: An axis that stayed within one count for so long rests, s.
@@ -36,19 +37,17 @@ class HandSense:
 
     def __init__(self, model: OnlineModel, period: float, filter_time: float, resolution: float) -> None:
         self._model = model
-        self._period = period
         self._filter_time = filter_time
         self._resolution = resolution
         self._recent: deque[float] = deque(maxlen=max(2, round(_REST_WINDOW_S / period) + 1))
-        self._line = DelayLine()
+        self._remainder = Remainder(model, period)
         self.reset()
 
     def reset(self) -> None:
         """Forget everything measured; the bristle is unknown again."""
         self._model.reset()
         self._recent.clear()
-        self._line.clear()
-        self._last: Measurement | None = None
+        self._remainder.clear()
         self._mean = 0.0
         self._samples = 0
         self._band = self._model.friction_bound
@@ -60,7 +59,7 @@ class HandSense:
         """Take in a sample while no hand touches: the mean of what the model leaves is friction."""
         self._samples += 1
         # a mean, because noise of the current would otherwise be frozen into the bristle
-        self._mean += (self._remainder(sample)[0] - self._mean) / self._samples
+        self._mean += (self._left(sample) - self._mean) / self._samples
 
     def settle(self) -> None:
         """End of listening: deflect the bristle to what was heard, as far as friction allows; what is left
@@ -74,40 +73,18 @@ class HandSense:
 
     def feel(self, sample: Measurement) -> float:
         """Take in a sample and return the hand's torque."""
-        torque, step = self._remainder(sample)
+        torque = self._left(sample)
         torque += self._rest_friction(torque)
         self.raw = torque
-        self.torque += (1.0 - math.exp(-step / self._filter_time)) * (torque - self.torque)
+        self.torque += (1.0 - math.exp(-self._remainder.step / self._filter_time)) * (torque - self.torque)
         return self.torque
 
-    def _remainder(self, sample: Measurement) -> tuple[float, float]:
-        """What the motor does not carry of the model's torque, N m (N), and the time step, s."""
-        last = self._last or sample
-        self._last = sample
+    def _left(self, sample: Measurement) -> float:
+        """What the motor does not carry of the model's torque, beyond the zero, N m (N)."""
         self._recent.append(sample.position)
-        step = sample.time - last.time
-        step = step if step > 0.0 else self._period
-        load = self._model.update(
-            sample.time,
-            step,
-            sample.position,
-            sample.velocity,
-            (sample.velocity - last.velocity) / step,
-            sample.payload,
-            sample.tilt_alpha,
-            sample.tilt_beta,
-            sample.temperature,
-            travel=sample.position - last.position,
-        )
-        motor = load.arriving(self._model.torque_constant * sample.current)
-        carried = load.total
-        if load.delay > 0.0:  # the motion is reported late: compare it with the current of then
-            motor = self._line.delayed(sample.time, motor, load.delay)
-        elif load.delay < 0.0:
-            carried = self._line.delayed(sample.time, carried, -load.delay)
-        torque = carried - motor - self._zero
-        # only a file edited into absurdity gets past the finite numbers that the guard lets through
-        return (torque if math.isfinite(torque) else 0.0), step
+        before = self._remainder.take(sample)
+        change = (sample.velocity - before.velocity) / self._remainder.step
+        return self._remainder.torque(sample, sample.velocity, change) - self._zero
 
     def _rest_friction(self, torque: float) -> float:
         """Friction that rests in the bristle unseen: what leaves no hand, within what is possible."""
@@ -128,6 +105,60 @@ class HandSense:
     def _rests(self) -> bool:
         recent = self._recent
         return len(recent) == recent.maxlen and max(recent) - min(recent) <= 1.01 * self._resolution
+
+
+class Remainder:
+    """What the motor does not carry of the model's torque, sample by sample.
+
+    Attributes:
+        step: time since the sample before, s.
+    """
+
+    def __init__(self, model: OnlineModel, period: float) -> None:
+        self._model, self._period = model, period
+        self._line = DelayLine()
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget what was measured."""
+        self._line.clear()
+        self._last: Measurement | None = None
+        self._travel, self.step = 0.0, self._period
+
+    def take(self, sample: Measurement) -> Measurement:
+        """Go on to this sample; the one before, or itself where it is the first."""
+        before = self._last or sample
+        self._last = sample
+        step = sample.time - before.time
+        self.step = step if step > 0.0 else self._period
+        self._travel = sample.position - before.position
+        return before
+
+    def torque(self, sample: Measurement, velocity: float, acceleration: float) -> float:
+        """At that sample and this motion, N m (N); `OnlineModel.load` is of it."""
+        load = self._model.update(
+            Instant(
+                sample.time,
+                self.step,
+                sample.position,
+                velocity,
+                acceleration,
+                sample.payload,
+                sample.tilt_alpha,
+                sample.tilt_beta,
+                math.nan if sample.temperature is None else sample.temperature,
+                self._travel,
+            )
+        )
+        motor = load.arriving(self._model.torque_constant * sample.current)
+        carried = load.total
+        if load.delay > 0.0:  # the motion is reported late: compare it with the current of then
+            motor = self._line.delayed(sample.time, motor, load.delay)
+        elif load.delay < 0.0:
+            carried = self._line.delayed(sample.time, carried, -load.delay)
+        left = carried - motor
+        # only a file edited into absurdity gets past the finite numbers that the guard lets through
+        return left if math.isfinite(left) else 0.0
 
 
 class DelayLine:

@@ -10,7 +10,7 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
     load.c       friction_level, carry            load._level, load.carry
                  advance_bristle                  load._advance_bristle
     sensing.c    delayed                          DelayLine.delayed
-                 remainder_torque                 HandSense._remainder, AdmittanceLaw.raw_command
+                 remainder_torque                 Remainder.torque
     paper.c      listen, settle, feel, rest_friction, rests                       HandSense
                  begin, lead, brake, raw_command  PaperLaw.begin, ._lead, ._brake, .raw_command
     admittance.c                                  admittance.kernel, by the same names, and
@@ -131,40 +131,6 @@ def export_c(
         InputError: an effect that has no C form, a number that single precision cannot hold, a file that
             exists or cannot be written, a path without a range or too long for a board.
     """
-    texts, carried, notes = generate_c(
-        parameters, folder, name=name, without=without, period_s=period_s, limits=limits, path=path,
-        path_speed=path_speed, source=source,
-    )  # fmt: skip
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(folder, error) from error
-    files = {folder / file: text for file, text in texts.items()}
-    for file in files:
-        refuse_existing(file, force)
-    with ExitStack() as together:
-        for file, text in files.items():
-            stream = together.enter_context(atomic_write(file))
-            stream.write(text)
-            stream.flush()  # a full disk shows before the first file is put in its place
-    return ExportedC(tuple(files), carried, notes)
-
-
-def generate_c(
-    parameters: Parameters,
-    folder: Path,
-    *,
-    name: str = "ffc",
-    without: Sequence[str] = (),
-    period_s: float | None = None,
-    limits: Limits | None = None,
-    path: TaughtPath | None = None,
-    path_speed: float = 1.0,
-    source: str = "",
-) -> tuple[dict[str, str], tuple[str, ...], tuple[str, ...]]:
-    """As `export_c`, without writing: the text of each file, the effects carried, and the notes."""
-    import jinja2
-
     if not _NAME.fullmatch(name):
         raise UsageError(f"{name!r} cannot begin C symbols: use a-z, 0-9 and _, a letter first, up to 31.")
     if parameters.axis.reading == "voltage":
@@ -200,6 +166,20 @@ def generate_c(
         "source": _comment(source),
         "notes": [_comment(note) for note in notes],
     }
+    templates = {
+        f"{name}.h": "controller.h.jinja",
+        f"{name}.c": "controller.c.jinja",
+        f"{name}_servo.h": "servo.h.jinja",
+        sketch: "sketch.ino.jinja",
+    } | ({f"{name}_path.h": "path.h.jinja"} if path is not None else {})
+    _write(folder, _rendered(templates, context), force)
+    files = tuple(folder / file for file in templates)
+    return ExportedC(files, tuple(effect.name for effect in effects), notes)
+
+
+def _rendered(templates: dict[str, str], context: dict[str, Any]) -> dict[str, str]:
+    import jinja2
+
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("idtool.export", "c"),
         autoescape=False,
@@ -208,14 +188,22 @@ def generate_c(
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    templates = {
-        f"{name}.h": "controller.h.jinja",
-        f"{name}.c": "controller.c.jinja",
-        f"{name}_servo.h": "servo.h.jinja",
-        sketch: "sketch.ino.jinja",
-    } | ({f"{name}_path.h": "path.h.jinja"} if path is not None else {})
-    texts = {file: environment.get_template(template).render(context) for file, template in templates.items()}
-    return texts, tuple(effect.name for effect in effects), notes
+    return {file: environment.get_template(template).render(context) for file, template in templates.items()}
+
+
+def _write(folder: Path, texts: dict[str, str], force: bool) -> None:
+    """All files, or none."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(folder, error) from error
+    for file in texts:
+        refuse_existing(folder / file, force)
+    with ExitStack() as together:
+        for file, text in texts.items():
+            stream = together.enter_context(atomic_write(folder / file))
+            stream.write(text)
+            stream.flush()  # a full disk shows before the first file is put in its place
 
 
 def _without(parameters: Parameters, names: Sequence[str]) -> Parameters:

@@ -106,10 +106,6 @@ class TeachFigures:
     resolution: float
     pushes: tuple[PushFigures, ...] = field(default=())
 
-    def peak_force(self) -> float:
-        """The greatest torque of the hand over all pushes, N m (N)."""
-        return max(push.peak_torque for push in self.pushes)
-
     def to_document(self) -> dict[str, Any]:
         """A JSON document."""
         return asdict(self)

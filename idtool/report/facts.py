@@ -7,12 +7,12 @@ could not be computed is null. A value of the wrong type is an error that names 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 import msgspec
 import numpy as np
+from msgspec import Struct
 
 from idtool.errors import InputError
 from idtool.model.motion import Array
@@ -21,19 +21,25 @@ REMEDY = "run ffc-id identify again"
 DIAGNOSIS_SCHEMA = "ffc-id/diagnosis/1"
 
 Number = float | None
+T = TypeVar("T")
 Verdict = Literal["adequate", "effect_found", "ambiguous", "unexplained"]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pair:
+class Pair(Struct, frozen=True):
     """An error of the base model and of the extended one."""
 
     before: Number = None
     after: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Found:
+class BeforeAfter(Struct, Generic[T], frozen=True):
+    """What was found on the base model's residual and on the extended one's."""
+
+    before: tuple[T, ...] = ()
+    after: tuple[T, ...] = ()
+
+
+class Found(Struct, frozen=True):
     """An accepted effect."""
 
     name: str
@@ -42,36 +48,32 @@ class Found:
     alternatives: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
-class Left:
+class Left(Struct, frozen=True):
     """What the extended model leaves on the held-out rows, and the sensor noise, per cent of the torque."""
 
     percent_of_torque: Number = None
     noise_percent: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Errors:
+class Errors(Struct, frozen=True):
     """Prediction errors, in the unit that `metric` ends with."""
 
     metric: str = "rmse"
     held_out: Pair = Pair()
     training: Pair = Pair()
-    by_experiment: dict[str, Pair] = field(default_factory=dict)
+    by_experiment: dict[str, Pair] = {}
     noise_floor: Number = None
     blocks_stand_in_for_trials: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
-class SmoothCorrection:
+class SmoothCorrection(Struct, frozen=True):
     """What `correction.toml` holds: torque over one variable, and the held-out error without and with it."""
 
     variable: str
     held_out: Pair = Pair()
 
 
-@dataclass(frozen=True, kw_only=True)
-class Unexplained:
+class Unexplained(Struct, frozen=True):
     """Structure that no effect accounts for."""
 
     share: Number = None
@@ -80,8 +82,7 @@ class Unexplained:
     correction: SmoothCorrection | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Candidate:
+class Candidate(Struct, frozen=True):
     """An effect that was tried."""
 
     name: str
@@ -91,17 +92,15 @@ class Candidate:
     why: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
-class NextExperiment:
+class NextExperiment(Struct, frozen=True):
     """The run that would tell explanations apart."""
 
-    recipe: dict[str, Any] = field(default_factory=dict)
+    recipe: dict[str, Any] = {}
     separates: tuple[str, ...] = ()
     why: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Validated:
+class Validated(Struct, frozen=True):
     """The error of one experiment of logs that no fit saw, over all its rows."""
 
     rmse: Number = None
@@ -109,16 +108,14 @@ class Validated:
     rows: int | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Validation:
+class Validation(Struct, frozen=True):
     """What `identify --validate` found: the logs, and the errors by experiment."""
 
     logs: tuple[str, ...] = ()
-    errors: dict[str, Validated] = field(default_factory=dict)
+    errors: dict[str, Validated] = {}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Diagnosis:
+class Diagnosis(Struct, frozen=True):
     """`diagnosis.json`."""
 
     schema: str
@@ -137,8 +134,7 @@ class Diagnosis:
         return tuple(candidate for candidate in self.candidates if candidate.name != "inertia")
 
 
-@dataclass(frozen=True, kw_only=True)
-class PositionErrors:
+class PositionErrors(Struct, frozen=True):
     """How far the simulated position is off on the logs that were identified."""
 
     unit: str
@@ -147,16 +143,14 @@ class PositionErrors:
     mean_abs: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class FilterFacts:
+class FilterFacts(Struct, frozen=True):
     """The zero-phase filter and the rate after decimation."""
 
     bandwidth_hz: Number = None
     rate_hz: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class LogFacts:
+class LogFacts(Struct, frozen=True):
     """One log that went into the result."""
 
     file: str
@@ -167,8 +161,7 @@ class LogFacts:
     wiring: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
-class StribeckPoint:
+class StribeckPoint(Struct, frozen=True):
     """A steady friction torque at one speed; the sign of both is the direction."""
 
     velocity: float
@@ -177,8 +170,7 @@ class StribeckPoint:
     steady: bool = True
 
 
-@dataclass(frozen=True, kw_only=True)
-class StribeckCurve:
+class StribeckCurve(Struct, frozen=True):
     """The fitted curve and its 95 % band; `low` and `high` may be empty."""
 
     velocity: tuple[Number, ...] = ()
@@ -187,8 +179,7 @@ class StribeckCurve:
     high: tuple[Number, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
-class GravityPoint:
+class GravityPoint(Struct, frozen=True):
     """Gravity torque at one payload (slide) or one position (arm), friction removed."""
 
     torque: float
@@ -197,8 +188,7 @@ class GravityPoint:
     stderr: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class StiffnessCost:
+class StiffnessCost(Struct, frozen=True):
     """Error of the fit along the bristle stiffness, all else fitted."""
 
     sigma0: tuple[Number, ...] = ()
@@ -206,16 +196,14 @@ class StiffnessCost:
     best: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Correlation:
+class Correlation(Struct, frozen=True):
     """Correlation of the parameter estimates."""
 
     names: tuple[str, ...] = ()
     matrix: tuple[tuple[Number, ...], ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
-class ResidualTest:
+class ResidualTest(Struct, frozen=True):
     """Whether the residual depends on a variable, and how much of its variance that explains."""
 
     variable: str
@@ -223,16 +211,7 @@ class ResidualTest:
     share: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class ResidualTests:
-    """The tests on the base model's residual and on the extended model's."""
-
-    before: tuple[ResidualTest, ...] = ()
-    after: tuple[ResidualTest, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class CumulativePeriodogram:
+class CumulativePeriodogram(Struct, frozen=True):
     """Share of the residual's power below each share of the highest frequency, and that of noise."""
 
     over: str
@@ -243,16 +222,7 @@ class CumulativePeriodogram:
     p_value: Number = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class CumulativePeriodograms:
-    """Of the base model's residual and of the extended model's."""
-
-    before: tuple[CumulativePeriodogram, ...] = ()
-    after: tuple[CumulativePeriodogram, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Facts:
+class Facts(Struct, frozen=True):
     """`evidence.json`."""
 
     kind: Literal["rotary", "linear"] = "rotary"
@@ -266,17 +236,17 @@ class Facts:
     position: PositionErrors | None = None
     cost_over_sigma0: StiffnessCost | None = None
     correlation: Correlation | None = None
-    residual_tests: ResidualTests | None = None
-    cumulative_periodograms: CumulativePeriodograms | None = None
+    residual_tests: BeforeAfter[ResidualTest] | None = None
+    cumulative_periodograms: BeforeAfter[CumulativePeriodogram] | None = None
     command: str = ""
-    versions: dict[str, str] = field(default_factory=dict)
+    versions: dict[str, str] = {}
     seed: int | None = None
 
 
-T = TypeVar("T", Diagnosis, Facts)
+File = TypeVar("File", Diagnosis, Facts)
 
 
-def read_facts(file: Path, form: type[T]) -> T:
+def read_facts(file: Path, form: type[File]) -> File:
     """Read and check one of the two JSON files.
 
     Raises:

@@ -45,8 +45,8 @@ def gravity_figure(
         stderr: standard error of each torque.
     """
     return _draw(
-        np.asarray(payload, dtype=float),
-        np.asarray(torque, dtype=float),
+        payload,
+        torque,
         lambda mass: base + per_payload * mass,
         stderr,
         kind,
@@ -75,8 +75,8 @@ def arm_figure(
         stderr: standard error of each torque.
     """
     return _draw(
-        np.asarray(position, dtype=float),
-        np.asarray(torque, dtype=float),
+        position,
+        torque,
         lambda q: sin * np.sin(q) + cos * np.cos(q),
         stderr,
         kind,
@@ -87,8 +87,8 @@ def arm_figure(
 
 
 def _draw(
-    x: Array,
-    torque: Array,
+    places: ArrayLike,
+    torque: ArrayLike,
     line: Callable[[Array], Array],
     stderr: ArrayLike | None,
     kind: Units,
@@ -97,6 +97,7 @@ def _draw(
     label: str,
     model: str,
 ) -> Figure:
+    x, measured = np.asarray(places, dtype=float), np.asarray(torque, dtype=float)
     error = np.zeros(len(x)) if stderr is None else 1.96 * np.nan_to_num(np.asarray(stderr, dtype=float))
     figure, (upper, lower) = style.panels(2, height=5.7, gap=(0.3, 0.25), share="x", heights=(2.4, 1))
     style.title(figure, title)
@@ -111,11 +112,11 @@ def _draw(
         "lw": 1.0,
         "zorder": 3,
     }
-    upper.errorbar(x, torque, error, label="measured, 95 % interval", **points)
+    upper.errorbar(x, measured, error, label="measured, 95 % interval", **points)
     upper.set_ylabel(style.torque_label(kind, "gravity"))
     style.legend(figure, upper)
     lower.axhline(0.0, color=style.AFTER)
-    lower.errorbar(x, torque - line(x), error, **points)
+    lower.errorbar(x, measured - line(x), error, **points)
     lower.set_ylabel(f"Difference, {style.torque_label(kind).split(', ')[1]}")
     lower.set_xlabel(label)
     figure.align_ylabels()

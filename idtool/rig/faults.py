@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from idtool.errors import RigFault
 
 
@@ -43,3 +45,8 @@ class LimitExceeded(RigFault):
 
 class BadReading(RigFault):
     """A sensor returned something that cannot be."""
+
+
+def in_words(bits: int, words: Mapping[int, str]) -> str:
+    """The errors of a status register, whose bits have these words."""
+    return ", ".join(word for bit, word in words.items() if bits & bit) or f"unknown error 0x{bits:02x}"

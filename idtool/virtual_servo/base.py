@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Protocol
 
 from idtool.virtual_servo.axis import VirtualAxis
 
+COUNT_RAD = 2.0 * math.pi / 4096
+#: Position of the middle of a turn, counts: zero of the simulated axis.
+CENTRE = 2048
 #: Bit of an overload in the error status of either vendor.
 OVERLOAD = 0x20
 
@@ -41,9 +45,24 @@ class VirtualServo(ABC):
     torque_since: float | None = None
     heard: float
 
-    def __init__(self, axis: VirtualAxis, decoder: Decoder, now: float) -> None:
-        self.axis, self.decoder = axis, decoder
+    def __init__(
+        self, axis: VirtualAxis, decoder: Decoder, table: Any, *, id: int, baud: int, now: float
+    ) -> None:
+        self.axis, self.decoder, self.table = axis, decoder, table
         self._now = self.heard = now
+        #: what a later instruction is to write, and where
+        self._registered: tuple[int, bytes] | None = None
+        limits = axis.file.limits
+        table["id"] = id
+        table["baud_rate"] = next(code for code, rate in self.baud_rates.items() if rate == baud)
+        table["min_position_limit"] = max(0, CENTRE + round(limits["lowest_rad"] / COUNT_RAD))
+        table["max_position_limit"] = min(4095, CENTRE + round(limits["highest_rad"] / COUNT_RAD))
+
+    def _told_to_write(self, rest: bytes, length: int) -> Iterator[bytes]:
+        """What of a sync write is for this servo: of each id, so many bytes."""
+        for start in range(0, len(rest) - length, length + 1):
+            if rest[start] == self.table["id"]:
+                yield rest[start + 1 : start + 1 + length]
 
     def _move(self, until: float) -> None:
         """Let the axis move up to this instant."""

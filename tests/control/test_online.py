@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from idtool.control.load import compiled
+from idtool.control.load import Instant, compiled
 from idtool.control.online import OnlineModel
 from idtool.effects import registry
 from idtool.errors import InputError
@@ -60,15 +60,17 @@ def _totals(model: OnlineModel, motion: Motion) -> np.ndarray:
     return np.array(
         [
             model.update(
-                motion.time[k],
-                motion.step[k],
-                motion.position[k],
-                motion.velocity[k],
-                motion.acceleration[k],
-                0.4,
-                0.3,
-                -0.1,
-                motion.temperature[k],
+                Instant(
+                    motion.time[k],
+                    motion.step[k],
+                    motion.position[k],
+                    motion.velocity[k],
+                    motion.acceleration[k],
+                    0.4,
+                    0.3,
+                    -0.1,
+                    motion.temperature[k],
+                )
             ).total
             for k in range(len(motion))
         ]
@@ -107,7 +109,7 @@ def test_a_creeping_bristle_bends_by_what_the_axis_travels(speed: float) -> None
     """So slowly that an exponential would lose the digits."""
     model = OnlineModel(parameters(BENCH))
     for k in range(3):
-        model.update(0.01 * k, 0.01, 0.1 + 0.01 * k * speed, speed, 0.0, 0.0, 0.0, 0.0, None)
+        model.update(Instant(0.01 * k, 0.01, 0.1 + 0.01 * k * speed, speed))
     share = BENCH["bristle_stiffness"] * 0.02 * abs(speed) / BENCH["static"]  # of how far it can bend
     assert model.bristle == pytest.approx(0.02 * speed * (1.0 - 0.5 * share), rel=1e-9)
 
@@ -121,7 +123,7 @@ def test_a_file_without_a_bristle_acts_as_plain_friction() -> None:
     file = parameters(BENCH)
     model = OnlineModel(Parameters(file.axis, file.gravity_model, file.gravity, file.static))
     for k in range(50):
-        load = model.update(0.01 * k, 0.01, 0.003 * k, 0.3, 0.0, 0.0, 1.5707963267948966, 0.0, None)
+        load = model.update(Instant(0.01 * k, 0.01, 0.003 * k, 0.3, tilt_alpha=1.5707963267948966))
     steady = (
         BENCH["coulomb"] + (BENCH["static"] - BENCH["coulomb"]) * np.exp(-((0.3 / 0.09) ** 2)) + 0.3 * 0.08
     )
@@ -132,7 +134,7 @@ def test_an_arm_carries_its_weight_whatever_the_tilt_columns_say() -> None:
     """As in the batch model, whose regressors of an arm are sin q and cos q alone."""
     weight = {"sin": Parameter(0.3), "cos": Parameter(-0.1)}
     model = OnlineModel(replace(parameters(BENCH), gravity_model="arm", gravity=weight))
-    load = model.update(0.0, 0.01, 0.5, 0.0, 0.0, 0.0, 0.7, 0.2, None)
+    load = model.update(Instant(0.0, 0.01, 0.5, 0.0, tilt_alpha=0.7, tilt_beta=0.2))
     assert load.gravity == pytest.approx(0.3 * np.sin(0.5) - 0.1 * np.cos(0.5))
 
 
@@ -163,6 +165,15 @@ def test_an_effect_that_is_not_compiled_is_asked_by_its_own_class(
     assert not slow.uses(names[-1])
 
 
+def test_so_is_one_on_an_arm_that_is_tilted(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = "load_dependent_friction"
+    weight = {"sin": Parameter(0.3), "cos": Parameter(-0.1)}
+    file = replace(parameters(BENCH, **{name: EFFECTS[name]}), gravity_model="arm", gravity=weight)
+    fast = _totals(OnlineModel(file), _motion())
+    monkeypatch.setattr("idtool.control.load.compiled", lambda _: False)
+    np.testing.assert_allclose(_totals(OnlineModel(file), _motion()), fast, rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize("variable", ["position", "velocity", "acceleration", "temperature"])
 def test_a_correction_adds_what_it_adds_to_a_prediction(variable: str) -> None:
     motion = _motion()
@@ -188,8 +199,8 @@ def test_a_correction_with_a_direction_follows_the_bristle_at_rest() -> None:
     np.testing.assert_allclose(added[fast], correction(motion)[fast], rtol=0.05)
     assert np.all(np.abs(added) <= 0.05)
     for k in range(3):  # the axis comes to rest
-        held = with_it.update(9.97 + 0.01 * k, 0.01, 0.1, 0.0, 0.0, 0.4, 0.3, -0.1, None).effects
+        held = with_it.update(Instant(9.97 + 0.01 * k, 0.01, 0.1, 0.0, 0.0, 0.4, 0.3, -0.1)).effects
     for k, noise in enumerate((1e-9, -1e-9, 1e-9)):
-        again = with_it.update(10.0 + 0.01 * k, 0.01, 0.1, noise, 0.0, 0.4, 0.3, -0.1, None).effects
+        again = with_it.update(Instant(10.0 + 0.01 * k, 0.01, 0.1, noise, 0.0, 0.4, 0.3, -0.1)).effects
         assert again == pytest.approx(held, rel=1e-3)
     assert abs(held) > 0.01

@@ -87,10 +87,14 @@ def test_an_effect_in_the_file_pays(tmp_path: Path, name: str) -> None:
     assert idtool.rig.__file__ is not None
     text = (Path(idtool.rig.__file__).parent / "paper.toml").read_text(encoding="utf-8")
     (tmp_path / "plant.toml").write_text(f'{text}\n[[effects]]\nname = "{name}"\n{lines}\n', encoding="utf-8")
+
+    def most(figures: TeachFigures) -> float:
+        return max(push.peak_torque for push in figures.pushes)
+
     base = guide(f"sim:{tmp_path}/plant.toml", printed(), 1, stiff=True)
     extended = guide(f"sim:{tmp_path}/plant.toml", printed(**{name: numbers}), 1, stiff=True)
     assert extended.estimate_rmse < 0.6 * base.estimate_rmse
-    assert extended.peak_force() <= base.peak_force()
+    assert most(extended) <= most(base)
 
 
 def test_a_hand_that_leans_on_the_end_of_the_stroke_is_held() -> None:

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from idtool import Log
+from idtool.control.load import Instant
 from idtool.control.online import OnlineModel
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
@@ -103,22 +104,14 @@ def test_the_controller_takes_it_off() -> None:
         model.bristle_stiffness,
         model.bristle_damping,
     )
-    weight = model.gravity(0.0, 0.0, 1.0)
+    weight = model.gravity(0.0, 0.0)
     wanted = predict(
         m, friction, Contribution(torque=weight, gain_change=effect.gain_change), np.zeros(1), settled=False
     )
     for k in range(len(m)):
         step = 0.0 if k == 0 else float(time[k] - time[k - 1])
         load = model.update(
-            float(time[k]),
-            step,
-            float(position[k]),
-            float(velocity[k]),
-            float(acceleration[k]),
-            0,
-            0,
-            0,
-            None,
+            Instant(float(time[k]), step, float(position[k]), float(velocity[k]), float(acceleration[k]))
         )
         assert load.arriving(float(wanted.torque[k])) == pytest.approx(load.total, rel=1e-9, abs=1e-12)
 

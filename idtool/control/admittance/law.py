@@ -14,7 +14,7 @@ from idtool.control.admittance.states import GUIDING, ORDER, RESTING
 from idtool.control.guard import Limits, Measurement
 from idtool.control.law import Law
 from idtool.control.online import OnlineModel
-from idtool.control.sensing import DelayLine
+from idtool.control.sensing import Remainder
 
 #: Share of the friction level that a bristle at rest may hold without our knowing, as a standard deviation:
 #: what is anywhere between -1 and 1 has 0.58.
@@ -83,7 +83,7 @@ class AdmittanceLaw(Law):
         self.constants = constants_of(_axis(model, limits, period, resolution, self.rest_speed, settings))
         self._constants, self._states = np.array([self.constants]), np.zeros(1, kernel.STATE)
         self._s: Any = self._states[0]
-        self._line = DelayLine()
+        self._remainder = Remainder(model, period)
         self.reset()
 
     def reset(self) -> None:
@@ -94,8 +94,7 @@ class AdmittanceLaw(Law):
     def begin(self, position: float) -> None:
         """The bristle is unknown, what was learned of load and friction still holds."""
         self.model.reset()
-        self._line.clear()
-        self._last: Measurement | None = None
+        self._remainder.clear()
         kernel.begin(self.constants, self._s, position)
         self._tell()
 
@@ -144,32 +143,10 @@ class AdmittanceLaw(Law):
 
     def raw_command(self, sample: Measurement) -> float:
         """One sample: the command before its limits."""
-        last = self._last or sample
-        self._last = sample
-        step = sample.time - last.time
-        step = step if step > 0.0 else self.period
+        self._remainder.take(sample)
         change, seen = kernel.watch_in(self._constants, self._states, sample.velocity)
-        load = self.model.update(
-            sample.time,
-            step,
-            sample.position,
-            seen,
-            change / step,
-            sample.payload,
-            sample.tilt_alpha,
-            sample.tilt_beta,
-            sample.temperature,
-            sample.position - last.position,
-        )
-        motor = load.arriving(self.model.torque_constant * sample.current)
-        carried = load.total
-        if load.delay > 0.0:
-            motor = self._line.delayed(sample.time, motor, load.delay)
-        elif load.delay < 0.0:
-            carried = self._line.delayed(sample.time, carried, -load.delay)
-        plain = carried - motor
-        if not math.isfinite(plain):
-            plain = 0.0  # only a file edited into absurdity gets here
+        plain = self._remainder.torque(sample, seen, change / self._remainder.step)
+        load = self.model.load
         command = kernel.act_in(
             self._constants, self._states, sample.position, sample.velocity, sample.current,
             plain, load.elastic, load.damping, load.kept,

@@ -30,6 +30,7 @@ from idtool.control.admittance.constants import CONSTANTS
 from idtool.control.admittance.law import AdmittanceLaw
 from idtool.control.admittance.states import RESTING, TARING
 from idtool.control.force_free import COMMAND_GAIN, ForceFreeController
+from idtool.control.load import Instant
 from idtool.control.online import OnlineModel
 from idtool.errors import InputError
 from idtool.model import stribeck
@@ -225,7 +226,7 @@ def uncertainty_after_tare(parameters: Parameters, speed: float, period: float) 
         angle = float(c["tare_turn"]) * k
         now = 0.5 * law.settings.tare_travel * (1.0 - math.cos(angle))
         pace = float(c["tare_top"]) * math.sin(angle)
-        load = model.update(k * period, period, now, pace, 0.0, 0.0, 0.0, 0.0, None, now - place)
+        load = model.update(Instant(k * period, period, now, pace, travel=now - place))
         kernel.act(c, s, now, pace, 0.0, 0.0, load.elastic, load.damping, load.kept)
         place, k = now, k + 1
     s["unexplained"] = _UNEXPLAINED * law.settings.noise
@@ -233,7 +234,7 @@ def uncertainty_after_tare(parameters: Parameters, speed: float, period: float) 
     worst = 0.0
     for j in range(round(1.0 / period)):
         place += speed * period
-        load = model.update((k + j) * period, period, place, speed, 0.0, 0.0, 0.0, 0.0, None, speed * period)
+        load = model.update(Instant((k + j) * period, period, place, speed, travel=speed * period))
         s["elastic"], s["damping"] = load.elastic, load.damping
         worst = max(worst, float(kernel.uncertainty(c, s)))
     return worst

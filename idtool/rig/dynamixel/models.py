@@ -19,6 +19,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from idtool.rig.faults import in_words
+
 #: rad/s per unit of velocity: 0.229 rev/min.
 SPEED_UNIT = 0.229 * 2.0 * math.pi / 60.0
 #: rad/s2 per unit of profile acceleration: 214.577 rev/min2.
@@ -145,5 +147,4 @@ def hardware_error_text(bits: int) -> str:
     >>> hardware_error_text(0x24)
     'overheating, overload'
     """
-    words = [text for bit, text in HARDWARE_ERRORS.items() if bits & bit]
-    return ", ".join(words) or f"unknown error 0x{bits:02x}"
+    return in_words(bits, HARDWARE_ERRORS)

@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from idtool.rig.bus.servo import COUNT_RAD
+from idtool.rig.faults import in_words
 
 #: rad/s per count a second.
 SPEED_UNIT = COUNT_RAD
@@ -104,5 +105,4 @@ def error_text(bits: int) -> str:
     >>> error_text(0x24)
     'overheating, overload'
     """
-    words = [text for bit, text in ERRORS.items() if bits & bit]
-    return ", ".join(words) or f"unknown error 0x{bits:02x}"
+    return in_words(bits, ERRORS)

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 
 from idtool.rig import plant
 from idtool.virtual_servo.axis import Drive, VirtualAxis
-from idtool.virtual_servo.base import VirtualServo
+from idtool.virtual_servo.base import CENTRE, COUNT_RAD, VirtualServo
 from idtool.virtual_servo.dynamixel.families import FAMILIES
 from idtool.virtual_servo.dynamixel.packet import BROADCAST, STATUS, Damaged, Decoder, Packet, encode
 from idtool.virtual_servo.dynamixel.table import (
@@ -30,12 +31,9 @@ SYNC_READ, SYNC_WRITE = 0x82, 0x83
 
 ALERT = 0x80
 
-COUNT_RAD = 2.0 * math.pi / 4096
 SPEED_UNIT = 0.229 * 2.0 * math.pi / 60.0
 ACCELERATION_UNIT = 214.577 * 2.0 * math.pi / 3600.0
 PWM_FULL = 885
-#: Position of the middle of a turn, counts: zero of the simulated axis.
-CENTRE = 2048
 WATCHDOG_S = 0.02
 BAUD_RATES = {0: 9600, 1: 57600, 2: 115200, 3: 1_000_000, 4: 2_000_000, 5: 3_000_000, 6: 4_000_000}
 
@@ -62,11 +60,9 @@ class VirtualDynamixel(VirtualServo):
     def __init__(
         self, axis: VirtualAxis, *, id: int = 1, model: int = 1150, baud: int = 57600, now: float = 0.0
     ) -> None:
-        super().__init__(axis, Decoder(), now)
         self.family = FAMILIES[model]
-        self.table = ControlTable(self.family)
+        super().__init__(axis, Decoder(), ControlTable(self.family), id=id, baud=baud, now=now)
         self._began = now
-        self._registered: tuple[int, bytes] | None = None
         self._do: dict[int, Callable[[bytes], bytes]] = {
             PING: self._ping,
             READ: self._read,
@@ -76,10 +72,7 @@ class VirtualDynamixel(VirtualServo):
             REBOOT: self._reboot,
         }
         table, limits = self.table, axis.file.limits
-        table["model_number"], table["id"] = model, id
-        table["baud_rate"] = next(code for code, rate in BAUD_RATES.items() if rate == baud)
-        table["min_position_limit"] = max(0, CENTRE + round(limits["lowest_rad"] / COUNT_RAD))
-        table["max_position_limit"] = min(4095, CENTRE + round(limits["highest_rad"] / COUNT_RAD))
+        table["model_number"] = model
         table["velocity_limit"] = math.ceil(limits["speed_rad_s"] / SPEED_UNIT)
         table["present_input_voltage"] = round(10.0 * axis.file.motor.supply)
         if self.family.senses != "load":
@@ -180,12 +173,9 @@ class VirtualDynamixel(VirtualServo):
                 return [self._status(0, self._read(packet.parameters[:4]))]
             except Refused as refusal:
                 return [self._status(refusal.code)]
-        for start in range(0, len(rest) - length, length + 1):
-            if rest[start] == self.table["id"]:
-                try:
-                    self._store(address, rest[start + 1 : start + 1 + length])
-                except Refused:
-                    return []  # nobody answers a sync write
+        with suppress(Refused):  # nobody answers a sync write
+            for data in self._told_to_write(rest, length):
+                self._store(address, data)
         return []
 
     def _write(self, parameters: bytes) -> bytes:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from idtool.virtual_servo.dynamixel.families import Family
+from idtool.virtual_servo.entry import Entry
 
 #: Below this address the table is EEPROM and locked while the torque is on.
 EEPROM_END = 64
@@ -33,22 +34,9 @@ class Refused(Exception):  # noqa: N818 (an answer of the servo, not a fault of 
 
 
 @dataclass(frozen=True)
-class Field:
-    """One entry.
+class Field(Entry):
+    """An entry; `signed`: two's complement."""
 
-    Attributes:
-        address, size: where, bytes.
-        writable: RW, else R.
-        initial: value after switching on.
-        range: lowest and highest value that may be written, None for whatever fits.
-        signed: two's complement.
-    """
-
-    address: int
-    size: int
-    writable: bool = True
-    initial: int = 0
-    range: tuple[int, int] | None = None
     signed: bool = False
 
 

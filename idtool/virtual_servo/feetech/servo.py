@@ -12,20 +12,17 @@ from collections.abc import Callable
 
 from idtool.rig import plant
 from idtool.virtual_servo.axis import Drive, VirtualAxis
-from idtool.virtual_servo.base import VirtualServo
+from idtool.virtual_servo.base import CENTRE, COUNT_RAD, VirtualServo
 from idtool.virtual_servo.feetech.packet import BROADCAST, Decoder, Packet, encode
 from idtool.virtual_servo.feetech.table import MemoryTable
 
 PING, READ, WRITE, REG_WRITE, ACTION, SYNC_READ, SYNC_WRITE = 0x01, 0x02, 0x03, 0x04, 0x05, 0x82, 0x83
 
-COUNT_RAD = 2.0 * math.pi / 4096
 #: rad/s2 per unit of acceleration.
 ACCELERATION_UNIT = 100 * COUNT_RAD
 CURRENT_UNIT = 6.5e-3
 #: Bit of the phase byte that makes the unit of speed a count a second, and what it is without.
 FINE_SPEED_BIT, COARSE = 0x04, 50
-#: Position of the middle of a turn, counts: zero of the simulated axis.
-CENTRE = 2048
 BAUD_RATES = {0: 1_000_000, 1: 500_000, 2: 250_000, 3: 128_000, 4: 115_200, 5: 76_800, 6: 57_600, 7: 38_400}
 POSITION, SPEED = 0, 1
 
@@ -50,9 +47,7 @@ class VirtualFeetech(VirtualServo):
     def __init__(
         self, axis: VirtualAxis, *, id: int = 1, model: int = 777, baud: int = 1_000_000, now: float = 0.0
     ) -> None:
-        super().__init__(axis, Decoder(), now)
-        self.table = MemoryTable()
-        self._registered: tuple[int, bytes] | None = None
+        super().__init__(axis, Decoder(), MemoryTable(), id=id, baud=baud, now=now)
         self._do: dict[int, Callable[[bytes], bytes]] = {
             PING: lambda _: b"",
             READ: self._read,
@@ -60,12 +55,8 @@ class VirtualFeetech(VirtualServo):
             REG_WRITE: self._register,
             ACTION: self._act,
         }
-        table, limits = self.table, axis.file.limits
-        table["model"], table["id"] = model, id
-        table["baud_rate"] = next(code for code, rate in BAUD_RATES.items() if rate == baud)
-        table["min_position_limit"] = max(0, CENTRE + round(limits["lowest_rad"] / COUNT_RAD))
-        table["max_position_limit"] = min(4095, CENTRE + round(limits["highest_rad"] / COUNT_RAD))
-        table.store()
+        self.table["model"] = model
+        self.table.store()
         self._measure()
 
     @property
@@ -146,9 +137,8 @@ class VirtualFeetech(VirtualServo):
         rest = packet.parameters[2:]
         if packet.code == SYNC_READ:
             return [self._status(self._read(packet.parameters[:2]))] if self.table["id"] in rest else []
-        for start in range(0, len(rest) - length, length + 1):
-            if rest[start] == self.table["id"]:
-                self._store(address, rest[start + 1 : start + 1 + length])
+        for data in self._told_to_write(rest, length):
+            self._store(address, data)
         return []
 
     def _write(self, parameters: bytes) -> bytes:

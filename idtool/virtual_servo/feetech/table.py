@@ -10,28 +10,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from idtool.virtual_servo.entry import Entry
+
 #: Registers below this keep their value without power (Feetech, STS3215 memory table).
 EEPROM_END = 40
 SIZE = 87
 
 
 @dataclass(frozen=True)
-class Field:
-    """One entry.
+class Field(Entry):
+    """An entry; `sign`: the bit of the sign, if it has one."""
 
-    Attributes:
-        address, size: where, bytes.
-        writable: RW, else R.
-        initial: value after switching on.
-        range: lowest and highest value that is kept, None for whatever fits.
-        sign: the bit of the sign, if it has one.
-    """
-
-    address: int
-    size: int
-    writable: bool = True
-    initial: int = 0
-    range: tuple[int, int] | None = None
     sign: int | None = None
 
 
