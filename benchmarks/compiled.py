@@ -57,7 +57,7 @@ class Library:
         start: Array,
         dlog_rho: Array,
     ) -> tuple[Array, Array, Array]:
-        """As `idtool.model.lugre.propagate_tangents`."""
+        """As `benchmarks.kernel.tangents`."""
         z, decay = np.empty(len(velocity)), np.empty(len(velocity))
         kept, sensitivity, tangents = np.empty_like(z), np.empty_like(z), np.empty_like(dlog_rho)
         arrays = (velocity, step, rho, first, start, dlog_rho, kept, sensitivity, z, decay, tangents)

@@ -9,7 +9,8 @@ from benchmarks.sessions import repeated
 from benchmarks.table import Goal, Section, seconds
 from benchmarks.timing import once
 from idtool import Log
-from idtool.verbs.identify import Identification, identify
+from idtool.verbs.identification import Identification
+from idtool.verbs.identify import identify
 from testbench.cases import disturb
 from testbench.plants import Plant, record_session
 

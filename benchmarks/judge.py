@@ -38,7 +38,7 @@ def common_cost(
 def counted() -> Iterator[dict[str, int]]:
     """Count how often the bristle is propagated, plain and with tangents, while the block runs."""
     count = {"plain": 0, "tangents": 0}
-    plain, tangents = lugre.propagate, lugre.propagate_tangents
+    plain, tangents = lugre.propagate, lugre.propagate_blocks
 
     def count_plain(*arguments: Any) -> Any:
         count["plain"] += 1
@@ -48,8 +48,8 @@ def counted() -> Iterator[dict[str, int]]:
         count["tangents"] += 1
         return tangents(*arguments)
 
-    lugre.propagate, lugre.propagate_tangents = count_plain, count_tangents
+    lugre.propagate, lugre.propagate_blocks = count_plain, count_tangents
     try:
         yield count
     finally:
-        lugre.propagate, lugre.propagate_tangents = plain, tangents
+        lugre.propagate, lugre.propagate_blocks = plain, tangents

@@ -36,7 +36,7 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
     plain = (velocity, step, rho, first, start)
     tasks: dict[str, Callable[[], object]] = {
         "numba": lambda: lugre.propagate(*plain),
-        "numba, tangents": lambda: _tangents(plain, columns),
+        "numba, tangents": lambda: tangents(plain, columns),
     }
     section = Section(
         "The compiled LuGre step",
@@ -68,7 +68,7 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
         worst = max(
             float(np.max(np.abs(ours - theirs)))
             for ours, theirs in zip(
-                _tangents(plain, columns),
+                tangents(plain, columns),
                 usual.propagate_tangents(*plain, columns),
                 strict=True,
             )
@@ -108,7 +108,11 @@ def _judge(section: Section, rates: dict[str, float], lanes: str) -> None:
         )
 
 
-def _tangents(plain: tuple[Any, ...], columns: Array) -> tuple[Array, Array, Array]:
-    """Deflection, decay and the derivatives along every parameter, shape (parameters, rows)."""
-    z, decay, tangent = lugre.propagate_tangents(*plain)
-    return z, decay, tangent(columns)
+def tangents(plain: tuple[Any, ...], columns: Array) -> tuple[Array, Array, Array]:
+    """Deflection, decay and, of derivatives of ln(rho) over each step with respect to up to `lugre.BLOCK`
+    parameters, those of the deflection, shape (parameters, rows) both."""
+    z, decay, add = lugre.propagate_blocks(*plain)
+    given, found = np.zeros((2, lugre.BLOCK, len(z)))
+    given[: len(columns)] = columns
+    add(given, np.ones(len(z)), found)
+    return z, decay, found[: len(columns)]

@@ -37,7 +37,8 @@ _WORK = (
     ("— differentiations", "model.py", "differentiate"),
     ("the filter, anywhere", "recording.py", "filtered"),
     ("the compiled LuGre step, anywhere", "lugre.py", "propagate"),
-    ("", "lugre.py", "propagate_tangents"),
+    ("", "lugre.py", "propagate_blocks"),
+    ("", "lugre.py", "tangents"),
 )
 
 

@@ -36,7 +36,7 @@ from idtool.signals import smoother
 ones = np.ones(60)
 first = np.arange(60) == 0
 lugre.propagate(ones, ones, ones, first, np.zeros(1))
-lugre.propagate_tangents(ones, ones, ones, first, np.zeros(1))[2](ones[None])
+lugre.propagate_blocks(ones, ones, ones, first, np.zeros(1))[2](np.ones((4, 60)), ones, np.zeros((4, 60)))
 t = 0.01 * np.arange(60)
 smoother.smooth(t, np.sin(t), np.cos(t), first)
 print(time.perf_counter() - began)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from idtool.parameters import Parameters
-    from idtool.verbs.identify import Identification
+    from idtool.verbs.identification import Identification
 
 #: The undeclared effect of the demo: the plant file's name among the package's data.
 _PLANT = "demo_rig.toml"
@@ -109,7 +109,7 @@ def _guide(rig: str, result: Identification, seed: int) -> dict[str, dict[str, A
     from idtool.guiding.session import limits_of, teach
     from idtool.rig import open_rig
     from idtool.rig.base import TrialSetup
-    from idtool.verbs.identify import parameters_of
+    from idtool.verbs.identification import parameters_of
 
     extended = result.parameters
     base = replace(parameters_of(result.evidence.base), effects=())

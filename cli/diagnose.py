@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from idtool.parameters import Parameters
-    from idtool.verbs.identify import Identification
+    from idtool.verbs.identification import Identification
 
 gravity_option = click.option(
     "--gravity",

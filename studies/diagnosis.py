@@ -23,7 +23,8 @@ from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.log import Log
 from idtool.signals import record as as_recording
-from idtool.verbs.identify import begin, parameters_of
+from idtool.verbs.identification import parameters_of
+from idtool.verbs.identify import begin
 from idtool.verbs.predict import predict
 from testbench.diagnosis_cases import AXES, Case, cases, record
 from testbench.judging import absurdities

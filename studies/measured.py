@@ -31,7 +31,8 @@ from idtool.io.atomic import atomic_write
 from idtool.log import Log
 from idtool.model.motion import Array
 from idtool.parameters import Parameters
-from idtool.verbs.identify import Identification, identify
+from idtool.verbs.identification import Identification
+from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
 from pages.measured import page
 from testbench import emps

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from idtool.verbs.identify import Identification
+from idtool.verbs.identification import Identification
 
 Read = Callable[[Identification], str]
 

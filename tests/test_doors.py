@@ -38,7 +38,8 @@ from idtool.report import write_report
 from idtool.report.result_folder import write_results
 from idtool.rig import forms, open_rig
 from idtool.signals import record
-from idtool.verbs.identify import Identification, begin, identify
+from idtool.verbs.identification import Identification
+from idtool.verbs.identify import begin, identify
 from idtool.verbs.predict import predict
 from testbench.imbalance import COSINE, SINE, pulled
 

@@ -10,7 +10,7 @@ import pytest
 
 from idtool import Log, identify
 from idtool.importing import import_recording
-from idtool.verbs.identify import Identification
+from idtool.verbs.identification import Identification
 from idtool.verbs.predict import predict
 from testbench.emps import counted, models
 from testbench.regression import held_out, moving, relative

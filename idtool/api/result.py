@@ -15,7 +15,7 @@ from idtool.diagnosis.summary import found, summary_lines
 from idtool.errors import InputError, nearest
 from idtool.parameters import EffectEntry
 from idtool.simulation.stage import Source
-from idtool.verbs.identify import Identification
+from idtool.verbs.identification import Identification
 from idtool.verbs.predict import Prediction, predict
 from idtool.verbs.simulate import Simulation, simulate
 

@@ -38,10 +38,11 @@ from idtool.control.guard import Fault, Guard, Limits, Measurement, State, Statu
 from idtool.control.law import WORDS, Law
 from idtool.control.online import OnlineModel
 from idtool.control.paper import PaperLaw, PaperSettings
-from idtool.control.rest_load import RestLoad, Uncertainty, gravity_error
+from idtool.control.rest_load import RestLoad
 from idtool.control.session_limits import SessionLimits
+from idtool.control.uncertainty import at_rest, of_friction, per_kilogram
 from idtool.errors import InputError, nearest
-from idtool.parameters import CONTROLLER_MODES, Controller, Parameter, Parameters
+from idtool.parameters import CONTROLLER_MODES, Controller, Parameters
 from idtool.parameters.correction import Correction
 
 #: The paper's gains (its Table 5): K_r in s, K_c in rad/s per N m. On a linear axis the yielding that
@@ -144,8 +145,8 @@ class ForceFreeController:
         noise = READING_NOISE[parameters.axis.reading] * self.model.torque_constant
         least = 0.3 * self.model.friction_bound if self.mode == "paper" else CONSTANTS["start"].value * noise
         self.start_torque = start_torque or chosen.start_torque or least
-        uncertainty = _rest_uncertainty(
-            parameters, self.model, friction_uncertainty, payload_uncertainty_kg, noise
+        uncertainty = at_rest(
+            parameters, self.model.friction_bound, friction_uncertainty, payload_uncertainty_kg, noise
         )
         common = (self.model, self.limits, self.period, self.resolution)
         self.law: Law
@@ -153,7 +154,7 @@ class ForceFreeController:
             settings = AdmittanceSettings(
                 gain=self.loop_gain,
                 start_torque=self.start_torque,
-                **_friction_uncertainties(parameters, friction_uncertainty),
+                **of_friction(parameters, friction_uncertainty),
                 load=PAYLOAD_SIGMA * uncertainty.payload,
                 refuse=uncertainty.payload or math.inf,
                 noise=noise,
@@ -161,7 +162,7 @@ class ForceFreeController:
                 settle=settle_s,
                 tare_travel=TARE_TRAVEL[kind],
                 tare_speed=TARE_SPEED[kind],
-                per_kilogram=_per_kilogram(parameters).value,
+                per_kilogram=per_kilogram(parameters).value,
             )
             self.law = AdmittanceLaw(*common, settings)
         else:
@@ -346,54 +347,6 @@ class ForceFreeController:
             return f"{self._fault.message}; {held}; call recover() to go on"
         cut = self._limited + self.law.limited
         return WORDS[self._around.state] + (f", cut by the limit of {', '.join(cut)}" if cut else "")
-
-
-def _per_kilogram(parameters: Parameters) -> Parameter:
-    """Gravity per kilogram of payload; 0 where the file has none."""
-    return parameters.gravity.get("per_payload", Parameter(0.0))
-
-
-def _rest_uncertainty(
-    parameters: Parameters, model: OnlineModel, friction: float, payload_kg: float, noise: float
-) -> Uncertainty:
-    """What the load and the friction at rest may be off by; `friction` is relative."""
-    per_payload = _per_kilogram(parameters)
-    return Uncertainty(
-        gravity=gravity_error(parameters.gravity),
-        payload=payload_kg * abs(per_payload.value),
-        per_payload=per_payload.stderr or 0.0,
-        friction=_uncertainty_of(parameters, "coulomb", friction) * model.friction_bound,
-        noise=noise,
-    )
-
-
-def _friction_uncertainties(parameters: Parameters, usual: float) -> dict[str, float]:
-    """Those of the admittance law's friction: level and damping relative, Stribeck part in N m (N)."""
-    levels = (_fit_error(parameters, name, usual) for name in ("coulomb", "static"))
-    return {
-        "level": _uncertainty_of(parameters, "coulomb", usual),
-        "damping": _uncertainty_of(parameters, "viscous", usual),
-        "stribeck": math.hypot(*levels),
-    }
-
-
-def _uncertainty_of(parameters: Parameters, name: str, usual: float) -> float:
-    """Relative standard deviation of a friction parameter: what it changes by, and the fit's own."""
-    parameter = parameters.static[name]
-    fit = _of_fit(parameter) / parameter.value if parameter.value > 0.0 else 0.0
-    return math.hypot(usual, min(fit, 1.0))
-
-
-def _of_fit(parameter: Parameter) -> float:
-    """Standard error of a parameter of friction; all of one that the data do not determine."""
-    return (parameter.stderr or 0.0) if parameter.known else abs(parameter.value)
-
-
-def _fit_error(parameters: Parameters, name: str, usual: float) -> float:
-    """Standard deviation of a friction level's fit, N m (N); no more than the level's usual change."""
-    most = usual * parameters.static["coulomb"].value
-    fit = _of_fit(parameters.static[name])
-    return fit * most / math.hypot(fit, most) if fit > 0.0 else 0.0
 
 
 def _float(value: Any) -> float:

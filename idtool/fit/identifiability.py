@@ -8,20 +8,19 @@ and the run that would show them. The flags of the parameter file follow from th
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from idtool.fit.joint import JointFit
 from idtool.fit.lever import odd_lever
-from idtool.fit.model import LOGARITHMIC
 from idtool.fit.next_sweep import long_sweep, slow_sweep
 from idtool.fit.shortcoming import PARTS, Limits, Shortcoming
+from idtool.fit.vague import at_bound, carried, is_vague, vague
 from idtool.fit.windows import Window, steady_windows
 from idtool.log.repair import SATURATED
 from idtool.model.units import unit_text
-from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
-from idtool.presentation.text import quantity
+from idtool.parameters import DYNAMIC
 from idtool.signals import Recording
 from idtool.signals.coverage import (
     MOVING,
@@ -31,8 +30,16 @@ from idtool.signals.coverage import (
     stretches,
 )
 
-#: A parameter whose relative standard error is above this is not determined by the data.
-_TOO_VAGUE = 0.5
+__all__ = [
+    "is_vague",
+    "low_speeds",
+    "no_reversal",
+    "presliding",
+    "shortcomings",
+    "stribeck_seen",
+    "undetermined",
+]
+
 #: A difference of the two friction levels below this many standard errors is no Stribeck effect.
 _NO_STRIBECK = 2.0
 #: Presliding travel below this many steps of the position reading gives sigma0 a lower bound only.
@@ -47,8 +54,6 @@ _LOW_WINDOWS = 5.0
 #: where this share of the rows has it.
 _ALIKE = 0.15
 _HARDLY_OTHER = 0.8
-#: Parameters whose errors are judged here.
-_JUDGED = (*STATIC, *DYNAMIC, "inertia.inertia")
 #: Effects that look like friction in one direction.
 _ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
 #: An axis whose speed falls below this share of the top speed of its trial starts, stops or turns there.
@@ -205,12 +210,6 @@ def stribeck_seen(fit: JointFit) -> bool:
     return abs(float(apart)) > _NO_STRIBECK * spread
 
 
-def _error(fit: JointFit, name: str) -> float:
-    """Standard error of a coordinate; of a logarithmic one it is relative."""
-    i = fit.model.names.index(name)
-    return math.sqrt(max(float(fit.covariance[i, i]), 0.0))
-
-
 def _passes_low_speeds(fit: JointFit) -> bool:
     """Whether the axis stays at low speeds for longer than the filter blurs."""
     recording = fit.model.recording
@@ -296,146 +295,3 @@ def saturated(recording: Recording) -> Shortcoming | None:
         f"the {what} is saturated, or within its noise of that, on {rows} rows, which were left out",
         "move more slowly or with less payload, or widen the current's range",
     )
-
-
-def at_bound(fit: JointFit) -> Shortcoming | None:
-    """Parameters that ran to a bound of their range."""
-    stuck = [name for name in fit.model.names if fit.at_bound[name] and name not in fit.held]
-    if not stuck:
-        return None
-    named = tuple(_in_file(name, fit) for name in stuck)
-    if {"coulomb", "static"} & set(stuck) and "stribeck_velocity" in fit.model.names:
-        named = tuple(dict.fromkeys((*named, "static.stribeck_velocity")))  # between two levels, or none
-    words = ", ".join(quantity(name).replace(".", ": ") for name in stuck)
-    parts = tuple(dict.fromkeys(name.split(".")[0] for name in named))
-    verb = (
-        "sits at the bound of its range and is" if len(stuck) == 1 else "sit at bounds of their range and are"
-    )
-    return Shortcoming(
-        "at_bound",
-        parts,
-        named,
-        f"{words} {verb} not found",
-        "do not use the number (an effect that the model lacks can do this: `ffc-id identify` looks for one)",
-        by_error=True,
-        limits={_in_file(name, fit): _from_bound(fit, name) for name in stuck},
-    )
-
-
-def carried(fit: JointFit, told: Collection[str] = ()) -> Shortcoming | None:
-    """Parameters that would leave their intervals if one that sits at a bound were as far from it as the data
-    allow: their errors, which take it for known there, say too little.
-
-    Args:
-        fit: any fit.
-        told: parameters of which something else was said already.
-    """
-    stuck = [name for name in fit.model.names if fit.at_bound[name] and name not in fit.held]
-    free = [name for name, is_free in zip(fit.model.names, fit.free, strict=True) if is_free]
-    found: dict[str, str] = {}
-    for name in stuck:
-        reach = fit.reach_from_bound(name)
-        if not math.isfinite(reach):
-            continue
-        column = fit.jacobian[:, fit.model.names.index(name)]
-        moves = reach * np.abs(np.linalg.lstsq(fit.jacobian[:, fit.free], column, rcond=None)[0])
-        for other, moved in zip(free, moves.tolist(), strict=True):
-            half = float(fit.quantile[fit.model.names.index(other)]) * _error(fit, other)
-            if moved > half and other in _JUDGED and _in_file(other, fit) not in told:
-                found.setdefault(_in_file(other, fit), name)
-    if not found:
-        return None
-    words = ", ".join(quantity(name.removeprefix("effects.").rpartition(".")[2]) for name in found)
-    them = ", ".join(dict.fromkeys(quantity(name.partition(".")[0]) for name in found.values()))
-    return Shortcoming(
-        "carried",
-        tuple(dict.fromkeys(name.partition(".")[0] for name in found)),
-        tuple(found),
-        f"{words}: cannot be told from {them}, which is not found",
-        "give runs at several speeds and with reversals too (`ffc-id run-sweep -o sweep.csv`)",
-        "ffc-id run-sweep",
-        by_error=True,
-    )
-
-
-def _from_bound(fit: JointFit, name: str) -> Limits:
-    """The most of a parameter at the lower end of its range, or the least of one at the upper end."""
-    i = fit.model.names.index(name)
-    low, high = (float(bound[i]) for bound in fit.model.bounds)
-    x, value = float(fit.x[i]), fit.values[name]
-    reach = fit.reach_from_bound(name)
-    if not reach < high - low:
-        return None, None
-    if name in LOGARITHMIC:  # near an end a level goes as itself, and a stiffness as its compliance
-        ends = value / (1.0 + reach), value * (1.0 + reach)
-    else:
-        ends = value - reach, value + reach
-    return (None, ends[1]) if x - low < high - x else (ends[0], None)
-
-
-def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
-    """Parameters of friction, and an inertia, whose error is about as large as they are.
-
-    Args:
-        fit: any fit.
-        told: parameters of which something else was said already.
-    """
-    found = []
-    groups = (
-        ("static", STATIC, "run-sweep"),
-        ("dynamic", DYNAMIC, "run-sine"),
-        ("effects", ("inertia.inertia",), "run-sine"),
-    )
-    for part, names, command in groups:
-        lacking = [
-            name
-            for name in names
-            if name in fit.model.names and _in_file(name, fit) not in told and is_vague(fit, name)
-        ]
-        if lacking:
-            words = ", ".join(quantity(name.partition(".")[0]) for name in lacking)
-            experiment = command.removeprefix("run-")
-            found.append(
-                Shortcoming(
-                    f"vague_{part}",
-                    (part,),
-                    tuple(_in_file(name, fit) for name in lacking),
-                    f"{words}: the error is about as large as the value",
-                    f"give a longer {experiment} too (`ffc-id {command} -o {experiment}.csv`)",
-                    f"ffc-id {command}",
-                    by_error=True,
-                    limits={_in_file(name, fit): (None, _highest(fit, name)) for name in lacking},
-                )
-            )
-    return found
-
-
-def _highest(fit: JointFit, name: str) -> float | None:
-    """The upper end of a parameter's 95 % interval."""
-    i = fit.model.names.index(name)
-    end = fit.x[i] + fit.quantile[i] * _error(fit, name)
-    return (
-        None
-        if end > fit.model.bounds[1][i]
-        else fit.model.values(np.where(np.arange(len(fit.x)) == i, end, fit.x))[name]
-    )
-
-
-def is_vague(fit: JointFit, name: str) -> bool:
-    """Whether a friction parameter's standard error is a large part of it."""
-    if fit.at_bound[name] or name in fit.held:
-        return False
-    size = 1.0 if name in LOGARITHMIC else abs(fit.values[name])
-    return _error(fit, name) >= _TOO_VAGUE * size
-
-
-def _in_file(name: str, fit: JointFit) -> str:
-    if name in STATIC:
-        return f"static.{name}"
-    if name in DYNAMIC:
-        return f"dynamic.{name}"
-    owner, _, column = name.partition(".")
-    model = fit.model.spec.gravity
-    if owner == "gravity" and model and column in GRAVITY_MODELS[model]:
-        return name
-    return f"effects.{owner}"

@@ -250,32 +250,5 @@ def propagate_blocks(
     return z, decay, tangents
 
 
-def propagate_tangents(
-    velocity: Array,
-    step: Array,
-    rho: Array,
-    first: NDArray[np.bool_],
-    start: Array,
-    restart: NDArray[np.bool_] | None = None,
-) -> tuple[Array, Array, Callable[[Array], Array]]:
-    """As `propagate`, with derivatives.
-
-    Returns:
-        z, decay, and a function from the derivatives of ln(rho) over each step with respect to parameters to
-        those of z, shape (parameters, rows) both.
-    """
-    z, decay, add = propagate_blocks(velocity, step, rho, first, start, restart)
-
-    def tangents(dlog_rho: Array) -> Array:
-        blocks = -(-len(dlog_rho) // BLOCK)
-        padded, out = np.zeros((2, blocks, BLOCK, len(z)))
-        padded.reshape(-1, len(z))[: len(dlog_rho)] = dlog_rho
-        for given, found in zip(padded, out, strict=True):
-            add(given, np.ones(len(z)), found)
-        return np.asarray(out.reshape(-1, len(z))[: len(dlog_rho)])
-
-    return z, decay, tangents
-
-
 def _nowhere(first: NDArray[np.bool_], restart: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
     return np.zeros(len(first), dtype=bool) if restart is None else restart

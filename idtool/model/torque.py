@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -18,17 +18,15 @@ from numpy.typing import NDArray
 
 from idtool.model import lugre
 from idtool.model.contribution import Contribution, Term, is_zero
-from idtool.model.jit import jit
+from idtool.model.finished import Finished
 from idtool.model.motion import Array, Motion
 from idtool.model.stribeck import EXPONENT
 
 #: The friction level never falls below this share of its plain value, whatever effects do to it.
 _LEVEL_FLOOR = 0.02
-#: ... nor the torque per current below this share of the plain one.
-_LEAST_GAIN = 0.2
 #: Places of a `Contribution` that the friction level depends on.
 _OF_LEVEL = ("level_change", "level_torque", "static_change", "exponent_change")
-#: Places that act on the finished torque.
+#: Places that act on the finished torque (`idtool.model.finished`).
 ON_FINISHED = ("delay", "saturation", "gain_change")
 #: Derivatives that are computed at a time.
 BLOCK = lugre.BLOCK
@@ -175,7 +173,9 @@ class At:
     def predict(self, start: Array) -> Prediction:
         """As the function of that name."""
         z, decay = lugre.propagate(*self._along, start, self.motion.restart)
-        return _Finished(self.motion, self.effect, self._finish(z, z + self._settling, decay)).prediction
+        torque, start_column = self._plain(z + self._settling, decay)
+        finished = Finished(self.motion, self.effect, torque, start_column)
+        return Prediction(finished.torque, finished.start_column, z)
 
     def linearise(self, start: Array, directions: Sequence[Direction]) -> tuple[Prediction, Iterator[Array]]:
         """As the function of that name, derivatives `BLOCK` at a time, shape (BLOCK, rows), each in the place
@@ -184,8 +184,10 @@ class At:
         if self._tangents is None or self._tangents[0] != key:
             self._tangents = key, self._propagated(start)
         known = self._tangents[1]
-        finished = _Finished(self.motion, self.effect, known.prediction, directions)
-        return finished.prediction, self._blocks(known, finished, directions)
+        along = [direction.effect for direction in directions]
+        finished = Finished(self.motion, self.effect, known.torque, known.start_column, along)
+        prediction = Prediction(finished.torque, finished.start_column, known.z)
+        return prediction, self._blocks(known, finished, directions)
 
     def _propagated(self, start: Array) -> _Tangents:
         z, decay, tangent = lugre.propagate_blocks(*self._along, start, self.motion.restart)
@@ -198,10 +200,10 @@ class At:
         through_row = passed * (self.friction.bristle_damping * self._rho_speed * bent)
         through_row += sliding * slid * at_row
         through_step = sliding * (slid * at_step + (1.0 - slid) * pace * (at_row - at_step))
-        return _Tangents(self._finish(z, bent, decay), tangent, bent, z_rate, through_row, through_step)
+        return _Tangents(*self._plain(bent, decay), z, tangent, bent, z_rate, through_row, through_step)
 
     def _blocks(
-        self, known: _Tangents, finished: _Finished, directions: Sequence[Direction]
+        self, known: _Tangents, finished: Finished, directions: Sequence[Direction]
     ) -> Iterator[Array]:
         """The derivatives of the finished torque."""
         columns, dlog_rho = space = np.empty((2, BLOCK, len(self.motion)))
@@ -244,14 +246,14 @@ class At:
         if not is_zero(along.torque):
             column += along.torque
 
-    def _finish(self, z: Array, bent: Array, decay: Array) -> Prediction:
-        """The torque at a deflection `bent`, before what acts on the finished torque (`_Finished`)."""
+    def _plain(self, bent: Array, decay: Array) -> tuple[Array, Array]:
+        """The torque at a deflection `bent`, before what acts on the finished one, and its start column."""
         friction, effect, velocity = self.friction, self.effect, self.motion.velocity
         torque = self._through_z * bent
         torque += (1.0 + effect.bristle_change) * friction.bristle_damping * velocity
         torque += friction.viscous * (1.0 + effect.viscous_change) * velocity
         torque += effect.torque
-        return Prediction(torque, self._through_z * decay, z)
+        return torque, self._through_z * decay
 
 
 @dataclass(frozen=True)
@@ -259,14 +261,17 @@ class _Tangents:
     """What derivatives of the bristle take, from one start deflection.
 
     Attributes:
-        prediction: before what acts on the finished torque.
+        torque, start_column: as in `Prediction`, before what acts on the finished torque.
+        z: deflection that the next step starts from, shape (rows,).
         tangent: see `lugre.propagate_blocks`.
         bent: deflection at the row, shape (rows,), and its rate `z_rate`.
         through_row: what a change of ln(rho) at the row takes off, shape (rows,).
         through_step: what one over the step adds beside the state's, shape (rows,).
     """
 
-    prediction: Prediction
+    torque: Array
+    start_column: Array
+    z: Array
     tangent: Callable[[Array, Array, Array], None]
     bent: Array
     z_rate: Array
@@ -340,98 +345,3 @@ def _at_step(effect: Contribution, motion: Motion) -> Contribution:
     return Contribution(
         **{name: motion.at_step(t) if isinstance(t, np.ndarray) else t for name, t in terms.items()}
     )
-
-
-class _Finished:
-    """What acts on the finished torque: delay, and what the motor gives per current.
-
-    Attributes:
-        prediction: the torque behind them.
-    """
-
-    def __init__(
-        self,
-        motion: Motion,
-        effect: Contribution,
-        prediction: Prediction,
-        directions: Sequence[Direction] = (),
-    ) -> None:
-        acting = [effect, *(direction.effect for direction in directions)]
-        torque, start_column = prediction.torque, prediction.start_column
-        self._later = None
-        if any(not is_zero(one.delay) for one in acting):
-            self._later = _Shift(motion, float(np.mean(effect.delay)))
-            self._slope = self._later.slope(torque)
-            torque, start_column = self._later(torque), self._later(start_column)
-        self._gain: Term = 1.0
-        if any(not is_zero(one.saturation) or not is_zero(one.gain_change) for one in acting):
-            # K i (gain - s |K i|) = torque, solved for K i; the smaller root is the physical one
-            gain = np.maximum(1.0 + effect.gain_change, _LEAST_GAIN)
-            inside = np.sqrt(np.maximum(gain * gain - 4.0 * effect.saturation * np.abs(torque), 0.04))
-            torque, self._gain = 2.0 * torque / (gain + inside), 1.0 / inside
-            start_column = start_column * self._gain
-        self.prediction = replace(prediction, torque=torque, start_column=start_column)
-        #: Whether anything acts there at all.
-        self.acts = self._later is not None or not isinstance(self._gain, float)
-
-    def derivative(self, column: Array, along: Contribution) -> Array:
-        """Of the torque behind, from that of the torque before; `along` holds the direction's effects."""
-        if self._later is not None:
-            column = self._later(column)
-            if not is_zero(along.delay):
-                column = column + self._slope * along.delay
-        if not is_zero(along.saturation):
-            measured = self.prediction.torque
-            column = column + np.abs(measured) * measured * along.saturation
-        if not is_zero(along.gain_change):
-            column = column - self.prediction.torque * along.gain_change
-        return column if isinstance(self._gain, float) else column * self._gain
-
-
-@jit()
-def _between(values: Array, left: NDArray[np.intp], right: NDArray[np.intp], weight: Array) -> Array:
-    """Linear interpolation; indexing by arrays in numpy takes twenty times as long."""
-    out = np.empty(len(left))
-    for k in range(len(left)):
-        out[k] = values[left[k]] * (1.0 - weight[k]) + values[right[k]] * weight[k]
-    return out
-
-
-@jit()
-def _interval(
-    time: Array, first: NDArray[np.bool_], delay: float
-) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:
-    """Rows of its own trial between which `time + delay` of each row lies, how far along, their distance."""
-    rows = len(time)
-    left, right = np.empty(rows, dtype=np.intp), np.empty(rows, dtype=np.intp)
-    weight, span = np.empty(rows), np.empty(rows)
-    begin = 0
-    while begin < rows:
-        last = begin
-        while last + 1 < rows and not first[last + 1]:
-            last += 1
-        at = min(begin + 1, last)
-        for k in range(begin, last + 1):
-            wanted = min(max(time[k] + delay, time[begin]), time[last])
-            while at < last and time[at] < wanted:
-                at += 1
-            before = max(at - 1, begin)
-            apart = time[at] - time[before]
-            left[k], right[k] = before, at
-            weight[k] = (wanted - time[before]) / apart if apart > 0 else 0.0
-            span[k] = apart if apart > 0 else 1.0
-        begin = last + 1
-    return left, right, weight, span
-
-
-class _Shift:
-    """Read a row quantity at `time + delay` inside its own trial (held beyond its ends)."""
-
-    def __init__(self, motion: Motion, delay: float) -> None:
-        self.left, self.right, self.weight, self.span = _interval(motion.time, motion.first, delay)
-
-    def __call__(self, values: Array) -> Array:
-        return _between(np.ascontiguousarray(values), self.left, self.right, self.weight)
-
-    def slope(self, values: Array) -> Array:
-        return np.asarray((values[self.right] - values[self.left]) / self.span)

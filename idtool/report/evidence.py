@@ -28,7 +28,7 @@ from idtool.model.units import Units
 from idtool.parameters import Parameters
 from idtool.report.facts import REMEDY, Diagnosis, Facts, read_facts
 from idtool.report.result_folder import evidence_document, evidence_rows, plain
-from idtool.verbs.identify import Identification
+from idtool.verbs.identification import Identification
 
 _NEEDED = ("trial", "time_s", "velocity", "torque", "before", "after")
 _MAY_LACK = ("position", "acceleration", "load", "payload_kg", "temperature_degc")

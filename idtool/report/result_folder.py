@@ -29,7 +29,7 @@ from idtool.io.atomic import atomic_write
 from idtool.io.lock import held_folder
 from idtool.model.stribeck import steady
 from idtool.parameters import Parameters
-from idtool.verbs.identify import Identification
+from idtool.verbs.identification import Identification
 from idtool.version import __version__
 
 #: The recipe of the next experiment, where there is one.

@@ -21,7 +21,8 @@ from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
 from idtool.signals import record
 from idtool.signals.thin import thin
-from idtool.verbs.identify import begin, parameters_of
+from idtool.verbs.identification import parameters_of
+from idtool.verbs.identify import begin
 from testbench.guided_machines import plant
 from testbench.guided_machines.plant import ELASTO_PLASTIC, LUGRE, MAXWELL, Plant
 

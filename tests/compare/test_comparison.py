@@ -27,7 +27,7 @@ from idtool.parameters.axis import Axis
 from idtool.rig.opening import read_plant
 from idtool.rig.simulated import SimulatedRig
 from idtool.signals import record
-from idtool.verbs.identify import parameters_of
+from idtool.verbs.identification import parameters_of
 
 
 def measured(value: float, stderr: float, freedom: float = math.inf) -> Parameter:

@@ -10,7 +10,8 @@ import pytest
 from idtool.errors import InputError
 from idtool.model.motion import Motion
 from idtool.parameters.correction import Correction
-from idtool.verbs.identify import identify, parameters_of
+from idtool.verbs.identification import parameters_of
+from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
 from testbench.cases import disturb
 from testbench.plants import SESSION, random_plant, record_session

@@ -16,7 +16,7 @@ from idtool.fit.joint import JointFit, solve
 from idtool.fit.model import JointModel, Spec
 from idtool.fit.outcome import Outcome, outcome_of
 from idtool.signals import record
-from idtool.verbs.identify import parameters_of
+from idtool.verbs.identification import parameters_of
 
 
 @cache

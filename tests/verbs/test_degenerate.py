@@ -13,7 +13,7 @@ import pytest
 
 from idtool import identify
 from idtool.parameters import Parameter
-from idtool.verbs.identify import Identification
+from idtool.verbs.identification import Identification
 
 from .support import GRAVITY, SINE, SWEEP, changed, record
 

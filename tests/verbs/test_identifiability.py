@@ -12,7 +12,7 @@ import pytest
 
 from idtool import Log, Parameters, identify
 from idtool.verbs.check import check
-from idtool.verbs.identify import Identification
+from idtool.verbs.identification import Identification
 
 from .support import GRAVITY, SINE, SWEEP, changed, document, ffc_id, plant, record
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from idtool import InputError, Log, identify
-from idtool.verbs.identify import Identification
+from idtool.verbs.identification import Identification
 from idtool.verbs.predict import predict
 
 NAMES = {

@@ -15,7 +15,7 @@ from idtool import Log, identify
 from idtool.log.sensor_faults import clipped
 from idtool.signals import record as as_recording
 from idtool.verbs.check import check
-from idtool.verbs.identify import Identification
+from idtool.verbs.identification import Identification
 from idtool.verbs.predict import predict
 from testbench.plants import Plant, record_session
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from idtool import Axis, InputError, Parameters
-from idtool.verbs.identify import Identification, identify
+from idtool.verbs.identification import Identification
+from idtool.verbs.identify import identify
 from testbench.pendulums import Pendulum
 
 from .support import ffc_id
