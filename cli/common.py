@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 Decorator = Callable[[Any], Any]
 
+#: Columns of a table that another program reads: wider than any row is.
 _PIPED_WIDTH = 1000
 
 

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import traceback
 
+#: Letters of an error that the sentence tells; the file has all of it.
 _LONGEST = 200
 
 

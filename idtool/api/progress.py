@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+#: A terminal of 80 columns, and the cursor's place.
 _WIDTH = 78
 
 

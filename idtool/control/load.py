@@ -52,11 +52,9 @@ from idtool.model.contribution import (
 from idtool.model.jit import jit
 from idtool.model.motion import Array
 from idtool.model.row import Row
-from idtool.model.stribeck import EXPONENT
+from idtool.model.stribeck import EXPONENT, least_level
 from idtool.parameters import Parameters
 
-#: As in the batch model: effects never push the friction level below this share of its plain value.
-_LEVEL_FLOOR = 0.02
 #: Presliding travel assumed where the file has a friction level but no bristle, rad (m). Under an
 #: encoder count of any servo, so that friction then acts as plain Coulomb friction.
 _RIGID_PRESLIDING = 1e-4
@@ -165,7 +163,7 @@ def numbers_of(
         n[SIGMA1] = parameters.dynamic["bristle_damping"].value
     else:
         n[SIGMA0] = max(n[COULOMB], n[STATIC], 1e-9) / _RIGID_PRESLIDING
-    n[FLOOR] = _LEVEL_FLOOR * min(n[COULOMB], n[STATIC]) + 1e-12
+    n[FLOOR] = least_level(n[COULOMB], n[STATIC])
     n[TORQUE_CONSTANT] = torque_constant
     own: list[float] = []
     place = _OWN

@@ -363,13 +363,13 @@ def derivative(
 #: Fewer reversals show nothing that comes back after each.
 FEWEST_REVERSALS = 4
 #: Less than this share of the motion in one direction is no motion in it.
-_OTHER_WAY = 0.02
+OTHER_WAY = 0.02
 
 
 def both_ways(velocity: Array) -> bool:
     """Whether the axis moved both ways: in one alone a constant torque and friction are one thing."""
     moving = velocity[velocity != 0.0]
-    return bool(_OTHER_WAY < np.mean(moving > 0.0) < 1.0 - _OTHER_WAY) if len(moving) else False
+    return bool(OTHER_WAY < np.mean(moving > 0.0) < 1.0 - OTHER_WAY) if len(moving) else False
 
 
 def stroke_of(motion: Motion) -> dict[str, float]:

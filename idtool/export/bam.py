@@ -14,12 +14,9 @@ from typing import final
 
 from idtool.errors import InputError
 from idtool.export.base import Plan, Target
-from idtool.export.joint import inertia_of
+from idtool.export.joint import LEVELS_ALIKE, inertia_of
 from idtool.log import Log
 from idtool.parameters import Parameters
-
-#: Friction levels that differ by less than this share of the Coulomb level are one.
-_ALIKE = 1e-6
 
 
 @final
@@ -54,7 +51,7 @@ class Bam(Target):
         model, axis = plan.model, plan.model.axis
         static = {name: one.value for name, one in model.static.items()}
         stribeck = static["static"] - static["coulomb"]
-        rises = abs(stribeck) > _ALIKE * static["coulomb"]
+        rises = abs(stribeck) > LEVELS_ALIKE * static["coulomb"]
         document: dict[str, object] = {
             "model": "m2" if rises else "m1",
             "actuator": joint,

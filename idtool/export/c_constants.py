@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from idtool.control import button, enabling, guard, law, load, paper, rest_load, sensing
+from idtool.control import button, enabling, guard, law, paper, rest_load, sensing
 from idtool.control.admittance import AdmittanceLaw, kernel
 from idtool.control.force_free import ForceFreeController
 from idtool.control.paper import PaperLaw
 from idtool.errors import InputError
 from idtool.export.c_literals import c_float
-from idtool.model.stribeck import EXPONENT
+from idtool.model.stribeck import EXPONENT, least_level
 from idtool.model.units import unit_text
 from idtool.parameters import Parameters
 
@@ -122,7 +122,7 @@ def _axis(parameters: Parameters, c: ForceFreeController, used: frozenset[str]) 
         "VISCOUS": model.viscous,
         "BRISTLE_STIFFNESS": model.bristle_stiffness,
         "BRISTLE_DAMPING": model.bristle_damping,
-        "LEVEL_FLOOR": load._LEVEL_FLOOR * min(model.coulomb, model.static) + 1e-12,
+        "LEVEL_FLOOR": least_level(model.coulomb, model.static),
         "FRICTION_BOUND": model.friction_bound,
     }
     # where the exponent is the square, its parts are that of the speed in these units

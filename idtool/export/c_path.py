@@ -18,8 +18,10 @@ from idtool.model.motion import Array
 #: The table follows the path to within this share of its whole way; a step is one of these at most, ms.
 _SHARE = 5e-4
 _STEPS_MS = (160, 80, 40, 20, 10)
-#: Places of a table, and the longest that a board's clock of 32 bits counts, s.
+#: Places of a table (two bytes of flash each), and the longest path, s: a clock of microseconds has 4294 s in
+#: 32 bits, half of which tell earlier from later.
 _LONGEST, _LONGEST_S = 16_000, 2000.0
+#: Steps of a place, which takes two bytes.
 _COUNTS = 65_534
 
 

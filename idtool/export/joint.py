@@ -13,8 +13,8 @@ from idtool.log import Log
 from idtool.model.units import unit_text
 from idtool.parameters import EffectEntry, Parameters
 
-#: Friction levels that differ by less than this share are one.
-_LEVELS_ALIKE = 1e-6
+#: Friction levels that differ by less than this share of the Coulomb level are one: a file's digits.
+LEVELS_ALIKE = 1e-6
 
 #: What of an effect a joint has (None: nothing), and a sentence on what is lost (None: nothing, or the usual
 #: sentence where the joint has nothing of it).
@@ -112,7 +112,7 @@ def _with_bristle(
 def _law_lost(parameters: Parameters) -> list[str]:
     lost = []
     static = parameters.static
-    if abs(static["static"].value / max(static["coulomb"].value, 1e-12) - 1.0) > _LEVELS_ALIKE:
+    if abs(static["static"].value / max(static["coulomb"].value, 1e-12) - 1.0) > LEVELS_ALIKE:
         unit = unit_text("torque", parameters.axis.kind)
         lost.append(
             f"the Stribeck curve: a stiction of {static['static'].value:.4g} {unit} "

@@ -22,6 +22,7 @@ from idtool.model.motion import Array
 #: Length of a block in correlation times, and the fewest blocks.
 _BLOCK = 12.0
 _FEWEST = 40
+#: A block's residual is put up by no more than ten times for what the fit took of it.
 _MOST_LEVERAGE = 0.99
 
 

@@ -13,8 +13,8 @@ _SETTLED_AFTER = 5.0
 #: Acceleration of the ramps of the bundled sweep, rad/s^2, and by how much their rounding lengthens them.
 _RAMP = 0.1
 _RAMP_SHAPE = 0.5 * math.pi
-#: As many speeds as `fit-static` asks for (`staged`).
-_LEAST_SPEEDS = 3
+#: Coulomb, viscous and whether the curve bends between them.
+LEAST_SPEEDS = 3
 
 
 def slow_sweep(fit: JointFit, slowest: float) -> str:
@@ -38,7 +38,7 @@ def long_sweep(fit: JointFit, windows: Sequence[Window]) -> tuple[float, str]:
         ramp = 0.5 * _RAMP_SHAPE * speed**2 / _RAMP
         return max(settling, ramp) + 0.6 * speed + ramp
 
-    travel = max(1.3 * settling, needed(speeds[:_LEAST_SPEEDS][-1]))
+    travel = max(1.3 * settling, needed(speeds[:LEAST_SPEEDS][-1]))
     listed = ",".join(f"{speed:g}" for speed in speeds if needed(speed) <= travel)
     return travel, _sweep_command(fit, f"--speeds {listed} --travel {travel:.2g} -o long.csv")
 

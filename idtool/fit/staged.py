@@ -20,6 +20,7 @@ from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.joint import JointFit, refit, solve
 from idtool.fit.levenberg import minimise
 from idtool.fit.model import LOGARITHMIC, JointModel, Spec
+from idtool.fit.next_sweep import LEAST_SPEEDS
 from idtool.fit.outcome import Outcome
 from idtool.fit.search import cost_over_stiffness, search
 from idtool.fit.windows import Window, steady_windows
@@ -31,8 +32,6 @@ from idtool.presentation.text import counted
 from idtool.signals import Recording
 from idtool.signals.thin import thin
 
-#: Coulomb, viscous and whether the curve bends between them.
-_LEAST_SPEEDS = 3
 #: Half width of a 95 % limit on one side, standard errors.
 _ONE_SIDED = 1.645
 #: Evaluations of the fit of four numbers through the windows.
@@ -183,7 +182,7 @@ def fit_static(
         fit = _holding(fit.model, fit.values, held) if held else fit
     windows = steady_windows(fit)
     speeds = {round(window.velocity / (0.05 * fit.model.scales.speed)) for window in windows}
-    if len(speeds) < _LEAST_SPEEDS:
+    if len(speeds) < LEAST_SPEEDS:
         raise InputError(
             f"{counted(len(windows), 'steady window')} at {counted(len(speeds), 'speed')} show no curve",
             file=recording.sources[0],

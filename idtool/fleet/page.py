@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: Panels beside each other.
 _COLUMNS = 2
 #: Units are named under a panel up to this many.
 _MOST_NAMES = 12

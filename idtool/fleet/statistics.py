@@ -20,8 +20,11 @@ from idtool.model.motion import Array
 FALSE_ALARM = 0.01
 #: With fewer values nothing can be said to stand out.
 LEAST_VALUES = 5
+#: Of the Julian calendar.
 DAYS_PER_YEAR = 365.25
+#: Factor of the median absolute deviation of so few values (Croux & Rousseeuw 1992).
 _SMALL_SAMPLE = {2: 1.196, 3: 1.495, 4: 1.363, 5: 1.206, 6: 1.200, 7: 1.140, 8: 1.129, 9: 1.107}
+#: Samples whose `FALSE_ALARM` quantile is looked up: 200 lie beyond it.
 _SIMULATED = 20_000
 #: Half of normal values lie within so many standard deviations.
 _HALF = 0.6744897501960817

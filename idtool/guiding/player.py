@@ -17,11 +17,12 @@ from typing import Any, Self, TypedDict, Unpack
 
 import numpy as np
 
+from idtool.control.force_free import RESOLUTION
 from idtool.control.guard import Measurement
 from idtool.control.online import OnlineModel
 from idtool.control.sensing import HandSense
 from idtool.errors import RigFault
-from idtool.guiding.session import place_of
+from idtool.guiding.session import LOG_EVERY, place_of
 from idtool.io.defer_signals import deferred_signals
 from idtool.log import LogWriter, columns_of
 from idtool.parameters import Parameters
@@ -32,11 +33,8 @@ from idtool.rig.supervisor import Supervisor
 REST_S = 0.5
 #: An axis so far behind where it is wanted meets something, share of its range.
 BEHIND_SHARE = 0.05
-#: Filter of the torque that is a contact, s, and the encoder's step that it needs to know, rad (m).
+#: Filter of the torque that is a contact, s.
 _FILTER_S = 0.03
-_RESOLUTION = {"rotary": 2.0 * math.pi / 4096, "linear": 1e-5}
-#: Rows are handed to the log in portions of this many.
-_LOG_EVERY = 25
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ class ContactSense:
     def __init__(self, parameters: Parameters, period: float, setup: TrialSetup) -> None:
         model = OnlineModel(parameters)
         model.drop("external_periodic", "its phase is not known once the clock restarts")
-        self._sense = HandSense(model, period, _FILTER_S, _RESOLUTION[parameters.axis.kind])
+        self._sense = HandSense(model, period, _FILTER_S, RESOLUTION[parameters.axis.kind])
         self._setup = setup
         self._back_emf = model.back_emf
 
@@ -201,7 +199,7 @@ class Player:
             row = (0, sample.time_s, sample.position, sample.velocity, *efforts, command)
             around = (self._setup.payload_kg, self._setup.tilt_alpha_rad, self._setup.tilt_beta_rad)
             self._rows.append((*row, *around))
-            if len(self._rows) >= _LOG_EVERY:
+            if len(self._rows) >= LOG_EVERY:
                 self._flush(self._writer)
         return sample
 

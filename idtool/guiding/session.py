@@ -33,7 +33,7 @@ from idtool.rig.supervisor import Supervisor
 #: A hand may push this much faster (share) than the limit of the rig before it is stopped.
 _SPEED_TOLERANCE = 0.5
 #: Rows are handed to the log in portions of this many.
-_LOG_EVERY = 25
+LOG_EVERY = 25
 #: No tare takes longer, s.
 _TARE_AT_MOST_S = 30.0
 #: Faults that no sensor is to blame for.
@@ -346,7 +346,7 @@ class _Recorder:
         self._efforts.append(tuple(getattr(sample, name) for name in self._readings.values()))
         self.states.append(status.state)
         self.notes.update(dict.fromkeys(status.notes))
-        if self._writer is not None and len(self.rows) - self._written >= _LOG_EVERY:
+        if self._writer is not None and len(self.rows) - self._written >= LOG_EVERY:
             self._flush(self._writer)
 
     def _flush(self, writer: LogWriter) -> None:

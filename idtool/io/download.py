@@ -12,11 +12,13 @@ from pathlib import Path
 from idtool.errors import InputError
 from idtool.io.atomic import cannot_write
 
+#: Bytes that are asked for at a time.
 _PIECE = 1 << 16
 #: A server that says nothing for so long is gone, s.
 _TIMEOUT_S = 30.0
 #: No recording of one axis comes near.
 _LARGEST = 1 << 30
+#: HTTP's status of a part (RFC 9110).
 _PARTIAL = 206
 _RESUME = "check the network; the same command goes on where this one stopped"
 

@@ -13,7 +13,7 @@ from idtool.errors import InputError
 MAX_BYTES = 1 << 30
 #: The longest first line that is read; a longer one is no table (and would eat the memory).
 MAX_LINE = 1 << 20
-
+#: Bytes that are unpacked at a time, and how a gzip file begins (RFC 1952).
 _CHUNK = 1 << 20
 _GZIP = b"\x1f\x8b"
 

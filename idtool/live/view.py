@@ -24,6 +24,7 @@ from idtool.model.units import Kind, unit_text
 
 #: Rows closer than this in the axis's own time are not sent, s.
 _EVERY_S = 0.02
+#: A server that does not end by then, once its input has, is ended, s.
 _ANSWER_S = 2.0
 
 

@@ -22,6 +22,7 @@ import numpy as np
 
 from idtool.model.jit import jit
 from idtool.model.motion import Array
+from idtool.model.stribeck import least_level
 
 #: The longest step, s, and that of a fit, which asks for less.
 LONGEST_STEP, COARSE_STEP = 5e-4, 1e-3
@@ -36,8 +37,6 @@ NUMBERS = 20
 # Rows of `over_position`, for motion backwards and, that many further on, forwards.
 TORQUE, LEVEL_CHANGE, LEVEL_TORQUE, STATIC_CHANGE, VISCOUS_CHANGE, GAIN_CHANGE = range(6)
 FIELDS = 6
-#: Friction never falls below this share of its plain level, as in the model that was fitted.
-_LEVEL_FLOOR = 0.02
 
 
 @dataclass(frozen=True)
@@ -121,7 +120,7 @@ def _simulate(
     q, w, z = position, velocity, bristle
     inertia, coulomb, static, sigma0, sigma1 = n[INERTIA], n[COULOMB], n[STATIC], n[SIGMA0], n[SIGMA1]
     step = n[TIME_STEP] if n[TIME_STEP] > 0.0 else LONGEST_STEP
-    floor = _LEVEL_FLOOR * min(coulomb, static) + 1e-12
+    floor = least_level(coulomb, static)
     last_q, last_w = over_position.shape[1] - 2, over_velocity.shape[0] - 2
     for k in range(1, rows):
         span = time[k] - time[k - 1]

@@ -6,10 +6,20 @@ from typing import overload
 
 import numpy as np
 
+from idtool.model.jit import jit
 from idtool.model.motion import Array
 
 #: The paper's exponent; the effect `stribeck_shape` frees it.
 EXPONENT = 2.0
+#: The friction level never falls below this share of its plain value, whatever effects do to it: what it
+#: divides by must stay above zero.
+_FLOOR = 0.02
+
+
+@jit()
+def least_level(coulomb: float, static: float) -> float:
+    """Where the friction level ends that effects take off, N m (N)."""
+    return _FLOOR * min(coulomb, static) + 1e-12
 
 
 @overload

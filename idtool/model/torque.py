@@ -20,10 +20,8 @@ from idtool.model import lugre
 from idtool.model.contribution import Contribution, Term, is_zero
 from idtool.model.finished import Finished
 from idtool.model.motion import Array, Motion
-from idtool.model.stribeck import EXPONENT
+from idtool.model.stribeck import EXPONENT, least_level
 
-#: The friction level never falls below this share of its plain value, whatever effects do to it.
-_LEVEL_FLOOR = 0.02
 #: Places of a `Contribution` that the friction level depends on.
 _OF_LEVEL = ("level_change", "level_torque", "static_change", "exponent_change")
 #: Places that act on the finished torque (`idtool.model.finished`).
@@ -298,13 +296,12 @@ class _Level:
         self.plain = (self.static - friction.coulomb) * self.fade
         self.plain += friction.coulomb
         self.scale = 1.0 + effect.level_change
-        floor = _LEVEL_FLOOR * min(friction.coulomb, friction.static) + 1e-12
         value = self.plain
         if not is_zero(effect.level_change):
             value = value * self.scale
         if not is_zero(effect.level_torque):
             value = value + effect.level_torque
-        self.value: Array = np.maximum(value, floor)
+        self.value: Array = np.maximum(value, least_level(friction.coulomb, friction.static))
 
     def dlog_rho(
         self, direction: Direction, effect: Contribution, friction: Friction, out: Array | None = None

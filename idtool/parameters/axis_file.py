@@ -35,6 +35,7 @@ from idtool.model.units import Kind, file_key
 from idtool.parameters.axis import Axis
 
 SCHEMA = "ffc-id/axis/1"
+#: Beyond this it is no such file, whatever it is.
 MAX_BYTES = 1 << 20
 #: name of a limit -> its dimension
 LIMITS: dict[str, str] = {

@@ -23,6 +23,7 @@ from idtool.model.motion import Array, Motion
 SCHEMA = "ffc-id/correction/1"
 #: What comes again on another day; time and the order of trials do not.
 VARIABLES = ("position", "velocity", "acceleration", "load", "temperature")
+#: A table of so many knots, each of two numbers, is a tenth of this.
 _MAX_BYTES = 1 << 18
 _MOST_KNOTS = 1000
 

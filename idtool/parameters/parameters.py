@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SCHEMA = "ffc-id/params/1"
+#: Beyond this it is no such file, whatever it is.
 MAX_BYTES = 1 << 20
 
 

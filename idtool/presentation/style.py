@@ -40,11 +40,11 @@ FAINT = "#8a9099"
 UNDER = "#bfc5cc"
 SHADE = "#e9ecf0"
 
-WIDTH = 5.8
+#: Inches: of a figure in a page of text, of one that has the page to itself, and dots of each.
+WIDTH, WIDE = 5.8, 12.0
+DPI = 140
 _LEAST_PANEL = 0.3  # inches, below which a panel shows nothing
 _EDGE = 0.12  # inches from the left edge to headline and legend
-WIDE = 12.0
-DPI = 140
 #: More markers than this only cost time: the eye sees the same cloud.
 MOST_MARKERS = 3000
 _NARROW = 1.6  # decades

@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: Points of a mean that is drawn through a cloud: as many as an eye follows as one line.
 _BINS = 26
 #: More changes of experiment than this are a fence, not a help.
 _MOST_PARTS = 16
 #: Enough over the position to show a ripple of a dozen periods.
 _FINE_BINS = 80
+#: A mean of fewer rows is mostly their noise.
 _LEAST_IN_BIN = 8
 
 

@@ -12,7 +12,9 @@ from idtool.model.motion import Array
 
 #: A step this many times the usual one is a gap: rows were left out there.
 _GAP = 2.5
+#: A shorter piece has fewer than eight frequencies.
 _SHORTEST = 16
+#: As many as a figure's width has dots to show; and rows enough for those, of which more only cost time.
 _MOST_FREQUENCIES = 800
 _MOST_ROWS = 6000
 

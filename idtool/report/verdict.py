@@ -17,6 +17,7 @@ Mark = Literal["good", "care", "bad"]
 
 #: A held-out error up to this many times the noise floor counts as reaching it.
 _NEAR_FLOOR = 1.3
+#: Findings that the head of the page tells; the rest stand below.
 _MOST_FINDINGS = 3
 
 

@@ -32,6 +32,7 @@ from idtool.rig.sensors import SENSORS, Motor
 
 #: Integration step of the plant, s. It stands here because reading a file must not load the compiler.
 STEP_S = 1e-4
+#: Beyond this it is no such file, whatever it is.
 MAX_BYTES = 1 << 20
 
 #: Keys of each effect; None is required, a number is the default.

@@ -12,6 +12,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+#: Share of a golden section, and how near two places may be: a parabola is flat to rounding within the root
+#: of what a float rounds to. Both as in `fminbound`.
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 _SMALL = math.sqrt(2.2e-16)
 

@@ -7,13 +7,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.effects.base import OTHER_WAY
 from idtool.model.motion import Array, Motion
 from idtool.signals.recording import Recording
 
 #: Speeds above this share of the highest are motion.
 MOVING = 0.05
-#: Less than this share of the motion in one direction is no motion in it.
-_OTHER_WAY = 0.02
 #: Gravity acts alike where the cosine of the tilt changes by less than this.
 _TILTED = 0.1
 #: Shortest stretch of constant speed that counts, s.
@@ -30,7 +29,7 @@ def moves_one_way(recording: Recording) -> bool:
     velocity = recording.motion.velocity[recording.usable]
     fast = velocity[np.abs(velocity) > MOVING * float(np.quantile(np.abs(velocity), 0.999))]
     forward = float(np.mean(fast > 0)) if len(fast) else 0.0
-    return min(forward, 1.0 - forward) < _OTHER_WAY
+    return min(forward, 1.0 - forward) < OTHER_WAY
 
 
 def constant_speeds(motion: Motion, rows: NDArray[np.bool_] | None = None) -> list[tuple[float, float]]:

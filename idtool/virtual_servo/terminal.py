@@ -10,12 +10,11 @@ import threading
 import time
 import tty
 
+from idtool.rig.bus.transactions import BITS_PER_BYTE
 from idtool.rig.clock import Clock, HostClock
 from idtool.virtual_servo.base import VirtualServo
 from idtool.virtual_servo.faults import Mishaps
 
-#: Bits on the wire per byte: start, eight, stop.
-BITS_PER_BYTE = 10
 #: How often the axis moves while nobody asks, s.
 _IDLE_S = 0.1
 _SPEEDS = {

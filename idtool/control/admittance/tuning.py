@@ -41,6 +41,7 @@ from idtool.parameters import Controller, Parameters
 HANDS = {"soft": (200.0, 10.0), "stiff": (2000.0, 40.0)}
 #: How late the readings may come, s.
 DELAYS = (0.0, 0.01, 0.02)
+#: By how much the friction that is left after a tare may be off, relatively, either way.
 FRICTION_OFF = 0.15
 #: Gain margin that is asked for with readings late by 10 ms at most, and with the latest.
 LEAST_MARGIN, LEAST_MARGIN_LATE = 1.5, 1.1

@@ -17,6 +17,7 @@ from idtool.rig.faults import ServoRefused, ServoRestarted, ServoShutdown, Watch
 
 #: Baud rates that the servos come with or are set to.
 BAUD_RATES = (57600, 1_000_000, 115200, 2_000_000, 3_000_000, 4_000_000)
+#: The error byte of an answer: a bit for a hardware error, and numbers (ROBOTIS e-Manual, Protocol 2.0).
 _ALERT = 0x80
 _DAMAGED, _RANGE_ERROR = 3, 4
 _REFUSALS = {
@@ -36,7 +37,8 @@ _TICKS_S = 32.768
 #: How far the two clocks may disagree about the time between two readings: always, and as a share of it.
 #: The first is less than an answer is ever late, the second far above any error of a quartz.
 _TICK_SLACK_S, _CLOCK_ERROR = 0.025, 1e-3
-#: Bytes of an answer without data.
+#: Bytes of an answer without data (header 4, id 1, length 2, instruction 1, error 1, CRC 2), and of the
+#: question for a block (likewise without the error, and address 2, length 2, id 1).
 _ANSWER_BYTES = 11
 _SYNC_READ_BYTES = 15
 #: Bytes on the wire in one period: a goal and its answer, a sync read of the block and its answer.

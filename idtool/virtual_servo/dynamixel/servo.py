@@ -19,6 +19,7 @@ from idtool.virtual_servo.dynamixel.packet import BROADCAST, STATUS, Damaged, De
 from idtool.virtual_servo.dynamixel.table import (
     ACCESS_ERROR,
     CRC_ERROR,
+    CURRENT_BASED,
     INSTRUCTION_ERROR,
     LENGTH_ERROR,
     RESULT_FAIL,
@@ -37,7 +38,8 @@ PWM_FULL = 885
 WATCHDOG_S = 0.02
 BAUD_RATES = {0: 9600, 1: 57600, 2: 115200, 3: 1_000_000, 4: 2_000_000, 5: 3_000_000, 6: 4_000_000}
 
-VELOCITY, POSITION, EXTENDED, CURRENT_BASED = 1, 3, 4, 5
+#: Operating mode: speeds. Every other one that the table takes is of positions.
+VELOCITY = 1
 
 
 class VirtualDynamixel(VirtualServo):
