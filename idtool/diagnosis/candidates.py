@@ -17,6 +17,7 @@ from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect, derivative
 from idtool.fit import noise
 from idtool.fit.basis import orthonormal
+from idtool.fit.identifiability import stribeck_seen
 from idtool.fit.joint import JointFit, kept, refit, torque_of
 from idtool.fit.model import JointModel
 from idtool.model.contribution import Contribution
@@ -413,6 +414,8 @@ def impossible(fit: JointFit, effect: Effect) -> str | None:
         return reason
     if reason := _unseen_in_turns(fit, effect):
         return reason
+    if effect.name == "stribeck_shape" and not stribeck_seen(fit):
+        return "no stiction shows apart from the Coulomb level, so the fall between them has no shape"
     if effect.of_sliding and "hysteresis" in names and not _shows_in_sliding(fit, effect):
         return "it does not show where the axis slides steadily, and its presliding is none of LuGre's"
     if effect.name != "inertia" and not worth_it(fit, effect, _NOTHING):

@@ -123,3 +123,15 @@ def test_presliding_within_a_row_or_two_after_a_turn_is_not_seen(slipping: Joint
         x[at] += np.log(share)
         found = impossible(replace(bent, x=x), part)
         assert found is None if why is None else why in str(found)
+
+
+def test_a_fall_that_is_not_seen_has_no_shape(slipping: JointFit) -> None:
+    """The static level is the Coulomb level there."""
+    shape = registry.get("stribeck_shape")
+    bent = try_effect(slipping, shape, Start(0.5, 1e-6, {"exponent": 1.5})).fit
+    x = bent.x.copy()
+    x[bent.model.names.index("stribeck_shape.exponent")] = 1.5
+    x[bent.model.names.index("static")] = x[bent.model.names.index("coulomb")]
+    assert "has no shape" in str(impossible(replace(bent, x=x), shape))
+    x[bent.model.names.index("static")] += 5.0
+    assert "has no shape" not in str(impossible(replace(bent, x=x), shape))
