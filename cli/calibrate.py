@@ -84,7 +84,7 @@ def calibrate(
     if params is not None:
         output.next("tune", "-p", params, "--hand-force", "2")
     elif result.unit == "current" and all(log.axis.torque_constant is None for log in read):
-        output.next("identify", "LOG...", "--torque-constant", f"{result.constant.value:.5g}", "-o", "result")
+        output.next("identify", *logs, "--torque-constant", f"{result.constant.value:.5g}", "-o", "result")
     else:  # a parameter file of these logs is put into N m by the constant
         load = [*(["--mass", f"{mass:g}"] if mass else []), *(["--lever", f"{lever:g}"] if lever else [])]
         output.next("calibrate", *logs, *load, "-p", "result/params.toml")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from idtool.compare.comparison import Comparison
     from idtool.compare.paired_errors import ErrorLine
-    from idtool.parameters import Parameter
+    from idtool.parameters import Parameter, Parameters
 
 
 @click.command()
@@ -47,7 +47,17 @@ def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output
     if logs:
         output.next("fleet", "SESSIONS/", "-o", "fleet")
     else:
-        output.next("compare", a, b, "LOG...")
+        output.next(*_with_logs(a, b, one, other))
+
+
+def _with_logs(a: Path, b: Path, one: Parameters, other: Parameters) -> list[str | Path]:
+    """The same with logs that are there, or the run that makes one."""
+    from .onward import ANY_RIG, logs_beside, logs_of
+
+    fitted = logs_of(one, other)
+    if logs := logs_beside([a, b, *fitted], ("validation",)) or fitted:
+        return ["compare", a, b, *logs]
+    return ["run", "--recipe", "validation", "--rig", other.rig or one.rig or ANY_RIG, "-o", "validation.csv"]
 
 
 def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:

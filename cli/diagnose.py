@@ -22,7 +22,7 @@ from .common import (
 )
 from .fit import friction_option, optimizer_option
 from .numbers import NumberRange
-from .progress import Progress
+from .progress import Identifying, Progress
 from .words import Choice, complete_effect
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class _Session:
         axis = None if known is None else known.axis
         read, unseen = (self.given.read(some, self.output, axis) for some in (self.logs, self.validate))
         with result_folder(self.folder, self.force):
-            with Progress(self.output) as progress:
+            with Identifying(self.output) as progress:
                 result = find(
                     read,
                     *([] if known is None else [known]),

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .angles import radians, range_options
 from .common import Output, force_option, output_options, params_option
 from .guiding import idle_option, max_speed_option, period_option, session_limits
-from .numbers import Number, NumberRange
+from .numbers import NumberRange
+from .onward import ANY_RIG
 from .words import complete_effect
 
 if TYPE_CHECKING:
@@ -37,14 +39,7 @@ if TYPE_CHECKING:
     help="Leave this effect out; may be repeated.",
 )
 @period_option
-@click.option(
-    "--range",
-    "reach",
-    nargs=2,
-    type=Number(),
-    metavar="LOW HIGH",
-    help="Positions that may be commanded, rad or m; must be told, or --any-position.",
-)
+@range_options("Positions that may be commanded, rad or m; must be told, or --any-position.")
 @click.option("--any-position", is_flag=True, help="Let it command any position: an axis without ends.")
 @click.option(
     "--path",
@@ -69,6 +64,7 @@ def export_c(
     without: Sequence[str],
     period: float | None,
     reach: tuple[float, float] | None,
+    reach_deg: tuple[float, float] | None,
     any_position: bool,
     path: Path | None,
     path_speed: float,
@@ -85,6 +81,7 @@ def export_c(
 
     \b
     ffc-id export c -p result/params.toml -o guide --range -1.5 1.5
+    ffc-id export c -p result/params.toml -o guide --range-deg -85 85
     """
     from idtool.control import Limits
     from idtool.errors import UsageError
@@ -92,12 +89,15 @@ def export_c(
     from idtool.guiding.path import read_path
     from idtool.parameters import Parameters
 
+    reach = radians("range", reach, reach_deg)
     if (reach is None) is not any_position:
         raise UsageError(
-            "Say what the board may command: --range LOW HIGH (rad or m), or --any-position for an axis"
-            " without ends."
+            "say what the board may command: --range LOW HIGH (rad or m), --range-deg LOW HIGH, or "
+            "--any-position for an axis without ends."
         )
     parameters = Parameters.read(params)
+    if reach_deg is not None and parameters.axis.kind == "linear":
+        raise UsageError("--range-deg is for a rotary axis, and this one is linear; pass --range in m.")
     low, high = reach or (-math.inf, math.inf)
     limits = session_limits(parameters, Limits(low, high), max_speed, idle)
     result = run(
@@ -123,4 +123,4 @@ def export_c(
     output.result(
         {"files": [str(f) for f in result.files], "effects": result.effects, "notes": result.notes}, show
     )
-    output.next("teach", "-p", params, "--rig", "SPEC", "--tare")
+    output.next("teach", "-p", params, "--rig", parameters.rig or ANY_RIG, "--tare")

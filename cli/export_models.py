@@ -163,6 +163,8 @@ def _run(target: str, friction: str, asked: _Asked) -> None:
     from idtool.model.units import unit_text
     from idtool.parameters import Parameters
 
+    from .onward import logs_of
+
     params, out, logs, output = asked.params, asked.out, asked.logs, asked.output
     parameters = Parameters.read(params)
     refuse_existing(out, asked.force, params, *logs)
@@ -190,7 +192,8 @@ def _run(target: str, friction: str, asked: _Asked) -> None:
         "errors": exported.errors,
     }
     output.result(document, show)
-    if exported.plan.lost and not logs:  # with logs it says what that costs
-        output.next("export", target, "-p", params, "-o", out, "--force", "LOG...")
+    # with logs it says what that costs
+    if exported.plan.lost and not logs and (fitted := logs_of(parameters)):
+        output.next("export", target, "-p", params, "-o", out, "--force", *fitted)
     else:
         output.next("tune", "-p", params, "--hand-force", "2")

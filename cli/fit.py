@@ -46,6 +46,10 @@ optimizer_option = click.option(
 )
 
 
+#: Experiments of a session, in the order in which their parts are fitted.
+EXPERIMENTS = ("gravity", "sweep", "sine")
+
+
 @dataclass(frozen=True)
 class _Part:
     """A fit of one part of a parameter file, as it was asked for."""
@@ -114,7 +118,8 @@ class _Part:
 
         from .tables import document_of, print_parameters
 
-        ended = {f"fit_{part}": fit.outcome.value}
+        recording = fit.model.recording
+        ended = {f"fit_{part}": fit.outcome.value} | ({"rig": recording.rig} if recording.rig else {})
         parameters = replace(parameters, provenance={**parameters.provenance, **ended})
         parameters.write_over(self.params, known)
         if self.figure is not None:
@@ -139,13 +144,26 @@ class _Part:
             "parameters": document_of(parameters, part),
             "quality": quality,
             "fit": fit.outcome.value,
-            "notes": [*fit.model.recording.contradictions, *notes],
+            "notes": [*recording.contradictions, *notes],
             "findings": [one.to_document() for one in shortcomings(fit, parts)],
         }
         self.output.result(document, show)
-        following = {"gravity": ("fit-static", "LOG"), "static": ("fit-dynamic", "LOG")}
-        on = following.get(part, ("diagnose", "LOG...", "-o", "result"))
-        self.output.next(*on, "-p", self.params, odd=fit.model.recording.odd)
+        self.output.next(*self._following(part, recording), odd=recording.odd)
+
+    def _following(self, part: str, recording: Recording) -> list[str | Path]:
+        """The next fit with a log that is there, or the run that makes one."""
+        from .onward import ANY_RIG, logs_beside
+
+        here = set(recording.experiment)
+        own = here <= set(EXPERIMENTS)  # a log from elsewhere is none of these, and may be all there is
+        if part == "dynamic":
+            others = logs_beside(self.logs, [name for name in EXPERIMENTS if name not in here]) if own else []
+            return ["diagnose", *others, *self.logs, "-p", self.params, "-o", "result"]
+        command, experiment = {"gravity": ("fit-static", "sweep"), "static": ("fit-dynamic", "sine")}[part]
+        logs = logs_beside(self.logs, [experiment]) if own and experiment not in here else self.logs
+        if logs:
+            return [command, *logs, "-p", self.params]
+        return [f"run-{experiment}", "--rig", recording.rig or ANY_RIG, "-o", f"{experiment}.csv"]
 
 
 _shared = handed(

@@ -65,4 +65,4 @@ def fit_motion(logs: Sequence[Path], params: Path, given: Given, output: Output)
         "parameters": result.parameters.to_document(),
     }
     output.result(document, show)
-    output.next("simulate", "LOG...", "-p", params, "-o", "simulated.csv")
+    output.next("simulate", *logs, "-p", params, "-o", "simulated.csv")

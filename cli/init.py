@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from .angles import radians, range_options
 from .common import Output, force_option, output_options
 from .numbers import Number
 from .words import Choice
@@ -38,9 +40,7 @@ _KINDS = ("rotary", "linear")
 @click.option(
     "--name", metavar="TEXT", help="What this unit is called; ffc-id fleet tells units apart by it."
 )
-@click.option(
-    "--range", "reach", nargs=2, type=Number(), metavar="LOW HIGH", help="Positions it may take, rad (m)."
-)
+@range_options("Positions it may take, rad (m).")
 @click.option("--max-speed", type=Number(), metavar="W", help="Highest speed, rad/s (m/s).")
 @click.option("--max-current", type=Number(), metavar="A", help="Highest current, A.")
 @force_option
@@ -51,6 +51,7 @@ def init(
     torque_constant: float | None,
     name: str | None,
     reach: tuple[float, float] | None,
+    reach_deg: tuple[float, float] | None,
     max_speed: float | None,
     max_current: float | None,
     force: bool,
@@ -70,6 +71,11 @@ def init(
     from idtool.parameters.axis import Axis, check_constant
     from idtool.parameters.axis_file import AxisFile
 
+    from .onward import logs_beside
+
+    reach = radians("range", reach, reach_deg)
+    if reach_deg is not None and kind == "linear":
+        raise UsageError("--range-deg is for a rotary axis; pass --range in m.")
     refuse_existing(target, force)
     told: dict[str, Any] = {
         "kind": kind,
@@ -99,26 +105,34 @@ def init(
             click.echo(f"a servo takes it too: --rig dynamixel:DEVICE,axis={target}")
 
     output.result(file.to_document() | {"file": str(target)}, show)
-    output.next("identify", "--axis", target, "LOG...", "-o", "result")
+    if logs := logs_beside([target], ("gravity", "sweep", "sine")):
+        output.next("identify", "--axis", target, *logs, "-o", "result")
+    else:
+        output.next("import", "recording.csv", "-o", "log.csv")
 
 
 def _ask(told: dict[str, Any]) -> dict[str, Any]:
     """What no option said, from a person; an empty answer leaves it out."""
     kind = click.prompt("kind of axis", type=Choice(_KINDS), default="rotary", err=True)
     turns = kind == "rotary"
-    torque, position = ("N m/A", "rad") if turns else ("N/A", "m")
+    torque, position, ends = ("N m/A", "rad", "degrees") if turns else ("N/A", "m", "m")
     questions = {
         "constant": f"torque constant at the output, {torque}" if turns else f"force constant, {torque}",
         "name": "name of this unit",
-        "lowest": f"lowest position, {position}",
-        "highest": f"highest position, {position}",
+        "lowest": f"lowest position, {ends}",
+        "highest": f"highest position, {ends}",
         "speed": f"highest speed, {position}/s",
         "current": "highest current, A",
     }
     click.echo("Leave empty what you do not know.", err=True)
     answers: dict[str, Any] = {"kind": kind}
     for key, question in questions.items():
-        answers[key] = told[key] if told[key] is not None else _answer(question, number=key != "name")
+        if told[key] is not None:
+            answers[key] = told[key]
+            continue
+        answers[key] = _answer(question, number=key != "name")
+        if turns and key in ("lowest", "highest") and answers[key] is not None:
+            answers[key] = math.radians(answers[key])
     return answers
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import click
 
+from .angles import radians
 from .common import Decorator, Output, force_option, handed, output_options, seed_option
 from .live import live_option
 from .numbers import Number
@@ -77,11 +78,7 @@ class Moving:
         for angle in tilt or ():
             if not abs(angle) <= math.pi + _ROUNDED:
                 raise UsageError(f"--tilt: {angle:g} rad is beyond half a turn; --tilt-deg takes degrees.")
-        if self.tilt_deg is None:
-            return tilt
-        if tilt is not None:
-            raise UsageError("--tilt and --tilt-deg say the same in two units; pass one of them.")
-        return math.radians(self.tilt_deg[0]), math.radians(self.tilt_deg[1])
+        return radians("tilt", tilt, self.tilt_deg)
 
 
 _rig_option = click.option(

@@ -8,7 +8,7 @@ from .common import Output, console
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
-    from rich.progress import Task
+    from rich.progress import ProgressColumn, Task
 
 #: Below so many columns there is room for words only, not for a bar.
 _ROOM_FOR_BAR = 70
@@ -39,7 +39,6 @@ class Progress:
             TaskProgressColumn,
             TextColumn,
             TimeElapsedColumn,
-            TimeRemainingColumn,
         )
         from rich.progress import Progress as Bar
         from rich.table import Column
@@ -61,9 +60,15 @@ class Progress:
         # nothing is shown where nobody knows how much there is to do
         columns.insert(-1, TaskProgressColumn("{task.percentage:.0f} %", text_format_no_percentage=""))
         if timed:
-            columns.append(TimeRemainingColumn(elapsed_when_finished=False))
+            columns.append(self._left_column())
         self._bar = Bar(*columns, console=screen, transient=True)
         self._task = self._bar.add_task(what, total=None)
+
+    def _left_column(self) -> ProgressColumn:
+        """What says how long it will take yet."""
+        from rich.progress import TimeRemainingColumn
+
+        return TimeRemainingColumn(elapsed_when_finished=False)
 
     def __enter__(self) -> Self:
         self.start()
@@ -91,3 +96,36 @@ class Progress:
         """How far it is."""
         if self.visible:
             self._bar.update(self._task, completed=done, total=of)
+
+
+class Identifying(Progress):
+    """An identification, of which is known how long it takes at least.
+
+    with Identifying(output) as progress:
+        identify(logs, tell=progress.say)
+    """
+
+    def say(self, what: str) -> None:
+        """What is being done now."""
+        super().say(what)
+        if self.visible:
+            self._expected.hear(what)
+            if (share := self._expected.share) is not None:
+                self.at(share, 1.0)
+
+    def _left_column(self) -> ProgressColumn:
+        from rich.progress import ProgressColumn
+        from rich.text import Text
+
+        from idtool.verbs.expected import Expected
+
+        expected = self._expected = Expected()
+
+        class Left(ProgressColumn):
+            max_refresh = 0.5
+
+            def render(self, _: Task) -> Text:
+                left = expected.left_s
+                return Text("" if left is None else f"{left:.0f} s left or more", style="progress.remaining")
+
+        return Left()

@@ -172,6 +172,7 @@ def _run(name: str, told: RunOptions, experiment: str | None, **changes: Any) ->
             confirm=bar.ask if rig.by_hand and not told.yes else None,
             progress=bar.show if bar.visible else None,
             watch=watch,
+            spec=spec,
         )
     _tell(summary, recipe, told, spec, rig.simulated)
     return 130 if summary.interrupted else 0

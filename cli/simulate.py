@@ -74,7 +74,7 @@ def simulate(
         click.echo(f"written: {out}")
 
     output.result({"file": str(out), "from": source, **result.to_document()}, show)
-    output.next("fit-motion", "LOG...", "-p", "motion.toml")
+    output.next("fit-motion", *logs, "-p", "motion.toml")
 
 
 def _words(mean_abs: float, rms: float, windows: float, unit: str) -> str:

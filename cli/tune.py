@@ -11,6 +11,7 @@ import click
 from .common import Output, console, given_words, output_options, params_option
 from .guiding import period_option
 from .numbers import NumberRange
+from .onward import ANY_RIG
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -110,7 +111,7 @@ def tune(
         lambda _: click.echo(f"{'written' if write else 'not written'}: {params}"),
     )
     if write:
-        output.next("teach", "-p", params, "--rig", "SPEC", "--tare")
+        output.next("teach", "-p", params, "--rig", parameters.rig or ANY_RIG, "--tare")
     else:
         output.next("tune", *given_words(), "--write")
     return 0

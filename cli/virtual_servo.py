@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from .angles import radians
 from .common import seed_option
 from .numbers import Number, NumberRange
 from .words import Choice, complete_plant
@@ -58,9 +59,11 @@ _POLL_S = 0.2
     "--tilt",
     nargs=2,
     type=Number(),
-    default=(0.0, 0.0),
     metavar="ALPHA BETA",
-    help="Its tilt at the start, rad.",
+    help="Its tilt at the start, rad [none].",
+)
+@click.option(
+    "--tilt-deg", nargs=2, type=Number(), metavar="ALPHA BETA", help="Its tilt at the start, degrees."
 )
 @click.option(
     "--fault",
@@ -81,7 +84,8 @@ def virtual_servo(
     model: int | None,
     scale: float,
     payload: float,
-    tilt: tuple[float, float],
+    tilt: tuple[float, float] | None,
+    tilt_deg: tuple[float, float] | None,
     faults: tuple[str, ...],
     link: Path | None,
     as_json: bool,
@@ -91,7 +95,7 @@ def virtual_servo(
 
     It answers byte for byte as a DYNAMIXEL or a Feetech STS servo does. The first line of its output is its
     device; another terminal works with that as with a real servo. Meanwhile say here what you do to the axis
-    (payload 0.4, tilt 1.57 0, hand 0.2, fault silent@0, power, status). Ctrl-C ends it.
+    (payload 0.4, tilt-deg 90 0, hand 0.2, fault silent@0, power, status). Ctrl-C ends it.
 
     \b
     ffc-id virtual-servo --plant bench --baud 1000000
@@ -107,7 +111,8 @@ def virtual_servo(
     except ImportError as error:
         raise RigFault("a virtual servo needs the pseudo-terminals of Linux or macOS") from error
 
-    setup = TrialSetup(payload_kg=payload, tilt_alpha_rad=tilt[0], tilt_beta_rad=tilt[1])
+    alpha, beta = radians("tilt", tilt, tilt_deg) or (0.0, 0.0)
+    setup = TrialSetup(payload_kg=payload, tilt_alpha_rad=alpha, tilt_beta_rad=beta)
     file = read_plant(plant)
     scaled = f",scale={scale:g}" if scale != 1.0 else ""
     try:

@@ -1,6 +1,6 @@
-"""The two errors a user can meet: bad input, and a rig that failed.
+"""The errors a user can meet: bad input, words that mean nothing, and a rig that failed.
 
-Both carry one sentence: what is wrong, where, and what to do. The command line prints it and exits
+Each carries one sentence: what is wrong, where, and what to do. The command line prints it and exits
 with `exit_code`; nothing else in the package prints or exits.
 """
 
@@ -58,6 +58,12 @@ class InputError(FfcIdError):
     def on_the_command_line(self) -> str:
         """The sentence with options in place of arguments."""
         return self._with_option
+
+
+class UnknownNameError(InputError):
+    """A word that names no effect, recipe, rig or recording that there is (exit code 2)."""
+
+    exit_code = 2
 
 
 class UsageError(FfcIdError):

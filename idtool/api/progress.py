@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from idtool.verbs.expected import Expected
+
 #: A terminal of 80 columns, and the cursor's place.
 _WIDTH = 78
 
@@ -25,10 +27,12 @@ def told(progress: Callable[[str], None] | bool | None) -> Iterator[Callable[[st
     if not (in_notebook() if progress is None else progress):
         yield lambda _: None
         return
-    began = time.monotonic()
+    began, expected = time.monotonic(), Expected()
 
     def show(sentence: str) -> None:
-        _line(f"{time.monotonic() - began:4.0f} s  {sentence}")
+        expected.hear(sentence)
+        left = "" if expected.left_s is None else f" ({expected.left_s:.0f} s left or more)"
+        _line(f"{time.monotonic() - began:4.0f} s  {sentence}{left}")
 
     try:
         yield show

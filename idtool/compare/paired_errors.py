@@ -167,8 +167,5 @@ def _loss(prediction: Prediction) -> Array:
 
 def _seen(parameters: Parameters, logs: Sequence[Log]) -> list[str]:
     """Logs to which the file was fitted, as far as its provenance tells."""
-    fitted = parameters.provenance.get("logs", [])
-    if not isinstance(fitted, list):
-        return []
-    known = {Path(name).resolve() for name in fitted if isinstance(name, str) and "\0" not in name}
+    known = {Path(name).resolve() for name in parameters.logs}
     return [log.source for log in logs if Path(log.source).resolve() in known]

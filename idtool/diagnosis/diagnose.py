@@ -38,6 +38,8 @@ from idtool.signals import Recording
 from idtool.signals.thin import thin
 
 SCHEMA = "ffc-id/diagnosis/1"
+#: Sentences on what is going on that say how far it is (`idtool.verbs.expected`).
+BASE, FINAL = "fitting the base model", "fitting the final model on all trials"
 #: A row stands out of the others by so many standard deviations of them.
 _STANDS_OUT = 3.0
 #: Blocks into which the held-out rows are parted, to tell what is chance.
@@ -291,7 +293,7 @@ def diagnose(
             if not wanted:
                 return unnamed, complete
 
-    tell("fitting the base model")
+    tell(BASE)
     training = thin(parts.training)
     bases = [refit(start, JointModel.build(training, start.model.spec)) for start in starts]
     recording = weighed(shown.recording, bases[0])
@@ -341,7 +343,7 @@ def diagnose(
     if selection.fit.model.spec == base.model.spec:
         # nothing was added: one model, of which the search may have found a better minimum
         base = selection.fit
-    tell("fitting the final model on all trials")
+    tell(FINAL)
     final = _finished(selection, recording)
     while drop_impossible(selection, final):
         final = _finished(selection, recording)

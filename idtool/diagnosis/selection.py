@@ -55,6 +55,8 @@ _REFITTED = 4
 #: are refitted when that is in.
 _BEHIND = 1.3
 _MOST_ROUNDS = 24
+#: What is told of an effect that comes in begins so.
+ACCEPTED = "accepted"
 #: A bristle that bends over more than this share of the stroke can hide an effect from its score.
 _BENT = 0.03
 
@@ -139,7 +141,7 @@ def _add(
             if winner is None:
                 return
         if winner is not None:
-            tell(f"accepted {winner.effect.title.lower()}")
+            tell(f"{ACCEPTED} {winner.effect.title.lower()}")
         fit = selection.fit
         selection.hopeless = rival is not None and len(fit.x) > len(rival.x) and predicts_better(rival, fit)
         if selection.hopeless:

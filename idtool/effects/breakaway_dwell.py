@@ -104,7 +104,7 @@ class BreakawayDwell(Effect):
         rests = self._rests(motion)
         rests = rests[rests >= _SHORTEST_S]
         if len(rests) < 4 or float(np.max(rests)) < max(4.0 * float(np.min(rests)), _LONG_S):
-            return "no trial holds short and long pauses; ffc-id run --recipe pauses makes them"
+            return 'no trial holds short and long pauses, as the recipe "pauses" makes them'
         return None
 
     def _rests(self, motion: Motion) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields
 from functools import cache
 
@@ -25,7 +26,7 @@ from idtool.effects.tilt_misalignment import TiltMisalignment
 from idtool.effects.torque_constant_saturation import TorqueConstantSaturation
 from idtool.effects.torque_offset import TorqueOffset
 from idtool.effects.transport_delay import TransportDelay
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError, UnknownNameError, nearest
 from idtool.io.entry_points import load, outside
 from idtool.model.motion import Motion
 from idtool.model.units import SUFFIXES
@@ -103,8 +104,21 @@ def get(name: str) -> Effect:
     if found is not None:
         return found
     if name not in outside(GROUP, _LIBRARY):
-        raise InputError(f"unknown effect {name!r}", remedy=nearest(name, names()))
+        raise UnknownNameError(f"unknown effect {name!r}", remedy=nearest(name, names()))
     return _from_outside(name)
+
+
+def refuse_unknown(without: Iterable[str]) -> None:
+    """Refuse what is to be left out and is not there.
+
+    Raises:
+        UnknownNameError: no such effect; the sentence suggests the nearest.
+    """
+    for name in without:
+        if not knows(name):
+            raise UnknownNameError(
+                f"unknown effect {name!r}", argument="without", remedy=nearest(name, names())
+            )
 
 
 @cache

@@ -25,7 +25,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError, UnknownNameError, nearest
 from idtool.experiment.trajectory import BackAndForth, Motion, Sines
 from idtool.io.tables import check_schema, no_strangers, table_at
 from idtool.io.toml import is_finite, load_toml, parse_toml, read_document, short
@@ -141,7 +141,7 @@ def recipe_text(name: str) -> str:
         InputError: there is none of that name.
     """
     if name not in _bundled():
-        raise InputError(f'unknown recipe "{name}"', remedy=nearest(name, _bundled()))
+        raise UnknownNameError(f'unknown recipe "{name}"', remedy=nearest(name, _bundled()))
     return (resources.files("idtool.recipes") / f"{name}.toml").read_text(encoding="utf-8")
 
 

@@ -80,6 +80,7 @@ def run(
     confirm: Confirm | None = None,
     progress: Callable[[Progress], None] | None = None,
     watch: Watch | None = None,
+    spec: str = "",
 ) -> RunSummary:
     """Run every trial and log it.
 
@@ -96,6 +97,7 @@ def run(
             (and before the first), while the axis stands.
         progress: called after every block.
         watch: called with every sample, while the axis moves.
+        spec: the word that opened the rig, which the log keeps for whoever is to run the next one.
 
     Raises:
         InputError: the recipe would leave the rig's limits, or the log is none to go on with (nothing has
@@ -111,7 +113,7 @@ def run(
         _columns(rig),
         rig.axis,
         recipe.experiment,
-        {"recipe": recipe.name, "rig": rig.description},
+        {"recipe": recipe.name, "rig": rig.description} | ({"rig_spec": spec} if spec else {}),
         force=force,
         keep_rows=done.rows if resume and Path(path).exists() else None,
     ) as writer:

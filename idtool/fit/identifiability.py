@@ -14,7 +14,7 @@ import numpy as np
 
 from idtool.fit.joint import JointFit
 from idtool.fit.lever import odd_lever
-from idtool.fit.next_sweep import long_sweep, slow_sweep
+from idtool.fit.next_sweep import long_sweep, run_command, slow_sweep
 from idtool.fit.shortcoming import PARTS, Limits, Shortcoming
 from idtool.fit.vague import at_bound, carried, is_vague, vague
 from idtool.fit.windows import Window, steady_windows
@@ -119,13 +119,14 @@ def one_payload(fit: JointFit) -> Shortcoming | None:
         payload = float(np.median(motion.payload[np.abs(factor) > 0.0]))
     lacking = ("gravity.per_payload", "gravity.base") if payload else ("gravity.per_payload",)
     also = ", and the base found includes it" if payload else ""
+    run = run_command(fit.model.recording, "gravity")
     return Shortcoming(
         "one_payload",
         ("gravity",),
         lacking,
         f"one payload only ({payload:g} kg): gravity per payload is not determined{also}",
-        "run payload steps with two payloads or more (`ffc-id run-gravity -o gravity.csv`)",
-        "ffc-id run-gravity",
+        f"run payload steps with two payloads or more (`{run}`)",
+        run,
     )
 
 
@@ -142,13 +143,14 @@ def one_direction(fit: JointFit) -> Shortcoming | None:
     # the bristle bends the same way all the time, and as far as those levels say
     lacking += [f"dynamic.{name}" for name in DYNAMIC if name in fit.model.names]
     other = "gravity" if constant else "an offset"
+    run = run_command(recording, "sweep")
     return Shortcoming(
         "one_direction",
         ("gravity", "static", "dynamic"),
         tuple(lacking),
         f"one direction only: Coulomb friction and {other} cannot be told apart",
-        "move both ways through the same stretch (`ffc-id run-sweep -o sweep.csv`)",
-        "ffc-id run-sweep",
+        f"move both ways through the same stretch (`{run}`)",
+        run,
     )
 
 
@@ -160,14 +162,15 @@ def one_speed(fit: JointFit) -> Shortcoming | None:
     usual = float(np.median(fast)) if len(fast) else 0.0
     if np.mean(np.abs(fast - usual) < _ALIKE * usual) < _HARDLY_OTHER:
         return None
+    run = run_command(recording, "sweep")
     return Shortcoming(
         "one_speed",
         ("static",),
         tuple(f"static.{name}" for name in ("coulomb", "static", "viscous") if name in fit.model.names),
         f"hardly another speed than {usual:.2g} {unit_text('velocity', recording.axis.kind)}: Coulomb and "
         "viscous friction cannot be told apart",
-        "move at several speeds (`ffc-id run-sweep -o sweep.csv`)",
-        "ffc-id run-sweep",
+        f"move at several speeds (`{run}`)",
+        run,
     )
 
 
@@ -254,13 +257,14 @@ def no_reversal(fit: JointFit) -> Shortcoming | None:
     top = np.maximum.reduceat(speed, motion.starts)
     if np.any(np.minimum.reduceat(speed, motion.starts) < _TURNS * top):
         return None
+    run = run_command(fit.model.recording, "sine")
     return Shortcoming(
         "no_reversal",
         ("dynamic",),
         ("dynamic.bristle_stiffness", "dynamic.bristle_damping"),
         "the axis neither starts nor turns round within a trial, so sigma0 and sigma1 do not show",
-        "give sines too (`ffc-id run-sine -o sine.csv`)",
-        "ffc-id run-sine",
+        f"give sines too (`{run}`)",
+        run,
     )
 
 

@@ -1,12 +1,14 @@
-"""The sweep that would show what is missing, as a command with its numbers."""
+"""The run that would show what is missing, as a command with its rig and its numbers."""
 
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Sequence
 
 from idtool.fit.joint import JointFit
 from idtool.fit.windows import Window
+from idtool.signals import Recording
 
 #: A bristle has settled after a travel of this many times the presliding scale tau / sigma0.
 _SETTLED_AFTER = 5.0
@@ -15,6 +17,15 @@ _RAMP = 0.1
 _RAMP_SHAPE = 0.5 * math.pi
 #: Coulomb, viscous and whether the curve bends between them.
 LEAST_SPEEDS = 3
+
+
+def run_command(recording: Recording, experiment: str) -> str:
+    """The bundled experiment on the rig of the logs, as a command; --rig SPEC where they do not say which."""
+    return f"ffc-id run-{experiment} {_rig(recording)} -o {experiment}.csv"
+
+
+def _rig(recording: Recording) -> str:
+    return f"--rig {shlex.quote(recording.rig or 'SPEC')}"
 
 
 def slow_sweep(fit: JointFit, slowest: float) -> str:
@@ -46,4 +57,4 @@ def long_sweep(fit: JointFit, windows: Sequence[Window]) -> tuple[float, str]:
 def _sweep_command(fit: JointFit, options: str) -> str:
     # the bundled recipe is for a rotary axis
     recipe = "" if fit.model.recording.axis.kind == "rotary" else "--recipe YOURS.toml "
-    return f"ffc-id run-sweep {recipe}{options}"
+    return f"ffc-id run-sweep {_rig(fit.model.recording)} {recipe}{options}"

@@ -20,7 +20,7 @@ from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.joint import JointFit, refit, solve
 from idtool.fit.levenberg import minimise
 from idtool.fit.model import LOGARITHMIC, JointModel, Spec
-from idtool.fit.next_sweep import LEAST_SPEEDS
+from idtool.fit.next_sweep import LEAST_SPEEDS, run_command
 from idtool.fit.outcome import Outcome
 from idtool.fit.search import cost_over_stiffness, search
 from idtool.fit.windows import Window, steady_windows
@@ -107,7 +107,7 @@ def fit_gravity(
         raise InputError(
             "gravity does not act in these data",
             file=recording.sources[0],
-            remedy="give a log of payload steps standing upright (ffc-id run-gravity)",
+            remedy=f"give a log of payload steps standing upright (`{run_command(recording, 'gravity')}`)",
         )
     fit = _found(recording, Spec("lugre", model, columns), optimizer=optimizer, seed=seed)
     points = gravity_points(fit)
@@ -186,7 +186,7 @@ def fit_static(
         raise InputError(
             f"{counted(len(windows), 'steady window')} at {counted(len(speeds), 'speed')} show no curve",
             file=recording.sources[0],
-            remedy="give a velocity sweep (ffc-id run-sweep)",
+            remedy=f"give a velocity sweep (`{run_command(recording, 'sweep')}`)",
         )
     return StaticFit(fit, windows, *_curve(fit, windows))
 
@@ -219,7 +219,7 @@ def fit_dynamic(
         raise InputError(
             "the axis never reverses in these data, so sigma0 and sigma1 do not show",
             file=recording.sources[0],
-            remedy="give a log of sines (ffc-id run-sine)",
+            remedy=f"give a log of sines (`{run_command(recording, 'sine')}`)",
         )
     model, columns = choose_gravity(recording)
     spec = Spec("lugre", model, columns, soft=True)  # sigma0 is what is looked for

@@ -9,6 +9,7 @@ import numpy as np
 
 from idtool.fit.joint import JointFit
 from idtool.fit.model import LOGARITHMIC
+from idtool.fit.next_sweep import run_command
 from idtool.fit.shortcoming import Limits, Shortcoming
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
 from idtool.presentation.text import quantity
@@ -68,13 +69,14 @@ def carried(fit: JointFit, told: Collection[str] = ()) -> Shortcoming | None:
         return None
     words = ", ".join(quantity(name.removeprefix("effects.").rpartition(".")[2]) for name in found)
     them = ", ".join(dict.fromkeys(quantity(name.partition(".")[0]) for name in found.values()))
+    run = run_command(fit.model.recording, "sweep")
     return Shortcoming(
         "carried",
         tuple(dict.fromkeys(name.partition(".")[0] for name in found)),
         tuple(found),
         f"{words}: cannot be told from {them}, which is not found",
-        "give runs at several speeds and with reversals too (`ffc-id run-sweep -o sweep.csv`)",
-        "ffc-id run-sweep",
+        f"give runs at several speeds and with reversals too (`{run}`)",
+        run,
         by_error=True,
     )
 
@@ -88,11 +90,11 @@ def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
     """
     found = []
     groups = (
-        ("static", STATIC, "run-sweep"),
-        ("dynamic", DYNAMIC, "run-sine"),
-        ("effects", ("inertia.inertia",), "run-sine"),
+        ("static", STATIC, "sweep"),
+        ("dynamic", DYNAMIC, "sine"),
+        ("effects", ("inertia.inertia",), "sine"),
     )
-    for part, names, command in groups:
+    for part, names, experiment in groups:
         lacking = [
             name
             for name in names
@@ -100,15 +102,15 @@ def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
         ]
         if lacking:
             words = ", ".join(quantity(name.partition(".")[0]) for name in lacking)
-            experiment = command.removeprefix("run-")
+            run = run_command(fit.model.recording, experiment)
             found.append(
                 Shortcoming(
                     f"vague_{part}",
                     (part,),
                     tuple(_in_file(name, fit) for name in lacking),
                     f"{words}: the error is about as large as the value",
-                    f"give a longer {experiment} too (`ffc-id {command} -o {experiment}.csv`)",
-                    f"ffc-id {command}",
+                    f"give a longer {experiment} too (`{run}`)",
+                    run,
                     by_error=True,
                     limits={_in_file(name, fit): (None, _highest(fit, name)) for name in lacking},
                 )

@@ -21,6 +21,7 @@ from typing import Any
 
 import pandas as pd
 
+from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fleet.engine import Engine, open_engine
 from idtool.fleet.page import page
@@ -80,10 +81,11 @@ def run_fleet(
         progress: called with how many of the sessions that are to be done are done, and how many they are.
 
     Raises:
-        InputError: no sessions, `out` cannot be written, or no cluster answers. A session that fails
-            raises nothing: it is in the summary with its sentence.
+        InputError: an unknown effect, no sessions, `out` cannot be written, or no cluster answers. A session
+            that fails raises nothing: it is in the summary with its sentence.
     """
     options = options or Options()
+    registry.refuse_unknown(options.without)
     sessions = find_sessions(folder)
     if out.resolve() == folder.resolve():
         raise InputError("is the folder of sessions itself", file=out, remedy="name another with -o")

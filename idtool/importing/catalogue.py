@@ -10,7 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError, UnknownNameError, nearest
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.io.download import download
 
@@ -80,7 +80,7 @@ class Catalogue:
             InputError: there is none; the sentence suggests the nearest.
         """
         if name not in self.recordings:
-            raise InputError(f'there is no recording "{name}"', remedy=nearest(name, self.recordings))
+            raise UnknownNameError(f'there is no recording "{name}"', remedy=nearest(name, self.recordings))
         return self.recordings[name]
 
 

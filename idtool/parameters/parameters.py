@@ -81,6 +81,19 @@ class Parameters:
         """
         return bool(self.dynamic) and not self.dynamic["bristle_stiffness"].at_bound
 
+    @property
+    def rig(self) -> str:
+        """The word that opens the rig of the logs behind it (`--rig`); "" where they did not say."""
+        spec = self.provenance.get("rig")
+        return spec if isinstance(spec, str) else ""
+
+    @property
+    def logs(self) -> list[str]:
+        """Files of the logs behind it, as they were named then."""
+        named = self.provenance.get("logs")
+        listed = named if isinstance(named, list) else []
+        return [log for log in listed if isinstance(log, str) and "\0" not in log]
+
     def effect(self, name: str) -> EffectEntry | None:
         """The entry of an effect, or None."""
         return next((entry for entry in self.effects if entry.name == name), None)

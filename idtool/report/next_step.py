@@ -40,7 +40,7 @@ def next_step(
     if proposed is not None:
         reason = proposed.why or "One more run would tell what these logs leave open."
         recipe = str(folder / NEXT_RECIPE)
-        return Step(reason, ("run", "--recipe", recipe, "--rig", "SPEC", "-o", "next.csv"))
+        return Step(reason, ("run", "--recipe", recipe, "--rig", file.rig or "SPEC", "-o", "next.csv"))
     parameters = str(folder / "params.toml")
     if diagnosis.verdict == "unexplained":
         return _after_unexplained(diagnosis, facts, folder)

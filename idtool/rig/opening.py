@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from idtool.errors import InputError, misspelt, nearest
+from idtool.errors import InputError, UnknownNameError, misspelt, nearest
 from idtool.io.entry_points import load, outside
 from idtool.io.read_file import read_bytes
 from idtool.rig.base import Rig
@@ -74,8 +74,8 @@ def open_rig(spec: str, *, seed: int = 0) -> Rig:
     if word not in names or not rest.partition(",")[0]:
         target = rest.partition(",")[0]
         if target and (wrong := misspelt(names, [word])):
-            raise InputError(f'unknown rig "{spec}"', remedy=f'did you mean "{wrong[1]}:{target}"')
-        raise InputError(
+            raise UnknownNameError(f'unknown rig "{spec}"', remedy=f'did you mean "{wrong[1]}:{target}"')
+        raise UnknownNameError(
             f'unknown rig "{spec}"', remedy=nearest(spec.partition(",")[0], [*named_rigs(), *forms()])
         )
     kind = _KINDS.get(word) or _from_outside(word)
@@ -150,7 +150,7 @@ def read_plant(target: str) -> PlantFile:
     path = _FOLDER / f"{target}.toml"
     names = [name.removeprefix("sim:") for name in named_rigs()]
     if target not in names:
-        raise InputError(f'unknown simulated rig "{target}"', remedy=nearest(target, names))
+        raise UnknownNameError(f'unknown simulated rig "{target}"', remedy=nearest(target, names))
     return read_plant_file(path)
 
 

@@ -102,7 +102,15 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         tuple(one.wiring for one in repaired),
         unseen=unseen,
         by_voltage=any(effort.column == "duty" for effort in efforts),
+        rig=_common_rig(logs),
     )
+
+
+def _common_rig(logs: Sequence[Log]) -> str:
+    """The word that opens the rig of the logs; on one that replays a recording nothing else can be run."""
+    specs = [log.header.get("rig_spec") for log in logs]
+    spec = specs[0] if all(one == specs[0] for one in specs) else None
+    return spec if isinstance(spec, str) and not spec.startswith("replay:") else ""
 
 
 def _refuse_twice(logs: Sequence[Log], efforts: Sequence[Effort]) -> None:

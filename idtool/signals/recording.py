@@ -56,6 +56,7 @@ class Recording:
             trial.
         unseen: how far the axis may move in a rest without its position showing it, rad (m).
         by_voltage: the torque is the motor's voltage, with its back-EMF in it unless the axis tells R.
+        rig: the word that opens the rig that ran all the logs (`--rig`), "" where they do not say one.
         weight: of each row in a fit, one over what models leave there, (rows,); None is the same for all.
         own_filter: the low-pass that the torque went through before it was logged, None for none.
     """
@@ -78,6 +79,7 @@ class Recording:
     fold: NDArray[np.intp] | None = None
     unseen: float = 0.0
     by_voltage: bool = False
+    rig: str = ""
     weight: Array | None = None
     own_filter: OwnFilter | None = None
 

@@ -14,6 +14,7 @@ from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.identifiability import shortcomings
 from idtool.fit.model import Spec
+from idtool.fit.next_sweep import run_command
 from idtool.fit.shortcoming import PARTS, Shortcoming
 from idtool.log import Log, columns_of
 from idtool.log.clock import GAP, missing_rows
@@ -267,13 +268,13 @@ def _determine(
     payloads = 0 if motion.payload is None else len(np.unique(np.round(motion.payload, 3)))
     if motion.payload is not None or motion.gravity_factor is not None:
         never = "" if acting else "gravity never acts in these logs"
-        judge("gravity: base", ["gravity.base"], "gravity acts", never, "ffc-id run-gravity")
+        judge("gravity: base", ["gravity.base"], "gravity acts", never, run_command(recording, "gravity"))
         judge(
             "gravity: per payload",
             ["gravity.per_payload"],
             f"{payloads} payloads",
             never,
-            "ffc-id run-gravity",
+            run_command(recording, "gravity"),
         )
     speeds = sorted({round(abs(speed), 3) for speed, _ in constant_speeds(motion)})
     moving = np.abs(motion.velocity) > 1e-3 * float(np.max(np.abs(motion.velocity)))
@@ -285,7 +286,7 @@ def _determine(
         ""
         if len(speeds) >= 3 or reversals >= 4 or moves_one_way(recording)
         else f"{len(speeds)} constant speeds and {reversals} reversals only",
-        "ffc-id run-sweep",
+        run_command(recording, "sweep"),
     )
     judge(
         "friction: stiction and Stribeck velocity",
@@ -297,7 +298,7 @@ def _determine(
         ["dynamic.bristle_stiffness", "dynamic.bristle_damping"],
         f"{reversals} reversals; position steps of {recording.position_resolution:.2g}",
         "" if recording.position_resolution > 0 else "no position was logged",
-        "ffc-id run-sine",
+        run_command(recording, "sine"),
     )
     for effect in registry.library():
         reason = effect.missing(motion)

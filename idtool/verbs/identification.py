@@ -120,6 +120,7 @@ def parameters_of(fit: JointFit, options: dict[str, Any] | None = None) -> Param
         provenance={
             "tool": f"ffc-id {__version__}",
             "logs": list(recording.sources),
+            **({"rig": recording.rig} if recording.rig else {}),
             "friction_law": spec.friction,
             "fit": fit.outcome.value,
             "filter_hz": float(f"{recording.filter.bandwidth_hz:.6g}"),

@@ -41,6 +41,8 @@ from idtool.verbs.predict import predict, refuse_other_axis
 #: belong to it, and no others are looked for.
 TEXTBOOK_EFFECTS = ("inertia", "torque_offset")
 
+#: Sentences on what is going on that say how far it is (`idtool.verbs.expected`).
+READING, SEARCHING = "reading the motion", "searching the friction parameters"
 #: What the file may be fitted to.
 WEIGHED = ("torque", "position")
 
@@ -85,11 +87,7 @@ def identify(
         InputError: an unknown option, an effect that lacks something, or logs that cannot be used.
     """
     own = tuple(map(registry.add, effects))
-    for name in without:
-        if not registry.knows(name):
-            raise InputError(
-                f"unknown effect {name!r}", argument="without", remedy=nearest(name, registry.names())
-            )
+    registry.refuse_unknown(without)
     if tolerance is not None and not 0.0 <= tolerance < 100.0:
         raise InputError(
             f"is {tolerance:g} %",
@@ -105,9 +103,9 @@ def identify(
         tell("finding the constant from the known load")
         calibration = calibrate_by_axis(logs)
         logs, validate = (_with_constant(some, calibration) for some in (logs, validate))
-    tell("reading the motion")
+    tell(READING)
     recording = record(logs)
-    tell("searching the friction parameters")
+    tell(SEARCHING)
     base = partial(begin, law=law, gravity=gravity, optimizer=optimizer, seed=seed, without=without)
     starts, notes, stepped = base(thin(recording))
     if filtered_before(recording):

@@ -23,6 +23,7 @@ from idtool.virtual_servo.terminal import VirtualTerminal
 COMMANDS = {
     "payload": "payload KG            hang another payload on the axis",
     "tilt": "tilt ALPHA BETA       tilt the axis, rad",
+    "tilt-deg": "tilt-deg ALPHA BETA   the same in degrees",
     "hand": "hand NM               push with this torque; hand 0 lets go",
     "fault": "fault WORD            let something go wrong, as --fault does",
     "power": "power                 switch its power off and on",
@@ -94,6 +95,7 @@ class Rehearsal:
         actions: dict[str, Callable[[list[str]], str]] = {
             "payload": self._payload,
             "tilt": self._tilt,
+            "tilt-deg": self._tilt_deg,
             "hand": self._hand,
             "fault": self._fault,
             "power": self._power,
@@ -111,6 +113,10 @@ class Rehearsal:
             raise InputError("a payload is no less than 0 kg", remedy="write payload 0.4")
         return self._load(replace(self._setup, payload_kg=payload))
 
+    def _tilt_deg(self, words: list[str]) -> str:
+        alpha, beta = map(math.radians, _numbers(words, 2, "tilt-deg"))
+        return self._load(replace(self._setup, tilt_alpha_rad=alpha, tilt_beta_rad=beta))
+
     def _tilt(self, words: list[str]) -> str:
         alpha, beta = _numbers(words, 2, "tilt")
         return self._load(replace(self._setup, tilt_alpha_rad=alpha, tilt_beta_rad=beta))
@@ -118,7 +124,8 @@ class Rehearsal:
     def _load(self, setup: TrialSetup) -> str:
         self._terminal.servo.axis.load(setup)
         self._setup = setup
-        return f"payload {setup.payload_kg:g} kg, tilt {setup.tilt_alpha_rad:g} {setup.tilt_beta_rad:g} rad"
+        alpha, beta = math.degrees(setup.tilt_alpha_rad), math.degrees(setup.tilt_beta_rad)
+        return f"payload {setup.payload_kg:g} kg, tilt {alpha:.3g}° and {beta:.3g}°"
 
     def _hand(self, words: list[str]) -> str:
         (torque,) = _numbers(words, 1, "hand")

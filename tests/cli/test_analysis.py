@@ -55,7 +55,8 @@ def test_check_says_what_the_logs_determine(logs: Path) -> None:
     assert {"gravity: per payload", "friction: sigma0 and sigma1", "effect: load_dependent_friction"} <= can
     alone = json.loads(ffc_id("check", "sine.csv", "--json", cwd=logs).stdout)
     cannot = {verdict["what"]: verdict for verdict in alone["session"]["cannot"]}
-    assert cannot["gravity: per payload"]["run"] == "ffc-id run-gravity"
+    run = "ffc-id run-gravity --rig sim:bench -o gravity.csv"
+    assert cannot["gravity: per payload"]["run"] == run
     assert "payload" in cannot["effect: load_dependent_friction"]["why"]
 
 

@@ -145,7 +145,7 @@ def test_the_import_of_the_benchmark_reads_its_variables(tmp_path: Path) -> None
 def test_what_a_catalogue_lacks_is_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text('schema = "ffc-id/catalogue/1"\n[recordings.x]\ntitle = 3\n')
     for words, code, expected in (
-        (["get", "emsp"], 3, 'did you mean "emps"?'),
+        (["get", "emsp"], 2, 'did you mean "emps"?'),
         (["get", "x", "--catalogue", "bad.toml"], 3, "bad.toml: is no catalogue"),
         (["list", "--catalogue", "no.toml"], 3, "no.toml: no such file"),
         (["fetch"], 2, 'no command "fetch"'),

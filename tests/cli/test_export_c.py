@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,16 @@ def test_the_mode_is_that_of_the_file(light: bool, tmp_path: Path) -> None:
     assert f"#define FFC_LIGHT {int(light)}\n" in header.read_text()
 
 
+def test_a_range_in_degrees_is_that_range(params: Path, tmp_path: Path) -> None:
+    for name, words in (
+        ("rad", ("--range", "-1.5", f"{math.pi / 2}")),
+        ("deg", ("--range-deg", "-85.94367", "90")),
+    ):
+        assert ffc_id("export", "c", "-p", params, "-o", tmp_path / name, *words).returncode == 0
+    one, other = ((tmp_path / name / "ffc.c").read_text() for name in ("rad", "deg"))
+    assert one == other
+
+
 def test_json_is_one_document(params: Path, tmp_path: Path) -> None:
     arguments = ["--without", "inertia", "--period", "0.005", "--any-position", "--json"]
     done = ffc_id("export", "c", "-p", params, "-o", tmp_path / "guide", *arguments)
@@ -59,6 +70,7 @@ def test_json_is_one_document(params: Path, tmp_path: Path) -> None:
         (["--range", "1", "-1"], 3, "range"),
         ([*ANY, "--period", "0"], 2, "--period"),
         ([], 2, "--range LOW HIGH"),
+        (["--range", "-1", "1", "--range-deg", "-60", "60"], 2, "say the same in two units"),
         ([*ANY, "--range", "-1", "1"], 2, "--any-position"),
     ],
 )

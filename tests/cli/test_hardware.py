@@ -115,7 +115,7 @@ def test_a_person_is_asked_for_every_payload(servo: Servo, short: Path, tmp_path
             "trial 2 of 2: set the axis to payload 0.5 kg, tilt 0° and 0° (now payload 0 kg, "
             "tilt 0° and 0°), then press Enter; Ctrl-C ends\n"
         )
-        assert servo.do("payload 0.5") == "payload 0.5 kg, tilt 0 0 rad"
+        assert servo.do("payload 0.5") == "payload 0.5 kg, tilt 0° and 0°"
         out, _ = run.communicate("\n", timeout=240)
     assert run.returncode == 0
     assert out.startswith(f"{log}: ")
@@ -143,7 +143,7 @@ def test_nobody_there_to_ask(servo: Servo, short: Path, tmp_path: Path) -> None:
 @pytest.fixture
 def lying(tmp_path: Path) -> Iterator[Servo]:
     """On its side it does not sink while its torque is off, so that no start is far away."""
-    made = Servo(tmp_path, "--tilt", "1.5707963", "0")
+    made = Servo(tmp_path, "--tilt-deg", "90", "0")
     yield made
     made.end()
 
@@ -230,6 +230,8 @@ def test_what_it_does_not_understand(servo: Servo) -> None:
     assert servo.do("paylod 1") == 'no command "paylod"; did you mean "payload"?'
     assert servo.do("payload").startswith("payload takes 1 number")
     assert servo.do("payload nan").startswith("payload takes 1 number")
+    assert servo.do("tilt-deg 90 0") == servo.do("tilt 1.5707963 0") == "payload 0 kg, tilt 90° and 0°"
+    assert servo.do("tilt-deg 0 0") == "payload 0 kg, tilt 0° and 0°"
     assert servo.do("fault lost=0.5") == "as you wish"
     assert "torque off, faults so far: none" in servo.do("status")
 
@@ -237,7 +239,8 @@ def test_what_it_does_not_understand(servo: Servo) -> None:
 @pytest.mark.parametrize(
     ("options", "code", "expected"),
     [
-        (["--plant", "papr"], 3, 'did you mean "paper"'),
+        (["--tilt", "1", "0", "--tilt-deg", "60", "0"], 2, "--tilt and --tilt-deg say the same in two units"),
+        (["--plant", "papr"], 2, 'did you mean "paper"'),
         (["--fault", "silent"], 3, "silent@SECONDS"),
         (["--baud", "12"], 3, "no baud rate 12"),
         (["--link", "/proc/servo"], 3, "/proc/servo: cannot be written"),

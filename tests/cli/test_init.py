@@ -28,13 +28,18 @@ def test_from_options(tmp_path: Path) -> None:
     done = ffc_id("init", *WHOLE, cwd=tmp_path)
     assert done.returncode == 0
     assert done.stdout.startswith("written: axis.toml\n")
-    assert done.stderr == "next: ffc-id identify --axis axis.toml LOG... -o result\n"
+    assert done.stderr == "next: ffc-id import recording.csv -o log.csv\n"
     file = AxisFile.read(tmp_path / "axis.toml")
     assert file == AxisFile(
         Axis("rotary", 2.67, {"unit": "elbow"}),
         {"lowest": -1.5, "highest": 1.5, "speed": 1.0, "current": 1.2},
     )
     assert 'schema = "ffc-id/axis/1"' in (tmp_path / "axis.toml").read_text()
+
+    degrees = ffc_id("init", "--kind", "rotary", "--range-deg", "-90", "45", "-o", "deg.toml", cwd=tmp_path)
+    assert degrees.returncode == 0
+    ends = AxisFile.read(tmp_path / "deg.toml").limits
+    assert ends == pytest.approx({"lowest": -np.pi / 2, "highest": np.pi / 4})
 
     again = ffc_id("init", "--kind", "linear", cwd=tmp_path)
     assert again.returncode == 3
@@ -55,6 +60,8 @@ def test_from_options(tmp_path: Path) -> None:
         (["--kind", "rotery"], 2, 'did you mean "rotary"?'),
         (["--kind", "rotary", "--torque-constant", "-1"], 3, "must be a finite number above zero"),
         (["--kind", "rotary", "--range", "1", "-1"], 3, "the lowest position is not below the highest"),
+        (["--kind", "rotary", "--range", "0", "1", "--range-deg", "0", "60"], 2, "say the same in two units"),
+        (["--kind", "linear", "--range-deg", "0", "60"], 2, "--range-deg is for a rotary axis"),
         (["--kind", "rotary", "--max-speed", "nan"], 2, "nan is no finite number"),
         (["--kind", "rotary", "-o", "no/axis.toml"], 3, "make the folder no first"),
     ],

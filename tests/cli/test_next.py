@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +32,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     inertia = EffectEntry("inertia", {"inertia": Parameter(0.04)})
     known = Parameters(axis=axis, gravity_model="arm", gravity=arm, static=static, effects=(inertia,))
     known.write(folder / "params.toml")
+    told = {"logs": ["sine.csv", "gone.csv"], "rig": "sim:bench"}
+    replace(known, provenance=told).write(folder / "told.toml")
+    (folder / "own").mkdir()
     time = np.arange(4000) * 0.01
     speed = 0.5 * np.sin(time)
     noise = 0.002 * np.random.default_rng(0).standard_normal(len(time))
@@ -62,13 +67,19 @@ def last(*words: str, cwd: Path) -> list[str]:
         ("recipes", "run --recipe sweep --rig sim:paper"),
         ("data list", "data get sample"),
         ("predict sine.csv -p params.toml -o a.csv", "tune -p params.toml"),
-        ("simulate sine.csv -p params.toml -o b.csv", "fit-motion LOG..."),
-        ("compare params.toml params.toml", "compare params.toml params.toml LOG..."),
+        ("simulate sine.csv -p params.toml -o b.csv", "fit-motion sine.csv -p motion.toml"),
+        ("compare params.toml params.toml", "run --recipe validation --rig SPEC -o validation.csv"),
+        ("compare params.toml told.toml", "compare params.toml told.toml sine.csv"),
         ("compare params.toml params.toml sine.csv", "fleet"),
-        ("calibrate swing.csv --mass 0.5 --lever 0.1", "identify LOG... --torque-constant"),
+        ("calibrate swing.csv --mass 0.5 --lever 0.1", "identify swing.csv --torque-constant"),
         ("export json -p params.toml -o axis.json", "tune -p params.toml"),
-        ("export urdf -p params.toml -o axis.urdf", "export urdf -p params.toml -o axis.urdf --force LOG..."),
-        ("export c -p params.toml -o board --any-position", "teach -p params.toml"),
+        ("export urdf -p params.toml -o axis.urdf", "tune -p params.toml"),
+        ("export urdf -p told.toml -o b.urdf", "export urdf -p told.toml -o b.urdf --force sine.csv"),
+        ("export c -p params.toml -o board --any-position", "teach -p params.toml --rig SPEC --tare"),
+        ("export c -p told.toml -o told --any-position", "teach -p told.toml --rig sim:bench --tare"),
+        ("tune -p told.toml --hand-force 2 --lever 0.1 --write", "teach -p told.toml --rig sim:bench --tare"),
+        ("init --kind rotary -o own/axis.toml", "import recording.csv -o log.csv"),
+        ("init --kind rotary -o axis.toml", "identify --axis axis.toml sine.csv -o result"),
         (f"identify inverted.csv -o wrong {' '.join(COULOMB)}", "plot inverted.csv"),
     ],
 )
@@ -79,6 +90,44 @@ def test_it_ends_with_the_next_command(folder: Path, words: str, following: str)
 def test_a_program_that_reads_is_told_nothing(folder: Path) -> None:
     done = ffc_id("predict", "sine.csv", "-p", "params.toml", "-o", "c.csv", "--json", cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short session of a simulated rig; its sweep is gzipped, and something else lies beside it."""
+    folder = tmp_path_factory.mktemp("session")
+    for recipe, options in (("gravity", ("--payloads", "0,1")), ("sweep", ("--speeds", "0.1,0.2,0.3"))):
+        words = (f"run-{recipe}", *options, "--rig", "sim:bench", "-o", f"{recipe}.csv")
+        assert ffc_id(*words, cwd=folder).returncode == 0
+    plain = folder / "sweep.csv"
+    (folder / "sweep.csv.gz").write_bytes(gzip.compress(plain.read_bytes()))
+    plain.unlink()
+    (folder / "broken.csv.gz").write_bytes(b"no gzip")
+    (folder / "notes.csv").write_text('experiment,"sine"\n')
+    return folder
+
+
+def test_a_fit_goes_on_with_the_log_beside_it_or_with_a_run_on_its_rig(session: Path) -> None:
+    (session / "logs").symlink_to(session)
+    gravity = last("fit-gravity", "logs/gravity.csv", "-p", "params.toml", cwd=session)
+    assert gravity == ["fit-static", "logs/sweep.csv.gz", "-p", "params.toml"]
+    static = last("fit-static", "sweep.csv.gz", "-p", "params.toml", cwd=session)
+    assert static == ["run-sine", "--rig", "sim:bench", "-o", "sine.csv"]
+    assert Parameters.read(session / "params.toml").rig == "sim:bench"
+    # what was recorded elsewhere may be all there is
+    frame = Log.read(session / "sweep.csv.gz").frame
+    Log(frame, Axis("rotary", 2.67)).write(session / "own.csv")
+    again = last("fit-static", "own.csv", "-p", "params.toml", cwd=session)
+    assert again == ["fit-dynamic", "own.csv", "-p", "params.toml"]
+
+
+def test_what_a_session_lacks_is_run_on_its_rig(session: Path) -> None:
+    said = ffc_id("check", "sweep.csv.gz", cwd=session).stdout
+    assert "try ffc-id run-gravity --rig sim:bench -o gravity.csv" in said
+    axis = Log.read(session / "sweep.csv.gz").axis
+    Log(Log.read(session / "sweep.csv.gz").frame, axis).write(session / "from-elsewhere.csv")
+    said = ffc_id("check", "from-elsewhere.csv", cwd=session).stdout
+    assert "try ffc-id run-gravity --rig SPEC -o gravity.csv" in said
 
 
 def test_a_report_drawn_again(folder: Path) -> None:

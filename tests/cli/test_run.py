@@ -167,11 +167,11 @@ def test_a_recipe_of_another_experiment_is_told(ffc_id: Program) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "expected"),
     [
-        (["run-sine", "--rig", "sim:papr", "-o", "x.csv"], 3, 'rig "papr"; did you mean "paper"'),
-        (["run-sine", "--rig", "sin:paper", "-o", "x.csv"], 3, 'rig "sin:paper"; did you mean "sim:paper"'),
+        (["run-sine", "--rig", "sim:papr", "-o", "x.csv"], 2, 'rig "papr"; did you mean "paper"'),
+        (["run-sine", "--rig", "sin:paper", "-o", "x.csv"], 2, 'rig "sin:paper"; did you mean "sim:paper"'),
         (["run-sine", "--rig", "sim:no.toml", "-o", "x.csv"], 3, "no.toml: no such file"),
         (["run-sine", "--rig", "dynamixel:/dev/none", "-o", "x.csv"], 4, "cannot open /dev/none: there"),
-        (["run-sine", "--recipe", "sinus", "-o", "x.csv"], 3, 'unknown recipe "sinus"; did you mean "sine"'),
+        (["run-sine", "--recipe", "sinus", "-o", "x.csv"], 2, 'unknown recipe "sinus"; did you mean "sine"'),
         (["run-sine", "--recipe", "no.toml", "-o", "x.csv"], 3, "no such file; ffc-id recipes lists"),
         (["run-sine", "--recipe", ".", "-o", "x.csv"], 3, "is a folder where a recipe should be"),
         (["run-gravity", "--tilt-deg", "400", "0", "-o", "x.csv"], 2, "--tilt-deg: expected -180 to 180"),
@@ -184,7 +184,7 @@ def test_a_recipe_of_another_experiment_is_told(ffc_id: Program) -> None:
         (["run-sine"], 2, "Missing option '-o' / '--output' (The log); ffc-id run-sine --help shows"),
         (["run-sine", "--seed", "-1", "-o", "x.csv"], 2, "--seed"),
         (["run-sin", "-o", "x.csv"], 2, 'no command "run-sin"; did you mean "run-sin'),
-        (["recipes", "show", "swep"], 3, 'unknown recipe "swep"; did you mean "sweep"'),
+        (["recipes", "show", "swep"], 2, 'unknown recipe "swep"; did you mean "sweep"'),
     ],
 )  # fmt: skip
 def test_refusals(ffc_id: Program, folder: Path, arguments: list[str], code: int, expected: str) -> None:

@@ -110,7 +110,7 @@ ROWS = {
         frozenset({"no_low_speeds"}),
         STRIBECK,
         "no low speeds",
-        "run slower ones (`ffc-id run-sweep --speeds 0.0",
+        "run slower ones (`ffc-id run-sweep --rig SPEC --speeds 0.0",
         ("static",),
     ),
     "one payload": Row(

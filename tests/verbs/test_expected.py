@@ -1,0 +1,78 @@
+"""What is left of an identification: what is certain to come, and a share that never goes back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from idtool import Log
+from idtool.diagnosis.diagnose import BASE, FINAL
+from idtool.diagnosis.selection import ACCEPTED
+from idtool.verbs.expected import Expected
+from idtool.verbs.identify import READING, SEARCHING, identify
+
+SESSION = Path(__file__).resolve().parents[2] / "data" / "session"
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def test_stages_that_are_over_say_how_long_the_rest_takes() -> None:
+    clock = Clock()
+    expected = Expected(clock)
+    assert (expected.left_s, expected.share) == (None, None)
+    expected.hear(READING)
+    clock.now += 1.0
+    assert expected.left_s is None
+    expected.hear(SEARCHING)
+    assert expected.left_s == pytest.approx(4.0 + 4.0 * (0.8 + 0.1))
+    clock.now += 3.0
+    assert expected.left_s == pytest.approx(1.0 + 3.6)
+    clock.now += 7.0  # ten times the reading: what comes takes longer too
+    expected.hear(BASE)
+    assert expected.left_s == pytest.approx(10.0 * (0.8 + 0.1))
+    clock.now += 9.0  # longer than it should
+    expected.hear("trying hysteresis")
+    assert expected.left_s == pytest.approx(1.0)
+    expected.hear(f"{ACCEPTED} hysteresis")
+    assert expected.left_s == pytest.approx(4.0 + 1.0)
+    clock.now += 20.0
+    expected.hear(f"{ACCEPTED} backlash")  # a round as long as the one before
+    assert expected.left_s == pytest.approx(20.0 + 1.0)
+    expected.hear(FINAL)
+    assert expected.left_s == pytest.approx(1.0)
+    clock.now += 5.0
+    assert expected.left_s == 0.0
+    assert expected.share == 1.0
+
+
+def test_the_share_never_goes_back() -> None:
+    clock = Clock()
+    expected = Expected(clock)
+    shares = []
+    for sentence, took in (
+        (READING, 1.0),
+        (SEARCHING, 2.0),
+        (BASE, 2.0),
+        *((f"{ACCEPTED} {k}", 5.0 + k) for k in range(4)),
+        (FINAL, 0.0),
+    ):
+        expected.hear(sentence)
+        shares.append(expected.share or 0.0)
+        clock.now += took
+        shares.append(expected.share or 0.0)
+    assert shares == sorted(shares)
+    assert 0.0 < shares[5] < 0.9 < shares[-1] < 1.0
+
+
+def test_an_identification_says_every_stage() -> None:
+    said: list[str] = []
+    identify([Log.read(SESSION / "sine.csv.gz")], friction="coulomb", gravity="none", tell=said.append)
+    stages = [one for one in said if one in (READING, SEARCHING, BASE, FINAL)]
+    assert stages == [READING, SEARCHING, BASE, FINAL]
