@@ -239,13 +239,15 @@ def _refuse_beyond_the_drive(payload: float, parameters: Parameters, axis: Rig) 
 
 
 def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) -> None:
-    """Notice a parameter file of another axis.
+    """Notice a parameter file of another axis; say what its session left unexplained.
 
     Raises:
         InputError: it is of another kind, or its torque constant is far from the rig's.
     """
     from idtool.errors import InputError
 
+    if parameters.unexplained:
+        output.warn(f"{parameters.unexplained}.")
     ours, theirs = parameters.axis, axis.axis
     if ours.kind != theirs.kind:
         raise InputError(

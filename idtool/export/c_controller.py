@@ -151,6 +151,7 @@ def export_c(
     words = unit_text("position", kind)
     played, size = in_c(path, controller.limits, words, path_speed) if path is not None else ({}, "")
     notes = (
+        *((kept.unexplained,) if kept.unexplained else ()),
         *controller.model.skipped,
         *(f"{effect} is left out as asked" for effect in without),
         *((size,) if size else ()),
@@ -193,6 +194,8 @@ def _rendered(templates: dict[str, str], context: dict[str, Any]) -> dict[str, s
 
 def _write(folder: Path, texts: dict[str, str], force: bool) -> None:
     """All files, or none."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError("is a file where a folder should be", file=folder, remedy="name a folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

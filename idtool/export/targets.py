@@ -63,7 +63,8 @@ def export(
     if not _NAME.match(joint):
         raise UsageError(f"{joint!r} is no name for a joint; use letters, digits and underscores.")
     plan = writer.plan(parameters, logs, friction)
-    plan = replace(plan, notes=(*plan.notes, *_doubts(plan.model)))
+    unexplained = (parameters.unexplained,) if parameters.unexplained else ()
+    plan = replace(plan, notes=(*unexplained, *plan.notes, *_doubts(plan.model)))
     errors = _errors(parameters, plan, logs) if logs else {}
     remarks = _remarks(writer, parameters, plan, logs, errors)
     return Exported(target, writer.render(plan, remarks, joint), plan, errors)

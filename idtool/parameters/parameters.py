@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any
 
 from idtool.errors import InputError
 from idtool.io.atomic import atomic_write, refuse_existing
+from idtool.io.lock import held_folder
 from idtool.io.tables import check_schema, no_strangers, table_at
-from idtool.io.toml import load_toml
+from idtool.io.toml import is_finite, load_toml, short
 from idtool.model.units import Units, file_key, is_linear
 from idtool.parameters.axis import Axis
 from idtool.parameters.contents import (
@@ -93,6 +94,18 @@ class Parameters:
         named = self.provenance.get("logs")
         listed = named if isinstance(named, list) else []
         return [log for log in listed if isinstance(log, str) and "\0" not in log]
+
+    @property
+    def unexplained(self) -> str | None:
+        """A sentence, without a full stop, where the session behind the file ended so; None else."""
+        known = self.provenance
+        if known.get("verdict") != "unexplained":
+            return None
+        left, names = known.get("left_percent_of_torque"), known.get("depends_on")
+        size = f"{left:.3g} % of the torque" if is_finite(left) else "more than noise"
+        words = [short(name).strip("'") for name in names] if isinstance(names, list) else []
+        on = f", which depends on {' and '.join(words)}" if words else ""
+        return f"the session of the parameter file ended as unexplained: it left {size}{on}; expect no less"
 
     def effect(self, name: str) -> EffectEntry | None:
         """The entry of an effect, or None."""
@@ -181,9 +194,10 @@ class Parameters:
             InputError: what is there now is not that: a second program, or a person, wrote it meanwhile.
         """
         file = Path(path)
-        if file.exists() and Parameters.read(file) != known:
-            raise InputError("was written by somebody else meanwhile", file=file, remedy="run this again")
-        self.write(file, force=True)
+        with held_folder(file.parent):  # nobody writes between the look and the writing
+            if file.exists() and Parameters.read(file) != known:
+                raise InputError("was written by somebody else meanwhile", file=file, remedy="run this again")
+            self.write(file, force=True)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Parameters:

@@ -41,7 +41,17 @@ from idtool.version import __version__
 PAGE = "report.html"
 FIGURES = "figures"
 #: What of the provenance the page shows in words of its own.
-_SHOWN = ("tool", "logs", "seed", "friction", "friction_law", "filter_hz")
+_SHOWN = (
+    "tool",
+    "logs",
+    "seed",
+    "friction",
+    "friction_law",
+    "filter_hz",
+    "verdict",
+    "left_percent_of_torque",
+    "depends_on",
+)
 #: Names of every figure that a report may have; those of an earlier report that this one lacks go.
 _KNOWN = (
     "stribeck",

@@ -65,13 +65,21 @@ class Identification:
     @cached_property
     def parameters(self) -> Parameters:
         """The parameter file."""
-        found = replace(parameters_of(self.fit, self.options), drive=self.drive)
+        found = replace(parameters_of(self.fit, self.options | self._ended()), drive=self.drive)
         if self.motion is not None:
             ended = {"fit_motion": self.motion.outcome.value}
             found = replace(self.motion.parameters, provenance={**found.provenance, **ended})
         if self.calibration is not None:
             found = in_torque(found, self.calibration.constant, self.calibration.unit)
         return found
+
+    def _ended(self) -> dict[str, Any]:
+        """The verdict, and what was left unexplained, as the provenance keeps them."""
+        verdict, unexplained = self.evidence.verdict, self.evidence.unexplained
+        if unexplained is None:
+            return {"verdict": verdict}
+        left = float(f"{self.evidence.left['percent_of_torque']:.3g}")
+        return {"verdict": verdict, "left_percent_of_torque": left, "depends_on": unexplained["depends_on"]}
 
     @cached_property
     def diagnosis(self) -> dict[str, Any]:

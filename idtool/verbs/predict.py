@@ -301,7 +301,8 @@ def _errors(recording: Recording, torque: Array) -> dict[str, dict[str, Any]]:
 
 
 def _notes(parameters: Parameters) -> list[str]:
-    notes = ["the bristle's start, one number per trial and rest, was taken from the measured torque."]
+    notes = [f"{parameters.unexplained}."] if parameters.unexplained else []
+    notes.append("the bristle's start, one number per trial and rest, was taken from the measured torque.")
     if not parameters.gravity:
         notes.append("the parameter file has no [gravity]: gravity was left out.")
     if not parameters.static:

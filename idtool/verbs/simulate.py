@@ -99,6 +99,8 @@ def simulate(log: Log | Sequence[Log], parameters: Parameters, source: Source = 
         InputError: logs of another axis, no inertia, or no goal in a log.
     """
     logs, notes = without_late_velocity(of_axis([log] if isinstance(log, Log) else log, parameters))
+    if parameters.unexplained:
+        notes = [f"{parameters.unexplained}.", *notes]
     recording = record(logs, every_row=True)
     if source == "goal" and (parameters.drive is None or parameters.drive.position_gain is None):
         parameters = replace(parameters, drive=with_loop(parameters.drive, fit_drive(logs)))

@@ -124,7 +124,8 @@ def test_is_told_and_not_called_an_effect(
     tmp_path: Path, what: dict[str, float], words: str, place: float
 ) -> None:
     session(tmp_path, what)
-    found = identify([Log.read(tmp_path / "log.csv")]).diagnosis
+    result = identify([Log.read(tmp_path / "log.csv")])
+    found = result.diagnosis
     assert [effect["name"] for effect in found["effects"]] in ([], ["inertia"])
     assert found["verdict"] == "unexplained"
     # nothing was added: what the axis is modelled by has one error
@@ -132,6 +133,12 @@ def test_is_told_and_not_called_an_effect(
     told = re.search(f"looks like this: {words}: (.*) N m (?:at|from) (.*) (?:s|rad)", found["notes"][-1])
     assert told is not None
     assert [float(number) for number in told.groups()] == pytest.approx([0.02, place], rel=0.1)
+    left = found["left"]["percent_of_torque"]
+    assert result.parameters.provenance["left_percent_of_torque"] == pytest.approx(left, rel=0.01)
+    on = " and ".join(found["unexplained"]["depends_on"])
+    assert f"it left {left:.3g} % of the torque, which depends on {on};" in (
+        result.parameters.unexplained or ""
+    )
 
 
 def test_one_bump_stands_for_many_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

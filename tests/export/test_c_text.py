@@ -82,6 +82,8 @@ def test_files_are_not_overwritten_unasked_nor_in_part(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="already exists"):
         export_c(parameters(BENCH), tmp_path)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["ffc.c"]
+    with pytest.raises(InputError, match=r"ffc\.c: is a file where a folder should be; name a folder"):
+        export_c(parameters(BENCH), tmp_path / "ffc.c", force=True)
     export_c(parameters(BENCH), tmp_path, force=True)
     assert "mine" not in (tmp_path / "ffc.c").read_text()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,9 @@ import pytest
 
 from idtool.errors import InputError
 from idtool.io.atomic import refuse_existing
+from idtool.io.lock import held_folder
 from idtool.log import Log, LogWriter
-from idtool.parameters import Axis
+from idtool.parameters import Axis, Parameters
 from idtool.report.result_folder import result_folder
 
 COLUMNS = ["time_s", "velocity_rad_s", "torque_nm"]
@@ -96,6 +98,18 @@ def test_a_second_result_into_a_folder_is_refused(tmp_path: Path, force: bool) -
         (folder / "params.toml").write_text("")
     with pytest.raises(InputError, match=r"already holds params\.toml"), result_folder(folder, False):
         raise AssertionError
+
+
+def test_nobody_writes_a_parameter_file_between_the_look_and_the_writing(tmp_path: Path) -> None:
+    file = tmp_path / "params.toml"
+    known = Parameters(provenance={"by": "me"})
+    known.write(file)
+    with held_folder(tmp_path), pytest.raises(InputError, match=_BUSY):
+        replace(known, provenance={"by": "another"}).write_over(file, known)
+    assert Parameters.read(file) == known
+    replace(known, provenance={"by": "another"}).write_over(file, known)
+    with pytest.raises(InputError, match="was written by somebody else meanwhile"):
+        known.write_over(file, known)
 
 
 def test_a_folder_of_which_nothing_came_is_not_left_behind(tmp_path: Path) -> None:

@@ -174,7 +174,8 @@ def tune(
         )
     command = parameters.controller.command_gain if parameters.controller else COMMAND_GAIN
     controller = Controller(command, gain, period, start, "light")
-    notes = _heavier_than_bare(model, gain, ratio, uncertainty)
+    doubt = (f"{parameters.unexplained}.",) if parameters.unexplained else ()
+    notes = doubt + _heavier_than_bare(model, gain, ratio, uncertainty)
     return Tuning(controller, torque, pace, uncertainty, rest, margins, ratio, notes)
 
 
