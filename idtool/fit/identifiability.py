@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from idtool.fit.joint import JointFit
+from idtool.fit.joint import JointFit, kept
 from idtool.fit.lever import odd_lever
 from idtool.fit.next_sweep import long_sweep, run_command, slow_sweep
 from idtool.fit.shortcoming import PARTS, Limits, Shortcoming
@@ -28,6 +28,7 @@ from idtool.signals.coverage import (
     moves_one_way,
     slowest_and_fastest,
     stretches,
+    turning_points,
 )
 
 __all__ = [
@@ -44,6 +45,8 @@ __all__ = [
 _NO_STRIBECK = 2.0
 #: Presliding travel below this many steps of the position reading gives sigma0 a lower bound only.
 _COUNTS = 3.0
+#: ... and so does presliding that is over within this many samples after a reversal.
+_ROWS = 4.0
 #: Low speeds are those between these multiples of the Stribeck velocity (at rest the torque is any below the
 #: static level and shows neither); the axis must pass through them more slowly than the filter's window is
 #: long, and for this many windows in all.
@@ -100,7 +103,7 @@ def not_converged(fit: JointFit) -> Shortcoming | None:
 
 
 def _about_parameters(fit: JointFit) -> list[Shortcoming]:
-    judged = [one_payload, one_direction, one_speed, low_speeds, no_reversal, presliding, at_bound]
+    judged = [one_payload, one_direction, one_speed, low_speeds, no_reversal, presliding, brief, at_bound]
     found = [one for judge in judged if (one := judge(fit)) is not None]
     told = {name for one in found for name in one.parameters}
     found += [one for one in [carried(fit, told)] if one is not None]
@@ -246,6 +249,46 @@ def presliding(fit: JointFit) -> Shortcoming | None:
         by_error=True,
         limits={"dynamic.bristle_stiffness": (least, None)} if resolution > 0 else {},
     )
+
+
+def brief(fit: JointFit) -> Shortcoming | None:
+    """Presliding that is over within a few samples after a reversal."""
+    if fit.model.spec.friction != "lugre":
+        return None
+    rows, travel = rows_in_presliding(fit)
+    if rows >= _ROWS:
+        return None
+    friction = fit.model.friction(fit.x)
+    least = max(friction.coulomb, friction.static) / max(travel, fit.presliding_scale)
+    bound = f"{least:.2g} {unit_text('stiffness', fit.model.recording.axis.kind)}"
+    return Shortcoming(
+        "brief_presliding",
+        ("dynamic",),
+        ("dynamic.bristle_stiffness", "dynamic.bristle_damping"),
+        f"the presliding travel is over within {max(rows, 1):.0f} samples of a reversal, so the data give "
+        f"sigma0 a lower bound only ({bound})",
+        "turn round more slowly, or log at a higher rate",
+        by_error=True,
+        limits={"dynamic.bristle_stiffness": (least, None)},
+    )
+
+
+@kept
+def rows_in_presliding(fit: JointFit) -> tuple[float, float]:
+    """Rows after a reversal while the bristle is on its way from one side to the other, and the deflection at
+    which there would be as many as are needed, rad (m); medians over the reversals, inf and 0 without any."""
+    motion, scale = fit.model.recording.motion, fit.presliding_scale
+    counts, reaches = [], []
+    for begin, end in zip(motion.starts, np.append(motion.starts[1:], len(motion)), strict=True):
+        position = motion.position[begin:end]
+        for turn in turning_points(position, 4.0 * scale):
+            way = np.abs(position[turn:] - position[turn])
+            begins, there = int(np.argmax(way > 0.1 * scale)), int(np.argmax(way > 2.0 * scale))
+            counts.append(int(np.sum(way[:there] > 0.1 * scale)))
+            reaches.append(0.5 * float(way[min(begins + round(_ROWS), len(way) - 1)]))
+    if not counts:
+        return math.inf, 0.0
+    return float(np.median(counts)), float(np.median(reaches))
 
 
 def no_reversal(fit: JointFit) -> Shortcoming | None:

@@ -10,6 +10,7 @@ import numpy as np
 from idtool.effects.base import Effect
 from idtool.fit.identifiability import undetermined
 from idtool.fit.joint import JointFit
+from idtool.fit.vague import standard_error
 from idtool.model.motion import Array
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter
 
@@ -97,7 +98,7 @@ def effect_entry(fit: JointFit, effect: Effect) -> EffectEntry:
 
 def _one(fit: JointFit, name: str, logarithmic: bool) -> Parameter:
     i = fit.model.names.index(name)
-    sd = math.sqrt(max(float(fit.covariance[i, i]), 0.0))
+    sd = standard_error(fit, name)
     value = fit.values[name]
     if fit.at_bound[name]:
         return Parameter(value, at_bound=True).undetermined()

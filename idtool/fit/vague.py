@@ -16,6 +16,8 @@ from idtool.presentation.text import quantity
 
 #: A parameter whose relative standard error is above this is not determined by the data.
 _TOO_VAGUE = 0.5
+#: Where a sample lies in time against a reversal is known to this share of the step: standard error.
+_INSTANT = 0.03
 #: Parameters whose errors are judged here.
 _JUDGED = (*STATIC, *DYNAMIC, "inertia.inertia")
 
@@ -62,7 +64,7 @@ def carried(fit: JointFit, told: Collection[str] = ()) -> Shortcoming | None:
         column = fit.jacobian[:, fit.model.names.index(name)]
         moves = reach * np.abs(np.linalg.lstsq(fit.jacobian[:, fit.free], column, rcond=None)[0])
         for other, moved in zip(free, moves.tolist(), strict=True):
-            half = float(fit.quantile[fit.model.names.index(other)]) * _error(fit, other)
+            half = float(fit.quantile[fit.model.names.index(other)]) * standard_error(fit, other)
             if moved > half and other in _JUDGED and _in_file(other, fit) not in told:
                 found.setdefault(_in_file(other, fit), name)
     if not found:
@@ -121,7 +123,7 @@ def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
 def _highest(fit: JointFit, name: str) -> float | None:
     """The upper end of a parameter's 95 % interval."""
     i = fit.model.names.index(name)
-    end = fit.x[i] + fit.quantile[i] * _error(fit, name)
+    end = fit.x[i] + fit.quantile[i] * standard_error(fit, name)
     return (
         None
         if end > fit.model.bounds[1][i]
@@ -134,7 +136,7 @@ def is_vague(fit: JointFit, name: str) -> bool:
     if fit.at_bound[name] or name in fit.held:
         return False
     size = 1.0 if name in LOGARITHMIC else abs(fit.values[name])
-    return _error(fit, name) >= _TOO_VAGUE * size
+    return standard_error(fit, name) >= _TOO_VAGUE * size
 
 
 def _in_file(name: str, fit: JointFit) -> str:
@@ -149,10 +151,19 @@ def _in_file(name: str, fit: JointFit) -> str:
     return f"effects.{owner}"
 
 
-def _error(fit: JointFit, name: str) -> float:
-    """Standard error of a coordinate; of a logarithmic one it is relative."""
+def standard_error(fit: JointFit, name: str) -> float:
+    """Standard error of a coordinate; of a logarithmic one it is relative.
+
+    A stiffness times a time resembles a damping, so that damping which relaxes within one sample is known no
+    better than when within it the axis turned round.
+    """
     i = fit.model.names.index(name)
-    return math.sqrt(max(float(fit.covariance[i, i]), 0.0))
+    variance = max(float(fit.covariance[i, i]), 0.0)
+    if name == "bristle_damping" and name not in fit.held:
+        within = fit.values["bristle_stiffness"] * fit.model.recording.motion.period
+        variance += (_INSTANT * within) ** 2 if abs(fit.values[name]) < within else 0.0
+    return math.sqrt(variance)
+
 
 
 def _from_bound(fit: JointFit, name: str) -> Limits:

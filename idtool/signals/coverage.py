@@ -32,6 +32,23 @@ def moves_one_way(recording: Recording) -> bool:
     return min(forward, 1.0 - forward) < OTHER_WAY
 
 
+def turning_points(position: Array, least: float) -> list[int]:
+    """Rows at which the axis turns round between ways of more than `least` each, rad (m)."""
+    turns: list[int] = []
+    places = position.tolist()
+    highest = lowest = going = 0
+    for row, place in enumerate(places):
+        highest = row if place > places[highest] else highest
+        lowest = row if place < places[lowest] else lowest
+        if going >= 0 and places[highest] - place > least:
+            turns += [highest] if going else []
+            going, lowest = -1, row
+        elif going <= 0 and place - places[lowest] > least:
+            turns += [lowest] if going else []
+            going, highest = 1, row
+    return turns
+
+
 def constant_speeds(motion: Motion, rows: NDArray[np.bool_] | None = None) -> list[tuple[float, float]]:
     """(speed, travel) of each stretch of constant speed, from the smoothed velocity alone."""
     chosen = np.ones(len(motion), dtype=bool) if rows is None else rows
