@@ -25,6 +25,8 @@ INTERRUPTED = 130
 PROGRAM_FAULT = 70
 CANNOT_WRITE = 3
 USAGE = 2
+#: So much of a name that is too long is shown.
+_SHOWN = 60
 #: Objects between two looks for garbage: imports make many, all of which stay.
 _OBJECTS = 50_000
 
@@ -126,6 +128,9 @@ def _told(error: Exception) -> int:
             f"ffc-id: standard output cannot be written ({error.strerror}); free space or pick another place."
         )
         _drop_output()
+        return CANNOT_WRITE
+    if isinstance(error, OSError) and error.filename and error.errno in (errno.ENAMETOOLONG, errno.ELOOP):
+        _say(f"ffc-id: {str(error.filename)[:_SHOWN]}: {error.strerror}; name another place.")
         return CANNOT_WRITE
     from .fault import sentence_of
 

@@ -12,6 +12,9 @@ import pandas as pd
 from idtool.errors import InputError, nearest
 from idtool.log.table import as_numbers
 
+#: Where more of the rows than this share have a time stamp that was there already, it lost its digits.
+_ALIKE = 0.9
+
 
 def source_column(frame: pd.DataFrame, name: str, option: str, file: Path) -> pd.Series[Any]:
     """A column of the recording that an option names.
@@ -122,11 +125,18 @@ def trial_numbers(column: pd.Series[Any]) -> tuple[np.ndarray, bool]:
     return codes.astype(np.int64), True
 
 
-def order_rows(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+def order_rows(frame: pd.DataFrame, notes: list[str], file: Path) -> pd.DataFrame:
     """Rows of a trial together, time rising inside each; a clock that restarts begins a new trial.
 
-    Rows out of order are sorted, rows of a time stamp that was there already are dropped.
+    Rows out of order are sorted; rows that are there twice, or whose time stamp was there, are dropped.
+
+    Raises:
+        InputError: most rows have the time stamp of another one.
     """
+    again = frame.duplicated().to_numpy()
+    if again.any():
+        frame = frame[~again].reset_index(drop=True)
+        notes.append(f"dropped {int(again.sum())} rows that were there already, to the last digit")
     first_seen, _ = pd.factorize(frame["trial"])
     order = np.argsort(first_seen, kind="stable")
     if (np.diff(first_seen) < 0).any():
@@ -141,6 +151,12 @@ def order_rows(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
         frame = frame.iloc[order].reset_index(drop=True)
         notes.append(f"sorted by time: {late} rows came out of order")
     repeated = frame.duplicated(["trial", "time_s"]).to_numpy()
+    if np.mean(repeated) > _ALIKE:
+        raise InputError(
+            f"its {len(frame)} rows have {int(np.sum(~repeated))} time stamps only",
+            file=file,
+            remedy="export the time with all its digits, or map another column to it with --map",
+        )
     if repeated.any():
         frame = frame[~repeated].reset_index(drop=True)
         notes.append(f"dropped {int(repeated.sum())} rows whose time stamp was there already")

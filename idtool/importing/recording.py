@@ -191,7 +191,7 @@ def _clean(frame: pd.DataFrame, taken: tuple[Taken, ...], file: Path, notes: lis
             )
         frame = frame[~missing].reset_index(drop=True)
         notes.append(f"dropped {int(missing.sum())} rows without a number in {where}")
-    frame = cleaning.order_rows(frame, notes)
+    frame = cleaning.order_rows(frame, notes, file)
     for item in taken:
         if item.role in _HELD and (gaps := int(frame[item.column].isna().sum())):
             if gaps == len(frame):
@@ -204,7 +204,7 @@ def _clean(frame: pd.DataFrame, taken: tuple[Taken, ...], file: Path, notes: lis
     if abs(first) > 1e7:  # the time of day since 1970, in which a float has no microseconds left
         frame["time_s"] -= first
         notes.append(f"time counts from the first row (it was at {first:.6f} s)")
-        frame = cleaning.order_rows(frame, notes)
+        frame = cleaning.order_rows(frame, notes, file)
     return frame
 
 

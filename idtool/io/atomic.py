@@ -18,10 +18,12 @@ def refuse_existing(path: Path, force: bool, *read: Path | None) -> None:
     `read` on the way.
 
     Raises:
-        InputError: it is a folder or a device, exists without `force`, is being written by another program,
-            or its folder is missing.
+        InputError: it is a folder, a device or "-", exists without `force`, is being written by another
+            program, or its folder is missing.
         UsageError: it is one of `read`.
     """
+    if str(path) == "-":
+        raise InputError("is no file (--json prints the result)", file=path, remedy="name a file")
     try:
         if path.is_dir():
             raise InputError("is a folder where a file should be", file=path, remedy="name a file")

@@ -99,7 +99,7 @@ def repair(log: Log, columns: Columns, effort: Effort, *, every_row: bool = Fals
     work.refuse_dead_encoder()
     work.set_clock()
     work.cut_at_gaps()
-    short = work.too_short()
+    short, twice = work.too_short(), work.there_twice()
     for sentence in doubts(work.columns.time, work.first):
         work.remark(sentence)
     work.unwrap()
@@ -107,7 +107,7 @@ def repair(log: Log, columns: Columns, effort: Effort, *, every_row: bool = Fals
     work.faulty |= effort.unfit
     contradictions = work.contradictions()
     work.faulty[SATURATED] = sensor_faults.clipped(work.columns.effort)
-    return work.finished(short, contradictions, every_row=every_row)
+    return work.finished(short, twice, contradictions, every_row=every_row)
 
 
 class _Repair:
@@ -190,6 +190,19 @@ class _Repair:
                 remedy='a trial is one run of the axis: look at column "trial", and whether the clock rises',
             )
         return np.asarray((rows < _SHORTEST)[self.columns.trial])
+
+    def there_twice(self) -> Rows:
+        """Rows of the trials whose readings are those of an earlier one, to the last digit."""
+        starts = np.flatnonzero(self.first)
+        readings = [self.columns.position, self.columns.velocity, self.columns.effort]
+        table = np.column_stack([column for column in readings if column is not None])
+        seen: set[bytes] = set()
+        again = []
+        for begin, end in zip(starts, np.append(starts[1:], len(table)), strict=True):
+            rows = table[begin:end].tobytes()
+            again.append(rows in seen)
+            seen.add(rows)
+        return np.asarray(np.array(again)[self.columns.trial])
 
     def unwrap(self) -> None:
         """Make an angle continuous."""
@@ -294,13 +307,17 @@ class _Repair:
                 )
         return tuple(f"{log.source}: {sentence}." for sentence in said)
 
-    def finished(self, short: Rows, contradictions: tuple[str, ...], *, every_row: bool) -> Repaired:
-        """Without what a sensor that was stuck read, and without trials that say nothing."""
+    def finished(
+        self, short: Rows, twice: Rows, contradictions: tuple[str, ...], *, every_row: bool
+    ) -> Repaired:
+        """Without what a sensor that was stuck read, and without trials that say nothing, or that again."""
         columns, faulty = self.columns, self.faulty
         dropped: dict[str, int] = {}
         whole = np.zeros(len(columns), dtype=bool)
-        if short.any() and not every_row:
-            whole, dropped[f"trial of fewer than {_SHORTEST} rows"] = short, int(short.sum())
+        idle = {f"trial of fewer than {_SHORTEST} rows": short, "trial that is there already": twice & ~short}
+        for reason, mask in idle.items():
+            if mask.any() and not every_row:
+                whole, dropped[reason] = whole | mask, int(mask.sum())
         for role, mask in self._stuck().items():
             if not every_row:
                 mostly = np.bincount(columns.trial, mask) / np.bincount(columns.trial) > _MOSTLY

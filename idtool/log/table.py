@@ -94,7 +94,10 @@ def read_text(file: Path) -> LogText:
     # In a log of ours a last line without its newline was cut, even if all its fields are there: its
     # last number may lack digits. Elsewhere many programs leave that newline out.
     ours = cut or any(line.startswith("ffc-id-log") for line in comments)
+    quoted = rows.count(b'"')
     rows, ends, dropped = _whole_rows(rows, len(names), drop_unended=ours)
+    if not len(ends) and quoted % 2:
+        raise InputError("a quote is not closed", file=file, remedy="remove or close the quote")
     if not len(ends):
         raise InputError("has no data rows", file=file, remedy="record it again")
     text = LogText(comments, names, rows, ends, len(comments) + 2, cut or dropped)
@@ -104,7 +107,9 @@ def read_text(file: Path) -> LogText:
 
 def _not_text(file: Path) -> InputError:
     return InputError(
-        "is not a text file", file=file, remedy="`ffc-id import` reads Parquet and MATLAB files"
+        "is not a text file in UTF-8",
+        file=file,
+        remedy="`ffc-id import` reads other encodings, Parquet and MATLAB files",
     )
 
 
@@ -464,11 +469,15 @@ def _numeric(values: pd.Series[Any], name: str, text: LogText | None, file: Path
             f'column "{name}" {shown}',
             file=file,
             place=_place(text, row),
-            remedy=f"correct or delete that row ({len(bad)} such)"
-            if len(bad) > 1
-            else "correct or delete that row",
+            remedy=_remedy(len(bad), len(numbers)),
         )
     return numbers
+
+
+def _remedy(bad: int, rows: int) -> str:
+    if bad == rows > 1:
+        return "no row of it is: leave the column out, or `ffc-id import` the file"
+    return "correct or delete that row" + (f" ({bad} such)" if bad > 1 else "")
 
 
 def _place(text: LogText | None, row: int) -> str:

@@ -26,11 +26,14 @@ _STRETCH = 20
 _TOGETHER = 0.9
 _UNIT = 1.25
 _FACTORS = {
+    60.0: "the time is in minutes, or one of them per minute",
     180.0 / math.pi: "one is in degrees, the other in radians",
     1000.0: "one is in thousandths, or the time in milliseconds",
     30.0 / math.pi: "one is in turns a minute",
     2.0 * math.pi: "one is in turns",
 }
+#: ... a factor is this near, as a logarithm.
+_NEAR = 0.05
 #: Power is certain if so many of its standard errors from zero, over so many blocks, and no rounding if it is
 #: this share of all the power that went to and fro.
 _CERTAIN = 5.0
@@ -169,8 +172,9 @@ def _units(steps: Array, together: NDArray[np.bool_], position: Array, velocity:
     factor = math.sqrt(float(gone @ gone) / float(told @ told))
     if 1.0 / _UNIT < factor < _UNIT:
         return []
-    near = [why for known, why in _FACTORS.items() if abs(math.log(max(factor, 1.0 / factor) / known)) < 0.05]
-    guess = near[0] if near else "one of them is in another unit, or behind another gear"
+    off = {why: abs(math.log(max(factor, 1.0 / factor) / known)) for known, why in _FACTORS.items()}
+    nearest = min(off, key=lambda why: off[why])
+    guess = nearest if off[nearest] < _NEAR else "one of them is in another unit, or behind another gear"
     return [f"the position moves {factor:.4g} times as far as the speed says: {guess}"]
 
 

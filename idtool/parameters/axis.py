@@ -162,6 +162,8 @@ class Axis:
         return cls(kind, extra=extra, effort=effort, **numbers)
 
 
+#: Numbers of a motor, N m/A, N m/V or ohm: a piezo drive and a mill are well within.
+_LEAST, _MOST = 1e-9, 1e9
 #: The numbers of the table, and what they are called.
 _CALLED = {
     "torque_constant": "the torque constant",
@@ -192,8 +194,16 @@ def check_constant(
     """A torque constant or another number of a motor, checked.
 
     Raises:
-        InputError: not a finite number above zero.
+        InputError: not a finite number above zero, or none of a machine.
     """
+    if is_finite(value) and value > 0 and not _LEAST <= value <= _MOST:
+        raise InputError(
+            f"{what} is {value:g}, which no motor has (expected {_LEAST:g} to {_MOST:g})",
+            file=file,
+            place=place,
+            argument=argument,
+            remedy="look for a slip of the power of ten",
+        )
     if not is_finite(value) or value <= 0:
         raise InputError(
             f"{what} must be a finite number above zero, not {short(value)}",

@@ -17,6 +17,8 @@ STATIC: dict[str, str] = {
     "viscous": "damping",
 }
 DYNAMIC: dict[str, str] = {"bristle_stiffness": "stiffness", "bristle_damping": "damping"}
+#: Control periods that a computer or a board keeps, s; shorter ones, and a tare is counted for minutes.
+PERIODS_S = (1e-4, 1.0)
 #: [controller]: key on a rotary and on a linear axis
 CONTROLLER_KEYS: dict[str, tuple[str, str]] = {
     "command_gain": ("command_gain_s", "command_gain_s"),

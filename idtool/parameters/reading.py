@@ -15,6 +15,7 @@ from idtool.parameters.contents import (
     CONTROLLER_MODES,
     CONTROLLER_OPTIONAL,
     GRAVITY_MODELS,
+    PERIODS_S,
     Controller,
     EffectEntry,
 )
@@ -123,8 +124,11 @@ def read_controller(table: Any, kind: Units, file: Path) -> Controller | None:
                 "is missing", file=file, place=f"controller.{key}", remedy="expected a number > 0"
             )
         values[name] = finite(table[key], f"controller.{key}", file)
-        if not 0 < values[name] <= MOST:
-            wanted = "> 0" if values[name] <= 0 else f"below {MOST:g}"
+        least, most = PERIODS_S if name == "period" else (0.0, MOST)
+        if not least <= values[name] <= most or values[name] == 0.0:
+            wanted = (
+                f"from {least:g} to {most:g}" if least else "> 0" if values[name] <= 0 else f"below {MOST:g}"
+            )
             raise InputError(
                 f"expected a number {wanted}, found {values[name]:g}",
                 file=file,

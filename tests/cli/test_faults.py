@@ -20,6 +20,8 @@ from idtool.errors import InputError
 from idtool.signals import record
 from testbench.fleet import session
 
+from .support import ffc_id
+
 Break = Callable[[Callable[[], Any]], tuple[int, str]]
 
 
@@ -130,6 +132,15 @@ def test_output_that_fills_the_disk() -> None:
         "ffc-id: standard output cannot be written (No space left on device); free space or pick another "
         "place.\n"
     )
+
+
+@pytest.mark.parametrize("words", [("report",), ("fit-static", "no.csv", "-p")], ids=" ".join)
+def test_a_name_that_is_too_long(tmp_path: Path, words: tuple[str, ...]) -> None:
+    log = session(tmp_path / "one") / "sine.csv"
+    done = ffc_id(*(str(log) if word == "no.csv" else word for word in words), "x" * 300, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr.endswith("xxx: File name too long; name another place.\n")
+    assert len(done.stderr) < 130
 
 
 @pytest.mark.parametrize("column", ["time_s", "position_rad", "velocity_rad_s", "torque_nm"])

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from idtool.cli.commands import ffc_id
 
-from idtool.errors import UsageError
+from idtool.errors import InputError, UsageError
 from tests.control.double import parameters
 
 _LOG = Path(__file__).resolve().parents[2] / "data" / "session" / "gravity.csv.gz"
@@ -44,6 +44,16 @@ def test_what_is_read_is_not_written_over(
     assert isinstance(done.exception, UsageError)
     assert "is what is read here; name another file" in str(done.exception)
     assert Path(file).read_bytes() == before
+
+
+def test_a_dash_is_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was written as a file of that name, in place of standard output."""
+    monkeypatch.chdir(tmp_path)
+    parameters().write("params.toml")
+    done = CliRunner().invoke(ffc_id, ["export", "json", "-p", "params.toml", "-o", "-", "--force"])
+    assert isinstance(done.exception, InputError)
+    assert str(done.exception) == "-: is no file (--json prints the result); name a file."
+    assert [path.name for path in tmp_path.iterdir()] == ["params.toml"]
 
 
 def test_a_picture_is_what_its_name_says(tmp_path: Path) -> None:

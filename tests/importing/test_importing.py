@@ -287,10 +287,20 @@ def test_what_is_mended_is_counted(tmp_path: Path) -> None:
 
 
 def test_a_clock_that_restarts_begins_a_trial(tmp_path: Path) -> None:
-    once = "".join(f"{k / 100},{k},1\n" for k in range(5))
-    imported = import_recording(put(tmp_path, "t,q,tau\n" + once * 3))
+    thrice = "".join(f"{k / 100},{k},{run}\n" for run in range(3) for k in range(5))
+    imported = import_recording(put(tmp_path, "t,q,tau\n" + thrice))
     assert [len(rows) for rows in imported.log.trials] == [5, 5, 5]
     assert any("starts again 2 times" in note for note in imported.notes)
+
+
+@pytest.mark.parametrize("twice", ["a b a b", "a a b b"], ids=["a block again", "each row again"])
+def test_rows_that_are_there_twice_count_once(tmp_path: Path, twice: str) -> None:
+    """As a second trial, or under a clock that restarts, they would halve every variance."""
+    rows = {"a": "0,1,2\n", "b": "0.01,2,3\n"}
+    imported = import_recording(put(tmp_path, "t,q,tau\n" + "".join(rows[name] for name in twice.split())))
+    assert imported.log.frame["time_s"].tolist() == [0, 0.01]
+    assert imported.log.frame["trial"].tolist() == [0, 0]
+    assert "dropped 2 rows that were there already, to the last digit" in imported.notes
 
 
 def test_interleaved_trials_are_brought_together(tmp_path: Path) -> None:
@@ -339,6 +349,11 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         "t,q,tau\n0,1,1\n10,1,1\n20,1,1\n",
         {},
         "steps by 10, which is slow for seconds; say its unit",
+    ),
+    "stamps without digits": (
+        "t,q,tau\n" + "".join(f"1.7e9,{k},1\n" for k in range(50)),
+        {},
+        "its 50 rows have 1 time stamps only; export the time with all its digits",
     ),
     "text": ("t,q,tau\n0,a,1\n1,b,1\n", {}, 'column "q" holds text ("a"), not numbers'),
     "no row": ("t,q,tau\n0,,1\n1,1,\n", {}, "no row has a number in each of position_rad, torque_nm"),

@@ -111,8 +111,21 @@ BAD = {
     "header cut": (HEAD + "trial,time_s,velo", "has no data rows"),
     "comments only": (HEAD, "has no header row"),
     "no header row": (HEAD + ROWS, "the header row is missing"),
-    "binary": (b"\x00\x01\x02\xff" * 50, "is not a text file; `ffc-id import` reads"),
+    "binary": (
+        b"\x00\x01\x02\xff" * 50,
+        "is not a text file in UTF-8; `ffc-id import` reads other encodings",
+    ),
     "latin": ("time_s,velocity_rad_s,torque_nm,Wärme\n0,1,2,3\n".encode("latin-1"), "is not a text file"),
+    "utf-16": ((HEAD + NAMES + ROWS).encode("utf-16"), "is not a text file in UTF-8"),
+    "zero byte": (HEAD + NAMES + ROWS.replace("0.2", "0\x00.2", 1), "is not a text file in UTF-8"),
+    "column of NaN": (
+        HEAD + NAMES + "0,0,nan,1\n0,0.01,,1\n",
+        'line 7: column "velocity_rad_s" is empty or NaN; no row of it is: leave the column out',
+    ),
+    "header again": (
+        HEAD + NAMES + ROWS + NAMES,
+        'line 10: column "time_s" holds "time_s", not a finite number; correct or delete that row',
+    ),
     "missing column": (HEAD + "time_s,current_a\n0,1\n", 'needs a column "velocity_rad_s" or "position_rad"'),
     "misspelt": (HEAD + "time_s,velocity_rads,current_a\n0,1,1\n", 'rename "velocity_rads"'),
     "no unit": (
@@ -153,7 +166,7 @@ BAD = {
         "time_s;velocity_rad_s;torque_nm\n0;1;1\n",
         "not separated by commas; `ffc-id import` reads",
     ),
-    "open quote": (HEAD + NAMES + '0,"0,0.1,1\n' + ROWS, "has no data rows"),
+    "open quote": (HEAD + NAMES + '0,"0,0.1,1\n' + ROWS, "a quote is not closed; remove or close the quote"),
     "version": (HEAD.replace("log = 1", "log = 7") + NAMES + ROWS, "log version 7 is not known"),
     "version true": (HEAD.replace("log = 1", "log = true") + NAMES + ROWS, "log version True is not known"),
     "bad TOML": (HEAD + "# kind = = 2\n" + NAMES + ROWS, "the `# ` lines on top are not TOML"),
@@ -172,6 +185,8 @@ BAD = {
     "K negative": (HEAD.replace("2.67", "-1.5") + NAMES + ROWS, "above zero, not -1.5"),
     "K NaN": (HEAD.replace("2.67", "nan") + NAMES + ROWS, "above zero, not nan"),
     "K huge": (HEAD.replace("2.67", "1" + "0" * 400) + NAMES + ROWS, "above zero"),
+    "K of no motor": (HEAD.replace("2.67", "1e300") + NAMES + ROWS, "is 1e+300, which no motor has"),
+    "K of none either": (HEAD.replace("2.67", "1e-300") + NAMES + ROWS, "is 1e-300, which no motor has"),
     "K text": (HEAD.replace("2.67", '"2.67"') + NAMES + ROWS, "above zero, not '2.67'"),
     "K of the other kind": (
         HEAD.replace("torque_constant_nm", "force_constant_n") + NAMES + ROWS,

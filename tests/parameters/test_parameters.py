@@ -29,6 +29,7 @@ SLOW = settings(
 )
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 GAIN = st.floats(min_value=1e-300, max_value=1e12)
+CONSTANTS, PERIOD = st.floats(1e-9, 1e9), st.floats(1e-4, 1.0)
 POSITIVE = st.floats(min_value=1e-300, allow_nan=False, allow_infinity=False)
 UNSURE = 1e100
 
@@ -77,13 +78,13 @@ def parameter_sets(draw: Any) -> Parameters:
     model = draw(st.none() | st.sampled_from(sorted(GRAVITY_MODELS)))
     effects = draw(st.lists(st.sampled_from(registry.names()), unique=True, max_size=3))
     return Parameters(
-        axis=Axis(draw(st.sampled_from(["rotary", "linear"])), draw(st.none() | POSITIVE)),
+        axis=Axis(draw(st.sampled_from(["rotary", "linear"])), draw(st.none() | CONSTANTS)),
         gravity_model=model,
         gravity=draw(part(GRAVITY_MODELS[model])) if model else {},
         static=draw(st.just({}) | part(STATIC)),
         dynamic=draw(st.just({}) | part(DYNAMIC)),
         effects=tuple(EffectEntry(name, draw(part_of(name))) for name in effects),
-        controller=draw(st.none() | st.builds(Controller, GAIN, GAIN, GAIN)),
+        controller=draw(st.none() | st.builds(Controller, GAIN, GAIN, PERIOD)),
         provenance=draw(st.dictionaries(st.text(max_size=6), TREE, max_size=3)),
     )
 

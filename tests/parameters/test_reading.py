@@ -168,9 +168,28 @@ BAD: dict[str, tuple[str, str, str]] = {
     "controller of no machine": (
         "period_s = 0.01",
         "period_s = 1e300",
-        "controller.period_s: expected a number below 1e+12, found 1e+300",
+        "controller.period_s: expected a number from 0.0001 to 1, found 1e+300",
     ),
-    "controller": ("period_s = 0.01", "period_s = 0", "controller.period_s: expected a number > 0, found 0"),
+    "gain of no machine": (
+        "command_gain_s = 2.05",
+        "command_gain_s = 1e300",
+        "controller.command_gain_s: expected a number below 1e+12, found 1e+300",
+    ),
+    "period of no controller": (
+        "period_s = 0.01",
+        "period_s = 1e-9",
+        "controller.period_s: expected a number from 0.0001 to 1, found 1e-09",
+    ),
+    "K of no motor": (
+        "torque_constant_nm_per_a = 2.67",
+        "torque_constant_nm_per_a = 1e300",
+        "axis.torque_constant_nm_per_a: the torque constant is 1e+300, which no motor has",
+    ),
+    "controller": (
+        "period_s = 0.01",
+        "period_s = 0",
+        "controller.period_s: expected a number from 0.0001 to 1",
+    ),
     "controller gone": ("period_s = 0.01", "", "controller.period_s: is missing"),
     "no TOML": ("[gravity]", "[gravity", "is not TOML ("),
     "twice": ('model = "slide"', 'model = "slide"\nmodel = "arm"', "is not TOML ("),

@@ -170,6 +170,19 @@ def test_handled_and_said(clean: Logs, reference: Identification, name: str) -> 
     close(result, reference, row.worse)
 
 
+def test_a_trial_that_is_there_twice_counts_once(clean: Logs) -> None:
+    """Twice it would halve every variance, and be held out of the fit that has seen it."""
+    log = clean["sine"]
+    again = log.frame.assign(trial=log.frame["trial"] + 10, time_s=log.frame["time_s"] + 100.0)
+    doubled = replace(log, frame=pd.concat([log.frame, again], ignore_index=True))
+    once, both = as_recording([log]), as_recording([doubled])
+    assert len(both.motion) == len(once.motion)
+    assert both.lost["trial that is there already"] == len(log.frame)
+    assert any("(trial that is there already)" in remark for remark in both.remarks)
+    other = doubled.frame.assign(current_a=doubled.frame["current_a"] + 1e-4 * (doubled.frame["trial"] >= 10))
+    assert len(as_recording([replace(log, frame=other)]).motion) == 2 * len(once.motion)
+
+
 def test_a_prediction_keeps_every_row(clean: Logs, reference: Identification) -> None:
     """Also those of a trial that no fit would use."""
     log = clean["sweep"]

@@ -82,6 +82,7 @@ def spoilt_by(log: Log, current: pd.Series) -> Log:
         ("velocity_rad_s", 57.29578, "one is in degrees"),
         ("velocity_rad_s", 9.549297, "turns a minute"),
         ("velocity_rad_s", 1000.0, "thousandths"),
+        ("velocity_rad_s", 60.0, "the time is in minutes"),
         ("velocity_rad_s", -1.0, "opposite signs"),
         ("position_rad", -1.0, "opposite signs"),
         ("current_a", -1.0, "the torque pushes along with the motion"),
