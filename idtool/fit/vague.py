@@ -165,7 +165,6 @@ def standard_error(fit: JointFit, name: str) -> float:
     return math.sqrt(variance)
 
 
-
 def _from_bound(fit: JointFit, name: str) -> Limits:
     """The most of a parameter at the lower end of its range, or the least of one at the upper end."""
     i = fit.model.names.index(name)

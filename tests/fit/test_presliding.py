@@ -20,7 +20,8 @@ from idtool.parameters import Parameter
 from idtool.signals import record
 from idtool.signals.coverage import turning_points
 from idtool.signals.thin import thin
-from idtool.verbs.identify import begin, parameters_of
+from idtool.verbs.identification import parameters_of
+from idtool.verbs.identify import begin
 
 STEP_S = 50e-6
 COULOMB, STATIC, STRIBECK, VISCOUS, INERTIA = 0.07, 0.1, 0.05, 0.15, 0.01
