@@ -75,7 +75,7 @@ def doubted(fit: JointFit, left: Remainder | None) -> JointFit:
     A smooth function of what the residual follows (and the strongest wave over the position) is fitted beside
     the parameters; by as much as that moves one, the missing effect can have moved it.
     """
-    columns = [columns_followed(fit, name) for name in left.depends_on] if left else []
+    columns = columns_followed(fit, left.depends_on) if left else []
     if not columns:
         return fit
     rows = len(fit.residual)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,11 +116,14 @@ def _ranks(values: Array) -> Array:
     return np.asarray((np.cumsum(count) - 0.5 * (count - 1))[place])
 
 
-def columns_followed(fit: JointFit, name: str) -> Array:
-    """Columns (filtered rows, n) that follow a variable as `test_residual` looks for it."""
-    columns = generic_columns(fit)[name]
-    if name != "position":
-        return columns
+def columns_followed(fit: JointFit, names: Sequence[str]) -> list[Array]:
+    """Columns (filtered rows, n) that follow each of these variables as `test_residual` looks for it."""
+    columns = generic_columns(fit) if names else {}
+    return [_with_wave(fit, columns[name]) if name == "position" else columns[name] for name in names]
+
+
+def _with_wave(fit: JointFit, columns: Array) -> Array:
+    """With the strongest wave over the position beside them."""
     recording = fit.model.recording
     values = recording.motion.position[recording.row]
     angle = _line(background_of(fit), values)[0] * values

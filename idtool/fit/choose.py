@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -105,26 +106,35 @@ def first_fit(
 def first_fits(
     recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 120
 ) -> list[JointFit]:
-    """First fits in the order in which to trust them: the bristle bends over a small share of the stroke, and
-    where that leaves more than noise and a softer one predicts better what it did not see, a softer one. A
-    softer one that leaves noise alone needs no other. Where the friction curve of one that leaves more than
-    noise rises from rest, the same with a curve that may only fall goes before it."""
+    """First fits in the order in which to trust them: those of `bending_fits`, and before them, where the
+    curve of one that leaves more than noise rises from rest, the same with a curve that may only fall."""
     begin = partial(first_fit, recording, optimizer=optimizer, seed=seed, evaluations=evaluations)
-    stiff = begin(spec)
-    fits = [stiff]
-    if not worth_a_restart(stiff):
-        return fits
-    if spec.friction == "lugre":
-        soft = begin(replace(spec, soft=True))
-        if not worth_a_restart(soft):
-            return [soft]
-        far = soft.presliding_scale > 0.9 * stiff.model.longest_bend
-        if far and predicts_better(soft, _with_spring(stiff)):
-            fits.append(soft)
+    fits = bending_fits(spec, begin)
     falling = [
-        begin(replace(fit.model.spec, effects=spec.effects, falling=True)) for fit in fits if rises(fit)
+        begin(replace(fit.model.spec, effects=spec.effects, falling=True))
+        for fit in fits
+        if worth_a_restart(fit) and rises(fit)
     ]
     return [*falling, *fits]
+
+
+def bending_fits(spec: Spec, begin: Callable[[Spec], JointFit]) -> list[JointFit]:
+    """Fits with a friction curve of any shape: the bristle bends over a small share of the stroke, and where
+    that leaves more than noise and a softer one predicts better what it did not see, a softer one. A softer
+    one that leaves noise alone needs no other.
+
+    Args:
+        spec: what to fit.
+        begin: fits it from nothing.
+    """
+    stiff = begin(spec)
+    if spec.friction != "lugre" or not worth_a_restart(stiff):
+        return [stiff]
+    soft = begin(replace(spec, soft=True))
+    if not worth_a_restart(soft):
+        return [soft]
+    far = soft.presliding_scale > 0.9 * stiff.model.longest_bend
+    return [stiff, soft] if far and predicts_better(soft, _with_spring(stiff)) else [stiff]
 
 
 def rises(fit: JointFit) -> bool:

@@ -83,20 +83,23 @@ def filter_and_eliminate(
 
 @jit()
 def moments(left: Array, right: Array, pointer: NDArray[np.intp]) -> Array:
-    """Products of columns summed over the rows of each stretch.
+    """Products of the left columns with each other and with the right ones, summed over the rows of each
+    stretch.
 
     Args:
         left, right: shapes (filtered rows, m) and (filtered rows, n), stored by rows.
         pointer: as in `eliminate`.
 
     Returns:
-        Shape (stretches, m, n).
+        Shape (stretches, m, m + n).
     """
     m, n = left.shape[1], right.shape[1]
-    total = np.zeros((len(pointer) - 1, m, n))
+    total = np.zeros((len(pointer) - 1, m, m + n))
     for s in range(len(pointer) - 1):
         for k in range(pointer[s], pointer[s + 1]):
             for i in range(m):
+                for j in range(m):
+                    total[s, i, j] += left[k, i] * left[k, j]
                 for j in range(n):
-                    total[s, i, j] += left[k, i] * right[k, j]
+                    total[s, i, m + j] += left[k, i] * right[k, j]
     return total

@@ -162,10 +162,11 @@ class Projection:
             weight: root of the weight of each start's prior, shape (stretches,).
             medium: friction level at a medium speed over the Coulomb level.
         """
-        by_stretch = moments(new, np.hstack([new, self._fixed]), self._pointer)
+        by_stretch = moments(new, self._fixed, self._pointer)
         added = by_stretch[:, starts:].sum(axis=0)[:, starts:]
-        mixed = added[:, new.shape[1] - starts :]
-        products = np.block([[added[:, : len(added)], mixed], [mixed.T, self._products]])
+        products = np.empty((added.shape[1], added.shape[1]))
+        products[: len(added)], products[len(added) :, : len(added)] = added, added[:, len(added) :].T
+        products[len(added) :, len(added) :] = self._products
         names = [*("level", "bristle_damping")[: len(added)], "measured", *self._names]
         # what is held is known, and goes to the other side
         held = math.nan if self.coulomb is None else self.coulomb * medium

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from idtool.effects import registry
 from idtool.errors import InputError
-from idtool.fit.choose import choose_gravity, first_fits
+from idtool.fit.choose import bending_fits, choose_gravity, first_fit
 from idtool.fit.joint import JointFit, refit, solve
 from idtool.fit.levenberg import minimise
 from idtool.fit.model import LOGARITHMIC, JointModel, Spec
@@ -241,8 +241,10 @@ def fit_dynamic(
 
 
 def _found(recording: Recording, spec: Spec, *, optimizer: str, seed: int) -> JointFit:
-    """The first fit to trust: looked for on as few rows as show it, and fitted to all."""
-    fit = first_fits(thin(recording), spec, optimizer=optimizer, seed=seed)[-1]
+    """The fit whose bristle bends as far as the data say: looked for on as few rows as show it, and fitted to
+    all."""
+    begin = partial(first_fit, thin(recording), optimizer=optimizer, seed=seed)
+    fit = bending_fits(spec, begin)[-1]
     return refit(fit, JointModel.build(recording, fit.model.spec, fit.model.constants))
 
 

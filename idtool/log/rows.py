@@ -6,6 +6,7 @@ A fit reads columns of numbers, and importing pandas takes longer than many a fi
 from __future__ import annotations
 
 import io
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,7 +53,7 @@ class Numbers:
             return None
         try:
             check_names(set(text.names), axis.kind, file)
-            values = np.loadtxt(io.BytesIO(text.rows), delimiter=",", comments=None, ndmin=2, unpack=True)
+            values = _numbers(text.rows, len(text.names))
             columns = dict(zip(text.names, np.ascontiguousarray(values), strict=True))
             columns.setdefault("trial", np.zeros(values.shape[1]))
             roles = columns_of(axis.kind).values()
@@ -79,6 +80,20 @@ def frame_of(text: LogText, axis: Axis, file: Path) -> tuple[pd.DataFrame, bool]
     """
     table, numbered = without_row_numbers(parse_rows(text, file), text, file)
     return check_rows(table, axis, text, file), numbered
+
+
+def _numbers(rows: bytes, columns: int) -> NDArray[np.float64]:
+    """Shape (columns, rows).
+
+    Raises:
+        ValueError: something else is among them.
+    """
+    if "numba" in sys.modules:  # whose import takes longer than numpy's reader
+        from idtool.log.digits import read_digits
+
+        if (found := read_digits(rows, columns)) is not None:
+            return found
+    return np.loadtxt(io.BytesIO(rows), delimiter=",", comments=None, ndmin=2, unpack=True)
 
 
 class Frame:

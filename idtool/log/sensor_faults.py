@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,7 +155,8 @@ def _repeats(values: Array, first: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """(first row, row after the last) of each long stretch of equal readings of one trial."""
     changes = np.flatnonzero((np.diff(values) != 0) | first[1:]) + 1
     bounds = np.concatenate([[0], changes, [len(values)]])
-    return [(begin, end) for begin, end in pairwise(bounds.tolist()) if end - begin >= _STUCK_ROWS]
+    long = np.flatnonzero(np.diff(bounds) >= _STUCK_ROWS)
+    return list(zip(bounds[long].tolist(), bounds[long + 1].tolist(), strict=True))
 
 
 def _lengths(flags: NDArray[np.bool_]) -> NDArray[np.intp]:

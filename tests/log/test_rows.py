@@ -8,8 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from idtool.log import Log
+from idtool.log.digits import read_digits
 from idtool.log.rows import Numbers
 from idtool.parameters.axis import Axis
 
@@ -74,3 +77,46 @@ def test_a_log_is_copied_with_its_rows(tmp_path: Path) -> None:
     other = replace(log, axis=Axis("rotary", 1.0))
     assert other.axis.torque_constant == 1.0
     np.testing.assert_array_equal(other.column("position"), log.column("position"))
+
+
+@given(
+    st.lists(
+        st.one_of(
+            st.decimals(allow_nan=False, allow_infinity=False, places=6, min_value=-999, max_value=999).map(
+                str
+            ),
+            st.floats(allow_nan=False, allow_infinity=False).map(repr),
+            st.integers(-(10**16), 10**16).map(str),
+            st.sampled_from(["1e5", "-0", "+.5", "5.", "1E-7", "0.000000123456789012345", "1e22", "7e-22"]),
+        ),
+        min_size=2,
+        max_size=8,
+    )
+)
+def test_digits_are_read_as_float_reads_them(cells: list[str]) -> None:
+    found = read_digits(f"{','.join(cells)}\n".encode() * 2, len(cells))
+    if found is None:  # too many digits, or too large a power
+        assert any(len(cell.strip("-+").replace(".", "").lstrip("0")) > 15 or "e" in cell for cell in cells)
+    else:
+        expected = [float(cell) for cell in cells]
+        assert [column.tobytes() for column in found] == [np.array([v, v]).tobytes() for v in expected]
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        "1,\n",
+        ",1\n",
+        "1,2",
+        "1,2,3\n",
+        "1\n2\n",
+        "1,2 \n",
+        "nan,1\n",
+        "1,-\n",
+        "1,2e\n",
+        "1,2e5555\n",
+        "1,.\n",
+    ],
+)
+def test_what_is_no_number_is_left_to_others(rows: str) -> None:
+    assert read_digits(rows.encode(), 2) is None

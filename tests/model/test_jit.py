@@ -21,7 +21,7 @@ ones, first, t = np.ones(60), np.arange(60) == 0, 0.01 * np.arange(60)
 z, decay = lugre.propagate(ones, ones, ones, first, np.zeros(1))
 slopes = np.zeros((lugre.BLOCK, 60))
 lugre.propagate_blocks(ones, ones, ones, first, np.zeros(1))[2](slopes + 1.0, ones, slopes)
-products = moments(np.outer(z, [1.0, 2.0]), np.outer(z, [1.0, 2.0]), np.array([0, 60]))
+products = moments(np.outer(z, [1.0, 2.0]), np.outer(z, [3.0]), np.array([0, 60]))
 motion = smoother.smooth(t, np.sin(t), np.cos(t), first)
 told = [float(np.sum(part)) for part in (z, decay, slopes, products)]
 print(json.dumps([told, sorted(name for name in sys.modules if name.startswith("numba."))]))
