@@ -106,7 +106,7 @@ def test_bad_input_is_one_sentence(tmp_path: Path, parameters: Parameters) -> No
     for arguments, code, words in (
         (("-p", "nothing.toml", "--rig", "sim:paper"), 3, "no such file"),
         (("-p", "params.toml"), 2, "--rig is missing; name the axis, as --rig sim:paper"),
-        (("-p", "params.toml", "--rig", "sim:papr"), 3, "paper"),
+        (("-p", "params.toml", "--rig", "sim:papr"), 2, "paper"),
         (("-p", "params.toml", "--payload", "-1"), 2, "payload"),
         (
             ("-p", "params.toml", "--rig", "sim:paper", "--payload", "400"),

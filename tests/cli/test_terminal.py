@@ -165,7 +165,10 @@ def test_a_pipe_gets_plain_lines_that_are_not_folded(files: Path, monkeypatch: p
         timeout=60,
         check=False,
     )
-    assert (done.returncode, done.stderr) == (0, "next: ffc-id compare a.toml b.toml LOG...\n")
+    assert (done.returncode, done.stderr) == (
+        0,
+        "next: ffc-id run --recipe validation --rig SPEC -o validation.csv\n",
+    )
     assert "\x1b" not in done.stdout
     first = done.stdout.splitlines()[0]
     assert first.startswith("1 of 8 parameters differs beyond its uncertainty: coulomb is 25 % higher in B")
@@ -235,7 +238,10 @@ def test_a_terminal_without_greek_letters_gets_question_marks(files: Path) -> No
         timeout=60,
         check=False,
     )
-    assert (done.returncode, done.stderr) == (0, "next: ffc-id compare a.toml b.toml LOG...\n")
+    assert (done.returncode, done.stderr) == (
+        0,
+        "next: ffc-id run --recipe validation --rig SPEC -o validation.csv\n",
+    )
     assert "B ? A" in done.stdout
 
 
