@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,6 +48,8 @@ _OF_ITS_SIZE = (0.2, 5.0)
 _CLOSER = (1.0, 0.5, 0.25, 0.12)
 #: ... over so many bins of its variable, of which its narrowest has several.
 _BINS = 2000
+#: Two fits of the same effects whose sums of squares agree to this share are one minimum, reached twice.
+_THE_SAME = 1e-6
 #: What less than this share is left of beside a fit's own columns is hidden by them.
 _HIDDEN = 1e-3
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
@@ -101,7 +103,9 @@ class Selection:
         p_values: accepted effect -> p-value when it was accepted.
         rivals: accepted effect -> the fit with its first alternative in its place.
         searched: the last fit whose friction curve was searched for anew.
-        hopeless: it was given up, since a rival has fewer numbers and predicts better.
+        hopeless: it was given up, since a rival has fewer numbers and predicts better, or went on from here.
+        steps: the fits that it came by.
+        others: those that other selections came by, which all went on from there.
     """
 
     fit: JointFit
@@ -111,12 +115,26 @@ class Selection:
     rivals: dict[str, JointFit] = field(default_factory=dict)
     searched: JointFit | None = None
     hopeless: bool = False
+    steps: list[JointFit] = field(default_factory=list)
+    others: Sequence[JointFit] = ()
+
+    def step(self) -> None:
+        """Note where it is; it is given up where another selection has been."""
+        self.steps.append(self.fit)
+        self.hopeless |= any(_same(self.fit, other) for other in self.others)
 
     def onto(self, recording: Recording) -> None:
         """Fit what was found to other rows, or to the same ones with other weights."""
         model = self.fit.model
         self.fit = refit(self.fit, JointModel.build(recording, model.spec, model.constants))
         self.rivals.clear()
+
+
+def _same(one: JointFit, other: JointFit) -> bool:
+    """Whether two searches came to one model, whatever curves each was let try on its way there."""
+    if one.model.spec.friction != other.model.spec.friction or one.model.names != other.model.names:
+        return False
+    return abs(one.sse - other.sse) < _THE_SAME * one.sse
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from idtool.diagnosis.candidates import LEAST_GAIN, Selection
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
-from idtool.diagnosis.pruning import drop_impossible, veto
+from idtool.diagnosis.pruning import drop_impossible, of_the_readings, veto
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
@@ -89,7 +89,7 @@ class Diagnosis:
     def effects(self) -> tuple[Effect, ...]:
         """The effects of the axis in the order in which they were found; inertia last."""
         accepted = [
-            effect for effect in self.final.model.spec.effects if not _of_the_readings(self.final, effect)
+            effect for effect in self.final.model.spec.effects if not of_the_readings(self.final, effect)
         ]
         return tuple(sorted(accepted, key=lambda effect: effect.name == "inertia"))
 
@@ -123,7 +123,7 @@ class Diagnosis:
         note = (
             f"the residual still depends on {', '.join(names)}; no effect of the library accounts for it."
             if names
-            else "the residual is above the sensor noise and correlated in time, but follows nothing logged."
+            else "the residual is above the sensor noise, but follows nothing that was logged."
         )
         return {"share": self.remainder.share, "depends_on": names, "note": note}
 
@@ -302,10 +302,13 @@ def diagnose(
         training = thin(parts.training)
         bases = [refit(base, JointModel.build(training, base.model.spec)) for base in bases]
     rival: JointFit | None = None
+    been: list[JointFit] = []
     # the one to trust most comes last, and goes on only while it may do as well as the others
     for place, base in reversed(list(enumerate(bases))):
         selection = begun(base, library)
+        selection.others = tuple(been)
         unnamed, complete = select(selection, parts, rival)
+        been += selection.steps
         if selection.hopeless:
             continue
         if unnamed:
@@ -333,12 +336,9 @@ def diagnose(
         unnamed, _ = select(selection, parts)
     # beside the effects less may be seen of the friction than before they were in
     simpler, notes, stepped_down = step_down(selection.fit)
-    if simpler is not selection.fit and (
-        _held_out_error(simpler, shown, selection.fit)
-        > (1.0 + LEAST_GAIN) * _held_out_error(selection.fit, shown, selection.fit)
-    ):
+    if simpler is not selection.fit and _predicts_worse(simpler, selection.fit, shown):
         notes, stepped_down = [], []  # rows that count less since may have been what the law was needed for
-    else:
+    elif simpler is not selection.fit:
         selection.fit = simpler
     if selection.fit.model.spec == base.model.spec:
         # nothing was added: one model, of which the search may have found a better minimum
@@ -346,6 +346,8 @@ def diagnose(
     tell(FINAL)
     final = _finished(selection, recording)
     while drop_impossible(selection, final):
+        # what one effect had in common with others is theirs then, and may make them what they were not
+        veto(selection, partial(held_out_squares, parts=parts, beside=selection.fit), tell)
         final = _finished(selection, recording)
     if shown.blocks:
         notes.append(
@@ -357,7 +359,7 @@ def diagnose(
             f"at low speed the model leaves {recording.weight.max() / recording.weight.min():.0f} times "
             "as much as in motion; those rows count that much less."
         )
-    notes += filter(None, (_of_the_readings(final, effect) for effect in final.model.spec.effects))
+    notes += filter(None, (of_the_readings(final, effect) for effect in final.model.spec.effects))
     notes += _not_compared(shown.recording)
     next_experiment = _next_experiment(selection, final, tell)
     tests = test_residual(base), test_residual(final)
@@ -400,10 +402,6 @@ def _not_compared(recording: Recording) -> list[str]:
     return [f"no row of the experiment {name!r} could be compared with the model." for name in missing]
 
 
-def _of_the_readings(fit: JointFit, effect: Effect) -> str | None:
-    return effect.of_the_readings(fit.model.effect_values(fit.x, effect), fit.model.recording.motion)
-
-
 def _without_unnamed(selection: Selection) -> dict[Unnamed, str]:
     """Take the shapes without a name out of the model; those, and each in words."""
     fit = selection.fit
@@ -434,8 +432,11 @@ def held_out_squares(fit: JointFit, parts: Split, beside: JointFit | None = None
     return np.array([float(block.mean()) for block in np.array_split(squares, min(_BLOCKS, len(squares)))])
 
 
-def _held_out_error(fit: JointFit, parts: Split, beside: JointFit) -> float:
-    return float(np.sqrt(held_out_squares(fit, parts, beside).mean()))
+def _predicts_worse(one: JointFit, other: JointFit, parts: Split) -> bool:
+    """Whether one model predicts held-out rows worse than another by enough to matter."""
+    lost = held_out_squares(one, parts, other) - held_out_squares(other, parts, other)
+    shown = _everywhere(other, parts.recording)
+    return float(lost.mean()) > 2.0 * LEAST_GAIN * shown.rmse**2
 
 
 def _held_out(fit: JointFit, parts: Split) -> Array:

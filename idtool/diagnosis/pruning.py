@@ -28,7 +28,8 @@ from idtool.model.motion import Array
 
 #: An effect whose removal raises the error by this factor at first sight is needed.
 _SURELY = 1.2
-#: Mean squares of prediction closer than this share are the same.
+#: Mean squares of prediction closer than this share of what is left behind the fit's filter are the same:
+#: of the noise that it takes off no model tells, and all that are compared have it.
 _THE_SAME = 2e-3
 #: Standard errors over blocks within which held-out rows contradict nothing.
 _CLEAR = 2.0
@@ -94,8 +95,8 @@ def veto(
         now, least = held_out(fit), left_out_error(fit)
         found: list[tuple[float, Effect, JointFit]] = []
         for effect in fit.model.spec.effects:
-            if effect.name == "inertia":
-                continue
+            if effect.name == "inertia" or of_the_readings(fit, effect):
+                continue  # when the readings were taken is nothing that a prediction has to earn
             tell(f"predicting without {effect.title.lower()}")
             smaller = without(fit, effect)
             gain, lacking = held_out(smaller) - now, left_out_error(smaller)
@@ -103,7 +104,7 @@ def veto(
             kept = lacking > _SURELY * least and gain.mean() + _CLEAR * chance > lacking**2 - least**2
             if not kept:
                 found.append((float(gain.mean()), effect, smaller))
-        found = [item for item in found if item[0] <= _THE_SAME * now.mean()]
+        found = [item for item in found if item[0] <= _THE_SAME * fit.rmse**2]
         if not found:
             return vetoed
         gained, effect, smaller = min(found, key=lambda item: item[0])
@@ -161,6 +162,11 @@ def _lacking(fit: JointFit, *effects: Effect) -> JointModel:
     for effect in effects:
         spec = spec.without(effect.name)
     return JointModel.build(fit.model.recording, spec, fit.model.constants)
+
+
+def of_the_readings(fit: JointFit, effect: Effect) -> str | None:
+    """Why what an effect stands for is of the readings, not of the axis; None if it is of the axis."""
+    return effect.of_the_readings(fit.model.effect_values(fit.x, effect), fit.model.recording.motion)
 
 
 def drop(selection: Selection, effect: Effect, smaller: JointFit, why: str) -> None:

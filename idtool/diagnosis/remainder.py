@@ -12,7 +12,8 @@ from idtool.diagnosis.repeatability import repeatability
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, columns_followed, test_residual
 from idtool.fit.joint import JointFit
 
-#: A residual this much above the sensor noise, and correlated over this many rows, holds something.
+#: A residual this much above the sensor noise holds something if it is correlated over this many rows, or
+#: is more than a disturbance may be (`_DISTURBED`).
 _ABOVE_NOISE = 1.5
 _CORRELATED = 2.0
 #: What does not come again and is more than this share of the friction is a disturbance, not noise: a hand,
@@ -57,7 +58,8 @@ def remainder(
     depends = [test for test in large if test.depends or test.variable in unnamed]
     if depends:
         return Remainder(max(test.share for test in depends), tuple(test.variable for test in depends))
-    if fit.rmse <= matters or autocorrelation(fit) <= _CORRELATED:
+    disturbed = fit.rmse > _DISTURBED * fit.model.friction_sizes[0]
+    if fit.rmse <= matters or not (disturbed or autocorrelation(fit) > _CORRELATED):
         return None
     noise = floor(fit)  # the last question: its neighbours in place and speed take as long as a fit
     if fit.rmse <= _ABOVE_NOISE * noise:

@@ -102,7 +102,7 @@ def extend(
         given: the library is a model that somebody chose; its effects need not explain everything.
         tolerance: error that is good enough, share of the torque (rms).
         rival: another model that leaves nothing structured; the selection is given up (`Selection.hopeless`)
-            once it has more numbers than that and predicts worse.
+            once it has more numbers than that and predicts worse, or comes to where another one has been.
     """
     allowed = library
     while True:
@@ -143,7 +143,8 @@ def _add(
         if winner is not None:
             tell(f"{ACCEPTED} {winner.effect.title.lower()}")
         fit = selection.fit
-        selection.hopeless = rival is not None and len(fit.x) > len(rival.x) and predicts_better(rival, fit)
+        selection.step()
+        selection.hopeless |= rival is not None and len(fit.x) > len(rival.x) and predicts_better(rival, fit)
         if selection.hopeless:
             return
 

@@ -42,8 +42,6 @@ _SOFT_BEND = 20.0
 #: The fall to the Coulomb level is over (down to exp(-2)) at the top speed: a level that was not reached is
 #: none that the data show, and a wider curve stands for any friction that grows or fades with the speed.
 _WIDEST_CURVE = 2.0**-0.5
-#: No bristle bends further than to its level, which an effect may raise by so much.
-_FURTHEST_START = 1.5
 #: The least that is unknown of a start, as a share of the bend's variance: no start is known exactly.
 _NO_BEND = 1e-6
 #: The bristle is damped in turns only, where the axis is slow: at top speed it may be so many times this.
@@ -402,15 +400,15 @@ class JointModel:
         place of the model's own."""
         recording = self.recording
         expected = self.expected_start(x)
-        prediction = self._at(x, starts).predict(expected)
+        at = self._at(x, starts)
+        prediction = at.predict(expected)
         residual = self.measured - recording.filtered(prediction.torque)
         column = recording.filtered(prediction.start_column)
         weight = self.weight(bend)
         pointer = recording.stretch_pointer
         share = eliminate(residual, column, pointer, weight, np.empty_like(residual))
         # rows that no start explains must not bend the bristle further than it can
-        most = _FURTHEST_START * self.presliding_scale(x)
-        start = np.clip(expected + share, -most, most)
+        start = np.clip(expected + share, -at.furthest_bend, at.furthest_bend)
         residual -= column * (start - expected)[recording.filtered_stretch]
         return Evaluation(residual, start, weight * (start - expected))
 

@@ -132,6 +132,15 @@ class At:
         return _Level(self.motion.velocity, self.friction, self.effect)
 
     @cached_property
+    def furthest_bend(self) -> float:
+        """How far the bristle can bend at any row, rad (m): to the highest level that its effects raise it
+        to, that of standstill included."""
+        friction, effect = self.friction, self.effect
+        at_rest = friction.static * (1.0 + effect.static_change) * (1.0 + effect.level_change)
+        highest = max(float(np.max(at_rest + effect.level_torque)), float(self._at_row.value.max()))
+        return highest / friction.bristle_stiffness
+
+    @cached_property
     def _along(self) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
         rho = self.friction.bristle_stiffness / self._at_step.value
         return self.motion.step_velocity, self.motion.step, rho, self.motion.first
