@@ -48,7 +48,7 @@ _OF_ITS_SIZE = (0.2, 5.0)
 _CLOSER = (1.0, 0.5, 0.25, 0.12)
 #: ... over so many bins of its variable, of which its narrowest has several.
 _BINS = 2000
-#: Two fits of the same effects whose sums of squares agree to this share are one minimum, reached twice.
+#: Two fits of one model whose sums of squares agree to this share are at one minimum.
 _THE_SAME = 1e-6
 #: What less than this share is left of beside a fit's own columns is hidden by them.
 _HIDDEN = 1e-3
@@ -119,9 +119,9 @@ class Selection:
     others: Sequence[JointFit] = ()
 
     def step(self) -> None:
-        """Note where it is; it is given up where another selection has been."""
+        """Note where it is; it is given up where another selection has been, with a fit as good."""
         self.steps.append(self.fit)
-        self.hopeless |= any(_same(self.fit, other) for other in self.others)
+        self.hopeless |= any(_no_better(self.fit, other) for other in self.others)
 
     def onto(self, recording: Recording) -> None:
         """Fit what was found to other rows, or to the same ones with other weights."""
@@ -130,11 +130,11 @@ class Selection:
         self.rivals.clear()
 
 
-def _same(one: JointFit, other: JointFit) -> bool:
-    """Whether two searches came to one model, whatever curves each was let try on its way there."""
+def _no_better(one: JointFit, other: JointFit) -> bool:
+    """Whether a search came to the model that another one was at, and to no better minimum of it."""
     if one.model.spec.friction != other.model.spec.friction or one.model.names != other.model.names:
         return False
-    return abs(one.sse - other.sse) < _THE_SAME * one.sse
+    return one.sse > (1.0 - _THE_SAME) * other.sse
 
 
 @dataclass(frozen=True, eq=False)

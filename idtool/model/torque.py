@@ -132,13 +132,13 @@ class At:
         return _Level(self.motion.velocity, self.friction, self.effect)
 
     @cached_property
-    def furthest_bend(self) -> float:
-        """How far the bristle can bend at any row, rad (m): to the highest level that its effects raise it
-        to, that of standstill included."""
+    def furthest_bend(self) -> Array:
+        """How far the bristle can bend where it starts, rad (m), shape (starts,): to the level of standstill,
+        or to that of the motion which it may come from, as the effects change them there."""
         friction, effect = self.friction, self.effect
-        at_rest = friction.static * (1.0 + effect.static_change) * (1.0 + effect.level_change)
-        highest = max(float(np.max(at_rest + effect.level_torque)), float(self._at_row.value.max()))
-        return highest / friction.bristle_stiffness
+        level = np.maximum(friction.static * (1.0 + effect.static_change), friction.coulomb)
+        highest = np.maximum(level * (1.0 + effect.level_change) + effect.level_torque, self._at_row.value)
+        return np.asarray(highest[self.motion.begins]) / friction.bristle_stiffness
 
     @cached_property
     def _along(self) -> tuple[Array, Array, Array, NDArray[np.bool_]]:

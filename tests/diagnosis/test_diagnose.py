@@ -58,6 +58,27 @@ def test_a_base_model_is_given_up_once_it_needs_more_and_predicts_worse(recordin
     assert not selection.hopeless
 
 
+def test_what_two_base_models_come_to_is_gone_on_with_once(recording: Recording) -> None:
+    few = thin(recording)
+    spec = Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),), soft=True)
+    first = begun(first_fit(few, spec), [])
+    first.step()
+    assert not first.hopeless
+    # at the same minimum, at a worse one, at a better one, and with another effect
+    asymmetry = registry.get("direction_asymmetry")
+    larger = JointModel.build(few, spec.adding(asymmetry))
+    for here, other, hopeless in (
+        (first.fit, first.fit, True),
+        (replace(first.fit, residual=1.01 * first.fit.residual), first.fit, True),
+        (first.fit, replace(first.fit, residual=1.01 * first.fit.residual), False),
+        (refit(first.fit, larger, {"direction_asymmetry.asymmetry": 0.0}), first.fit, False),
+    ):
+        second = begun(here, [asymmetry])
+        second.others = (other,)
+        second.step()
+        assert second.hopeless == hopeless
+
+
 def test_a_simpler_law_is_not_taken_where_it_predicts_worse(
     recording: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -110,8 +110,14 @@ def test_a_special_case_takes_the_place_of_what_adds_next_to_nothing(soft: Joint
 
 @pytest.mark.parametrize(
     ("without", "spread", "stays"),
-    [(0.9, 0.0, False), (0.9, 600.0, True), (1.1, 0.0, True), (0.5, 1.0, False)],
-    ids=["worse", "worse by chance", "better", "surely worse"],
+    [(0.9, 0.0, False), (0.9, 600.0, True), (1.1, 0.0, True), (1.0001, 0.0, True), (0.5, 1.0, False)],
+    ids=[
+        "worse",
+        "worse by chance",
+        "better",
+        "better, beside noise that the filter takes off",
+        "surely worse",
+    ],
 )
 def test_held_out_rows_turn_down_what_they_contradict(
     soft: JointFit, without: float, spread: float, stays: bool
@@ -122,9 +128,24 @@ def test_held_out_rows_turn_down_what_they_contradict(
     chance = spread * np.resize([1.0, -1.0], 30)
 
     def held_out(fit: JointFit) -> Array:
-        here = friction in fit.model.spec.effects
-        return scale * (40.0 + np.zeros(30) if here else 40.0 * without + chance * 40.0)
+        lacking = len(soft.model.spec.effects) - len(fit.model.spec.effects)
+        return scale * 40.0 * (without**lacking + (chance if lacking else 0.0 * chance))
 
     selection = begun(soft, [friction])
     gone = veto(selection, held_out, lambda _: None)
     assert (friction not in gone) == stays
+
+
+def test_when_the_readings_were_taken_needs_no_prediction(
+    soft: JointFit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A delay within one sample is no effect that held-out rows could turn down, whatever they say."""
+    friction = registry.get("position_dependent_friction")
+
+    def held_out(fit: JointFit) -> Array:
+        return np.full(30, 2.0 if friction in fit.model.spec.effects else 1.0)
+
+    for why in (None, "that is when they were read"):
+        monkeypatch.setattr(type(friction), "of_the_readings", lambda *_, why=why: why)
+        gone = veto(begun(soft, [friction]), held_out, lambda _: None)
+        assert (friction in gone) == (why is None)

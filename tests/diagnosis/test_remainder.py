@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from idtool.diagnosis.remainder import doubted, remainder
+from idtool.fit.joint import refit
+from idtool.fit.model import JointModel
 from idtool.fit.staged import StaticFit, fit_static
 from idtool.parameters import Axis, Parameters
 from idtool.signals import record
@@ -58,3 +60,19 @@ def test_says_so_and_widens_where_an_effect_is_lacking(lacking: str) -> None:
         before, after = (np.sqrt(one.covariance[place, place]) for one in (fit, wide))
         assert after >= before
         assert abs(fit.x[place] - truth) < wide.quantile[place] * after
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.15, True), (0.03, False)])
+def test_what_is_large_is_told_though_it_repeats_nothing(share: float, told: bool) -> None:
+    """A torque that turns round from row to row has no memory, and no floor of the sensors explains it."""
+    fit = static(CLEAN, 5).fit
+    recording, rng = fit.model.recording, np.random.default_rng(0)
+    torque = np.diff(rng.normal(size=len(recording.torque)), prepend=0.0)
+    # as much as passes the filter of the comparison
+    torque *= share * fit.model.friction_sizes[0] / np.std(recording.filtered(torque))
+    shaken = replace(recording, torque=fit.predicted + torque)
+    left = remainder(refit(fit, JointModel.build(shaken, fit.model.spec, fit.model.constants)))
+    assert (left is not None) == told
+    if left is not None:
+        assert left.depends_on == ()
+        assert left.share > 0.8

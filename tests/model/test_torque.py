@@ -14,7 +14,7 @@ from idtool.model import lugre
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 from idtool.model.stribeck import level
-from idtool.model.torque import Direction, Friction, linearise, predict
+from idtool.model.torque import At, Direction, Friction, linearise, predict
 
 SOFT = Friction(0.07, 0.03, 0.09, 0.155, 0.051, 0.297)
 STIFF = Friction(0.08, 0.115, 0.08, 0.12, 400.0, 0.2)
@@ -179,3 +179,14 @@ def test_what_only_adds_a_torque() -> None:
     assert not Contribution().only_torque
     assert not Contribution(torque=torque, level_change=torque).only_torque
     assert not Contribution(torque=torque, delay=0.002).only_torque
+
+
+def test_a_bristle_bends_to_the_level_where_it_starts() -> None:
+    both = motion(rows=50)
+    first = np.flatnonzero(both.begins)
+    change = np.zeros(len(both))
+    change[first[1]] = 0.5
+    change[first[0] + 7] = 3.0  # elsewhere, however much
+    for friction, most in ((STIFF, STIFF.static), (SOFT, SOFT.coulomb)):
+        bend = At(both, friction, Contribution(level_change=change)).furthest_bend
+        np.testing.assert_allclose(bend * friction.bristle_stiffness, [most, 1.5 * most])
