@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,13 @@ from idtool.log.table import as_numbers
 
 #: Where more of the rows than this share have a time stamp that was there already, it lost its digits.
 _ALIKE = 0.9
+#: Names of columns that number or name the servos of a table. A bus has so many at most; rows are more.
+_WHICH = re.compile(
+    r"(?P<what>(dxl|dynamixel|motor|servo|joint|actuator|axis|drive)s?)?[ _.-]?(?P<id>id)?"
+    r"((?<=[a-z])[ _.-]?(index|idx|name|number|nr|no))?",
+    re.IGNORECASE,
+)
+_MOST_AXES = 254
 
 
 def source_column(frame: pd.DataFrame, name: str, option: str, file: Path) -> pd.Series[Any]:
@@ -62,10 +70,24 @@ def require_single(frame: pd.DataFrame, names: Sequence[str], file: Path) -> Non
         there = [str(value) for value in pd.unique(frame[name])]
         if len(there) > 1:
             raise InputError(
-                f"holds {len(there)} {name}s ({', '.join(there[:8])})",
+                f'holds several axes: column "{name}" is {", ".join(there[:8])}',
                 file=file,
-                remedy=f"choose one with --where {name}={there[0]}",
+                remedy=f'choose one with --where "{name}={there[0]}" (trials of one: --trial-by "{name}")',
             )
+
+
+def which_axis(frame: pd.DataFrame) -> list[str]:
+    """Columns that by their names tell one servo of a long table from another ("motor_id", "joint")."""
+    found = []
+    for name in map(str, frame.columns):
+        told = _WHICH.fullmatch(name.strip())
+        if (
+            told
+            and (told["what"] or told["id"])
+            and frame[name].nunique() <= min(_MOST_AXES, len(frame) // 2)
+        ):
+            found.append(name)
+    return found
 
 
 def _equal(column: pd.Series[Any], value: str) -> np.ndarray:

@@ -93,7 +93,9 @@ def import_recording(
     source = read_table(file)
     header, notes = source.header, source.notes
     table = cleaning.keep_where(source.frame, where or {}, file)
-    cleaning.require_single(table, source.single, file)
+    parted = {trial_by, (mapping or {}).get("trial")}
+    telling = source.single or [name for name in cleaning.which_axis(table) if name not in parted]
+    cleaning.require_single(table, telling, file)
     stated: dict[str, Kind] = {f"--kind {kind}": kind} if kind else {}
     chosen, given = choosing.given(source, table, mapping or {}, stated, file)
     old_axis = Axis.from_table(header["axis"], file=file) if "axis" in header else None

@@ -107,7 +107,10 @@ def test_a_joint_of_a_bag(tmp_path: Path) -> None:
             writer.write_message("/joint_states", schema, message)
     done = ffc_id("import", "run.mcap", "-o", "log.csv", cwd=tmp_path)
     assert done.returncode == 3
-    assert done.stderr == "ffc-id: run.mcap: holds 2 joints (a, b); choose one with --where joint=a.\n"
+    assert done.stderr == (
+        'ffc-id: run.mcap: holds several axes: column "joint" is a, b; choose one with --where "joint=a" '
+        '(trials of one: --trial-by "joint").\n'
+    )
     done = ffc_id("import", "run.mcap", "-o", "log.csv", "--where", "joint=b", cwd=tmp_path)
     assert done.returncode == 0
     assert "torque_nm       from effort [N m]" in done.stderr

@@ -309,6 +309,30 @@ def test_interleaved_trials_are_brought_together(tmp_path: Path) -> None:
     assert log.frame["trial"].tolist() == [0, 0, 1, 1]
 
 
+@pytest.mark.parametrize("name", ["motor_id", "Joint", "servo no", "id", "dxl_id", "Axis"])
+def test_a_table_of_several_servos_asks_which(tmp_path: Path, name: str) -> None:
+    rows = "".join(f"{servo},{0.1 * k},{servo * k},1\n" for k in range(20) for servo in (1, 2))
+    path = put(tmp_path, f"{name},t,q,tau\n{rows}")
+    with pytest.raises(InputError) as caught:
+        import_recording(path)
+    assert f'holds several axes: column "{name}" is 1, 2' in str(caught.value)
+    assert f'--where "{name}=1"' in str(caught.value)
+    one = import_recording(path, where={name: ["2"]}).log.frame
+    assert one["position_rad"].tolist() == [2.0 * k for k in range(20)]
+    assert import_recording(path, trial_by=name).log.frame["trial"].nunique() == 2
+
+
+@pytest.mark.parametrize("name", ["index", "number", "drive_mode", "valid", "axle", "identity", "no"])
+def test_a_column_that_names_no_servo_parts_nothing(tmp_path: Path, name: str) -> None:
+    rows = "".join(f"{k % 2},{0.1 * k},{k},1\n" for k in range(20))
+    assert len(import_recording(put(tmp_path, f"{name},t,q,tau\n{rows}")).log.frame) == 20
+
+
+def test_a_count_of_rows_is_no_servo(tmp_path: Path) -> None:
+    rows = "".join(f"{k},{0.1 * k},{k},1\n" for k in range(20))
+    assert len(import_recording(put(tmp_path, "id,t,q,tau\n" + rows)).log.frame) == 20
+
+
 def test_wrapped_positions(tmp_path: Path) -> None:
     angle = np.arange(200) * 5.0
     rows = "".join(f"{k / 100},{a % 360},1\n" for k, a in enumerate(angle))
