@@ -56,5 +56,6 @@ RICHER: dict[str, dict[str, dict[str, float]]] = {
         "position_dependent_friction": NUMBERS["position_dependent_friction"]
         | {f"slope_{k}": 0.2 * (-0.7) ** k for k in range(3, 9)}
     },
+    "two_elements": {"hysteresis": NUMBERS["hysteresis"] | {"stiffness_2": 0.1, "yield_2": 0.01}},
     "part_of_the_friction": {"hysteresis": NUMBERS["hysteresis"] | {"of_friction": 1.0}},
 }

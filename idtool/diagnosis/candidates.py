@@ -15,6 +15,7 @@ from idtool.diagnosis.repetition import beats_with_motion
 from idtool.diagnosis.residual import motion_columns
 from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect, derivative
+from idtool.effects.hysteresis import carried_of_friction, reaches
 from idtool.fit import noise
 from idtool.fit.basis import orthonormal
 from idtool.fit.identifiability import stribeck_seen
@@ -177,7 +178,8 @@ def best_start(fit: JointFit, effect: Effect) -> Start:
     if has:
         known = next(e for e in model.spec.effects if e.name == effect.name)
         null |= model.effect_values(fit.x, known)
-    starts = [{}] if has else [*effect.starts(motion), *effect.sizes(motion)]
+    starts = [*effect.starts(motion), *([] if has else effect.sizes(motion))]
+    starts = [start for start in starts if not set(start) & has] or [{}]
     tried = len(starts)
     wave = effect.wave(motion)
     whole = float(background.residual @ background.residual)
@@ -386,12 +388,12 @@ def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
     presliding is none of LuGre's, what the model leaves after each reversal bends the curve of sliding."""
     recording, friction = fit.model.recording, fit.model.friction(fit.x)
     (element,) = (e for e in fit.model.spec.effects if e.name == "hysteresis")
-    slips_at, reach, of_friction = element.numbers(fit.model.effect_values(fit.x, element))
-    own = max(friction.coulomb, friction.static) - slips_at * of_friction
+    values = fit.model.effect_values(fit.x, element)
+    own = max(friction.coulomb, friction.static) - carried_of_friction(values)
     motion = recording.motion
     travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
     # the element slips on when it has turned round, a reach back and one on
-    settled = travel > max(_SETTLED * own / friction.bristle_stiffness, 2.0 * reach)
+    settled = travel > max(_SETTLED * own / friction.bristle_stiffness, 2.0 * max(reaches(values)))
     return bool(settled.any()) and chance_of(fit, effect, settled) < _CHANCE_IN_SLIDING
 
 
@@ -400,7 +402,7 @@ def _unseen_in_turns(fit: JointFit, effect: Effect) -> str | None:
     if effect.name != "hysteresis":
         return None
     motion = fit.model.recording.motion
-    _, reach, _ = effect.numbers(fit.model.effect_values(fit.x, effect))
+    reach = min(reaches(fit.model.effect_values(fit.x, effect)))
     bending = since_reversal(motion.position, motion.velocity, motion.trial) <= reach
     rows = float(np.count_nonzero(bending & fit.model.recording.usable)) / motion.reversals
     if rows >= _IN_BEND:

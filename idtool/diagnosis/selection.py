@@ -319,7 +319,9 @@ def _to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
 
 def _with_more(effect: Effect, motion: Motion) -> list[Effect]:
     """An effect that is a smooth shape with more bends: what the plainest leaves may look like chance where
-    it is the rest of that shape. Of lines each is found by itself, in friction too."""
+    it is the rest of that shape. Of lines each is found by itself, in friction too; of lags each element."""
+    if effect.is_lag:
+        return []
     found, line = [effect], effect.wave(motion)
     if line is not None:
         larger = ((more, more.wave(motion)) for more in effect.larger(motion))

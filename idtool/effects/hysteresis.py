@@ -1,4 +1,4 @@
-"""Hysteresis: an elastic element that slips, beside the bristle or in place of a part of it (seals, cables,
+"""Hysteresis: elastic elements that slip, beside the bristle or in place of a part of it (seals, cables,
 belts; contacts that bend without creep before they slide)."""
 
 from __future__ import annotations
@@ -29,15 +29,16 @@ _LONGEST = 0.4
 
 @jit()
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
-    """A Maxwell-slip element; memory: its stretch over that at which it yields, and where it was."""
-    strength, reach, of_friction = n[0], n[1], n[2]
-    if row.first:
-        memory[0] = row.start
-    else:
-        memory[0] = min(max(memory[0] + (row.position - memory[1]) / reach, -1.0), 1.0)
-    memory[1] = row.position
-    total[TORQUE] += strength * memory[0]
-    total[LEVEL_TORQUE] -= strength * of_friction
+    """Maxwell-slip elements; memory: where they were, and each one's stretch over that at which it yields."""
+    for k in range(1, len(n), 2):
+        strength, reach, stretch = n[k], n[k + 1], 1 + k // 2
+        if row.first:
+            memory[stretch] = row.start
+        else:
+            memory[stretch] = min(max(memory[stretch] + (row.position - memory[0]) / reach, -1.0), 1.0)
+        total[TORQUE] += strength * memory[stretch]
+        total[LEVEL_TORQUE] -= strength * n[0]
+    memory[0] = row.position
 
 
 @jit()
@@ -52,10 +53,11 @@ class Hysteresis(Effect):
     """An element of its own, or (`of_friction`) one that carries a part of the friction level, which the
     bristle then does not: the same torque, told otherwise. A contact that does not creep before it slides
     (elasto-plastic, Dupont et al. 2002) is mostly the second, which a search finds from where the bristle
-    carries everything.
+    carries everything. Two elements follow a presliding that bends smoothly (Dahl's), which one does not.
     """
 
     of_friction: bool = False
+    elements: int = 1
 
     name = "hysteresis"
     title = "Hysteresis"
@@ -72,57 +74,68 @@ class Hysteresis(Effect):
         EffectParameter(
             "of_friction", "number", "1: a part of the friction levels, not beside them", 0.0, 1.0, True
         ),
+        EffectParameter("stiffness_2", "stiffness", "stiffness of a second element", 0.0, optional=True),
+        EffectParameter("yield_2", "torque", "torque at which it slips", 0.0, optional=True),
     )
     coordinates = (
         Coordinate("yield", lower=0.0),
         Coordinate("log_reach", null=-2.0, lower=-16.0, upper=4.0, increment=1e-5),
+        Coordinate("yield_2", lower=0.0),
+        Coordinate("log_reach_2", null=-2.0, lower=-16.0, upper=4.0, increment=1e-5),
     )
-    memory = 2
+    memory = 3
     free_start = True
 
     at = staticmethod(at)
     over = staticmethod(over)
 
     def numbers(self, values: Values) -> tuple[float, ...]:
-        return values["yield"], math.exp(values["log_reach"]), values.get("of_friction", 0.0)
+        elements = zip(_yields(values), reaches(values), strict=True)
+        return values.get("of_friction", 0.0), *(number for element in elements for number in element)
 
     def acts_on(self, values: Values) -> tuple[int, ...]:
         return (TORQUE, LEVEL_TORQUE) if values.get("of_friction") else (TORQUE,)
 
     def in_c(self, values: Values) -> CForm:
-        code = """
-            if (row->first) memory[0] = 0.0f;
-            else memory[0] = clamp(memory[0] + (row->position - memory[1]) * (1.0f / reach), -1.0f, 1.0f);
-            memory[1] = row->position;
-            sum->torque += yield * memory[0];
-        """
-        if values.get("of_friction"):
-            code += "sum->level_torque -= yield;\n"
-        return CForm(code, {**values, "reach": math.exp(values["log_reach"])})
+        lines, numbers = list[str](), {"of_friction": values.get("of_friction", 0.0)}
+        for k, (slips, reach) in enumerate(zip(_yields(values), reaches(values), strict=True), start=1):
+            numbers |= {f"yield_{k}": slips, f"reach_{k}": reach}
+            lines += [
+                f"if (row->first) memory[{k}] = 0.0f;",
+                f"else memory[{k}] = clamp(memory[{k}] + (row->position - memory[0]) * (1.0f / reach_{k}), "
+                "-1.0f, 1.0f);",
+                f"sum->torque += yield_{k} * memory[{k}];",
+            ]
+            lines += [f"sum->level_torque -= yield_{k};"] if values.get("of_friction") else []
+        return CForm("\n".join([*lines, "memory[0] = row->position;"]), numbers)
 
     def constants(self, motion: Motion) -> dict[str, float]:
         return {"of_friction": 1.0} if self.of_friction else {}
 
     def form_of(self, values: Values) -> Effect:
-        return Hysteresis(bool(values.get("of_friction")))
+        return Hysteresis(bool(values.get("of_friction")), len(_yields(values)))
 
     def forms(self, motion: Motion) -> tuple[Effect, ...]:
         return () if self.of_friction else (Hysteresis(of_friction=True),)
 
+    def larger(self, motion: Motion) -> tuple[Effect, ...]:
+        return (replace(self, elements=2),) if self.elements == 1 else ()
+
     def plainer(self, values: Values, model: Values) -> tuple[Effect, dict[str, float]] | None:
-        left = {name: model[name] - values["yield"] for name in ("coulomb", "static") if name in model}
-        if not self.of_friction or any(level < _OWN * values["yield"] for level in left.values()):
+        carried = sum(_yields(values))
+        left = {name: model[name] - carried for name in ("coulomb", "static") if name in model}
+        if not self.of_friction or any(level < _OWN * carried for level in left.values()):
             return None
-        return Hysteresis(), left
+        return replace(self, of_friction=False), left
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         longest = math.log(max(_LONGEST * float(np.ptp(motion.position)), 1e-6))
-        strength, reach = self.coordinates
-        return strength, replace(reach, upper=longest)
+        used = self.coordinates[: 2 * self.elements]
+        return tuple(c if c.increment == 1.0 else replace(c, upper=longest) for c in used)
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
-        stroke = float(np.ptp(motion.position))
-        return [{"log_reach": math.log(share * stroke)} for share in _REACHES]
+        stroke, last = float(np.ptp(motion.position)), self.coordinates[2 * self.elements - 1].name
+        return [{last: math.log(share * stroke)} for share in _REACHES]
 
     def untestable(self, motion: Motion) -> str | None:
         if motion.reversals < FEWEST_REVERSALS:
@@ -130,21 +143,44 @@ class Hysteresis(Effect):
         return None
 
     def implausible(self, values: Values, model: Values) -> str | None:
-        level = model.get("coulomb", math.inf)
+        level, carried = model.get("coulomb", math.inf), sum(_yields(values))
         if self.of_friction:
-            return "it would be more than the friction" if values["yield"] > _MOST * level else None
-        if values["yield"] > level:
+            return "it would be more than the friction" if carried > _MOST * level else None
+        if carried > level:
             return "it would carry more than the friction level: it would be the friction, by another name"
         return None
 
     def also_from(self, values: Values, model: Values) -> list[dict[str, float]]:
+        if self.elements == 2:  # halves of the one that is in, one stiffer, one softer
+            half, reach = 0.5 * model["hysteresis.yield"], model["hysteresis.log_reach"]
+            apart = {"log_reach": reach - math.log(2.0), "log_reach_2": reach + math.log(2.0)}
+            return [{"yield": half, "yield_2": half, **apart}]
         return [{**values, "yield": _PART * model["coulomb"]}] if self.of_friction else []
 
     def to_parameters(self, values: Values) -> dict[str, float]:
-        found = {"stiffness": values["yield"] * math.exp(-values["log_reach"]), "yield": values["yield"]}
+        found: dict[str, float] = {}
+        for end, slips, reach in zip(("", "_2"), _yields(values), reaches(values), strict=False):
+            found |= {f"stiffness{end}": slips / reach, f"yield{end}": slips}
         return found | ({"of_friction": values["of_friction"]} if values.get("of_friction") else {})
 
     def to_values(self, parameters: Values) -> dict[str, float]:
-        reach = parameters["yield"] / max(parameters["stiffness"], 1e-300)
-        kept = {name: value for name, value in parameters.items() if name != "stiffness"}
-        return kept | {"log_reach": math.log(max(reach, 1e-300))}
+        kept = {name: value for name, value in parameters.items() if not name.startswith("stiffness")}
+        for end in ("", "_2") if "yield_2" in parameters else ("",):
+            reach = parameters[f"yield{end}"] / max(parameters[f"stiffness{end}"], 1e-300)
+            kept[f"log_reach{end}"] = math.log(max(reach, 1e-300))
+        return kept
+
+
+def _yields(values: Values) -> list[float]:
+    """Torque at which each element slips."""
+    return [values[name] for name in ("yield", "yield_2") if name in values]
+
+
+def reaches(values: Values) -> list[float]:
+    """Travel over which each element yields, rad (m)."""
+    return [math.exp(values[name]) for name in ("log_reach", "log_reach_2") if name in values]
+
+
+def carried_of_friction(values: Values) -> float:
+    """What the elements carry of the friction levels, N m (N)."""
+    return values.get("of_friction", 0.0) * sum(_yields(values))
