@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from benchmarks.sessions import repeated
 from benchmarks.table import Goal, Section, seconds
 from benchmarks.timing import once
 from idtool import Log
@@ -32,22 +31,16 @@ _DISTURBANCE, _DISTURBANCE_NM = "bump at one speed", 0.012
 
 
 def logs_of(axis: str, rows: int, seed: int = 4) -> list[Log]:
-    """A session of the clean axis, of one with three effects, or of that with a disturbance as well; the
-    trials of each log as often as the rows need."""
+    """A session of the clean axis, of one with three effects, or of that with a disturbance as well: every so
+    manieth row of it, or with as many more sweeps as the rows need."""
     plant = _CLEAN if axis == "clean" else replace(_CLEAN, effects=dict(_EFFECTS))
     logs = record_session(plant, "lab", seed)
+    while (whole := sum(len(log.frame) for log in logs)) < rows:
+        logs += record_session(plant, "lab", seed + len(logs), ("sweep",))
     if axis == "three effects and something unknown":
         logs = disturb(logs, _DISTURBANCE, seed, _DISTURBANCE_NM)
-    whole = sum(len(log.frame) for log in logs)
-    return [_thinned(log, round(rows * len(log.frame) / whole)) for log in logs]
-
-
-def _thinned(log: Log, rows: int) -> Log:
-    """So many rows: every so manieth one, or the trials over again."""
-    if rows > len(log.frame):
-        return repeated(log, rows)
-    step = -(-len(log.frame) // rows)
-    return replace(log, frame=log.frame.iloc[::step].reset_index(drop=True))
+    step = -(-whole // rows) if whole > 1.5 * rows else 1
+    return [replace(log, frame=log.frame.iloc[::step].reset_index(drop=True)) for log in logs]
 
 
 def measure(sizes: tuple[int, ...] = (_ROWS, _MORE_ROWS)) -> Section:
