@@ -70,7 +70,7 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
         guided = _guide(f"sim:{plant}", result, seed)
         write_json(folder / GUIDING, guided)
         progress.say("drawing the report")
-        page = write_report(folder)
+        page = write_report(folder, progress=progress.at)
     seconds = time.perf_counter() - began
     document = {
         "recovered": _recovered(result.parameters),

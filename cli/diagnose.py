@@ -172,8 +172,8 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
 
     output.warn(*result.recording.contradictions)  # before any number
     write_results(result, folder, command=command_line(), seed=seed)
-    with Progress(output, "drawing the report"):
-        page = write_report(folder)
+    with Progress(output, "drawing the report") as bar:
+        page = write_report(folder, progress=bar.at)
 
     def show(console: Console) -> None:
         from .tables import print_parameters

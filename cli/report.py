@@ -31,8 +31,8 @@ def report(folder: Path, svg: bool, output: Output) -> None:
     from idtool.report import write_report
     from idtool.report.next_step import next_step_of
 
-    with Progress(output, "drawing the figures"):
-        page = write_report(folder, svg=svg)
+    with Progress(output, "drawing the figures") as bar:
+        page = write_report(folder, svg=svg, progress=bar.at)
     figures = sorted((folder / "figures").glob("*.png"))
     forms = "PNG and SVG" if svg else "PNG"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from html import escape
@@ -118,12 +118,19 @@ class Result(Identification):
         """
         return simulate(read_logs(logs), self.parameters, source)
 
-    def report(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
+    def report(
+        self,
+        folder: str | PathLike[str],
+        *,
+        force: bool = False,
+        progress: Callable[[int, int], None] = lambda done, of: None,
+    ) -> Path:
         """Write the result folder, as `ffc-id identify -o` does; the page in it.
 
         Args:
             folder: made if missing.
             force: overwrite a result that is there.
+            progress: called with how many figures are drawn, and of how many.
 
         Raises:
             InputError: it holds a result already and `force` is not given, or it cannot be written.
@@ -134,7 +141,7 @@ class Result(Identification):
         place = Path(folder)
         with result_folder(place, force):
             write_results(self, place, command="idtool.identify(...)", seed=int(self.options.get("seed", 0)))
-            return write_report(place)
+            return write_report(place, progress=progress)
 
 
 def _number(value: float) -> str:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -122,26 +122,34 @@ class EffectCard:
     pictures: tuple[Beside, ...]
 
 
-def write_report(folder: Path, *, svg: bool = False) -> Path:
+def write_report(
+    folder: Path, *, svg: bool = False, progress: Callable[[int, int], None] = lambda done, of: None
+) -> Path:
     """Draw the report of a result folder into it; returns the page.
 
     Writes `report.html` and `figures/NAME.png`, each whole or not at all, and removes figures of an earlier
     report that this one does not have. With `svg` each figure comes as `figures/NAME.svg` too, which
-    takes half as long again.
+    takes half as long again. `progress` is called with how many figures are drawn, and of how many.
 
     Raises:
         InputError: the folder's files are missing or broken, or it cannot be written.
     """
     evidence = read_evidence(folder)
     plates = all_plates(evidence)
-    pictures = _draw(evidence, plates, folder / FIGURES, ("png", "svg") if svg else ("png",))
+    pictures = _draw(evidence, plates, folder / FIGURES, ("png", "svg") if svg else ("png",), progress)
     page = _render(evidence, pictures)
     with atomic_write(folder / PAGE) as stream:
         stream.write(page)
     return folder / PAGE
 
 
-def _draw(evidence: Evidence, plates: list[Plate], folder: Path, forms: tuple[str, ...]) -> list[Picture]:
+def _draw(
+    evidence: Evidence,
+    plates: list[Plate],
+    folder: Path,
+    forms: tuple[str, ...],
+    progress: Callable[[int, int], None],
+) -> list[Picture]:
     drawn = {f"{plate.name}.{form}" for plate in plates for form in forms}
     try:
         folder.mkdir(exist_ok=True)
@@ -154,7 +162,8 @@ def _draw(evidence: Evidence, plates: list[Plate], folder: Path, forms: tuple[st
             f"cannot be written ({error.strerror})", file=folder, remedy="free space or pick another place"
         ) from error
     pictures = []
-    for plate in plates:
+    for number, plate in enumerate(plates):
+        progress(number, len(plates))
         figure = plate.draw()
         content = {form: style.render(figure, form) for form in forms}
         for form in forms:

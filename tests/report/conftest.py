@@ -14,10 +14,16 @@ from .folder import make
 
 
 @pytest.fixture(scope="session")
-def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def told() -> list[tuple[int, int]]:
+    """What was told of the progress of `drawn`."""
+    return []
+
+
+@pytest.fixture(scope="session")
+def drawn(tmp_path_factory: pytest.TempPathFactory, told: list[tuple[int, int]]) -> Path:
     """A rotary axis with a ripple, everything there, report drawn, its figures as SVG too."""
     folder = make(tmp_path_factory.mktemp("rotary") / "result")
-    write_report(folder, svg=True)
+    write_report(folder, svg=True, progress=lambda done, of: told.append((done, of)))
     return folder
 
 

@@ -456,3 +456,8 @@ def test_hand_guiding_is_told_where_there_is_a_record_of_it(tmp_path: Path) -> N
     (tmp_path / "teach.json").write_text("[1]", encoding="utf-8")
     with pytest.raises(InputError, match="hand guiding"):
         read_guiding(tmp_path)
+
+
+def test_how_far_the_drawing_is(drawn: Path, told: list[tuple[int, int]]) -> None:
+    figures = len(list((drawn / "figures").glob("*.png")))
+    assert told == [(done, figures) for done in range(figures)]
