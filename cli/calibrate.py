@@ -11,6 +11,7 @@ import click
 from .axis import Given, axis_options
 from .common import Output, logs_argument, output_options, params_option
 from .numbers import NumberRange
+from .progress import Progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -56,7 +57,8 @@ def calibrate(
     if lever is not None and mass is None and not any(log.column("payload") is not None for log in read):
         raise UsageError("--lever without --mass; say how heavy the load is, or log payload_kg.")
     known = Parameters.read(params) if params is not None else None
-    result = run(read, lever=1.0 if lever is None else lever, mass=mass)
+    with Progress(output, "finding the constant"):
+        result = run(read, lever=1.0 if lever is None else lever, mass=mass)
     if known is not None and params is not None:
         in_torque(known, result.constant, result.unit).write_over(params, known)
     low, high = result.constant.ci95 or (result.constant.value, result.constant.value)

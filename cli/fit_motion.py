@@ -41,8 +41,8 @@ def fit_motion(logs: Sequence[Path], params: Path, given: Given, output: Output)
 
     known = Parameters.read(params) if params.exists() else None
     read = given.read(logs, output, known.axis if known is not None else None)
-    with Progress(output, "fitting the motion") as progress:
-        result = run(read, known, tell=progress.say)
+    with Progress(output, "fitting the motion") as bar:
+        result = run(read, known, progress=lambda share: bar.at(share, 1.0))
     result.parameters.write_over(params, known)
     unit = "mm" if is_linear(result.parameters.axis.units) else "mrad"
 

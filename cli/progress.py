@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.progress import ProgressColumn, Task
 
+    from idtool.presentation.pace import Pace
+
 #: Below so many columns there is room for words only, not for a bar.
 _ROOM_FOR_BAR = 70
 
@@ -27,6 +29,7 @@ class Progress:
 
     def __init__(self, output: Output, what: str = "", *, timed: bool = True) -> None:
         """`timed`: show the time that has passed, and with `at` the time that is left."""
+        self._pace: Pace | None = None
         screen = console(stderr=True)
         self.visible = screen.is_terminal and not screen.is_dumb_terminal and not output.quiet
         self.narrow = screen.width < _ROOM_FOR_BAR
@@ -65,10 +68,22 @@ class Progress:
         self._task = self._bar.add_task(what, total=None)
 
     def _left_column(self) -> ProgressColumn:
-        """What says how long it will take yet."""
-        from rich.progress import TimeRemainingColumn
+        """What says how long it will take yet; rich's own forgets what took over half a minute."""
+        from rich.progress import ProgressColumn
+        from rich.text import Text
 
-        return TimeRemainingColumn(elapsed_when_finished=False)
+        from idtool.presentation.pace import Pace
+
+        pace = self._pace = Pace()
+
+        class Left(ProgressColumn):
+            max_refresh = 0.5
+
+            def render(self, _: Task) -> Text:
+                left = pace.left_s
+                return Text("" if left is None else f"{left:.0f} s left", style="progress.remaining")
+
+        return Left()
 
     def __enter__(self) -> Self:
         self.start()
@@ -95,6 +110,8 @@ class Progress:
     def at(self, done: float, of: float) -> None:
         """How far it is."""
         if self.visible:
+            if self._pace is not None:
+                self._pace.at(done / of)
             self._bar.update(self._task, completed=done, total=of)
 
 

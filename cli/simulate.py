@@ -10,6 +10,7 @@ import click
 
 from .axis import Given, axis_options
 from .common import Output, force_option, logs_argument, output_options, params_option
+from .progress import Progress
 from .words import Choice
 
 if TYPE_CHECKING:
@@ -57,7 +58,8 @@ def simulate(
     parameters = Parameters.read(params)
     read = given.read(logs, output, parameters.axis)
     refuse_existing(out, force, params, *logs)
-    result = run(read, parameters, source)
+    with Progress(output, "simulating") as bar:
+        result = run(read, parameters, source, progress=lambda share: bar.at(share, 1.0))
     with atomic_write(out) as stream:
         result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
     unit = "mm" if result.linear else "mrad"

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from idtool.presentation.pace import Pace
 from idtool.verbs.expected import Expected
 
 #: A terminal of 80 columns, and the cursor's place.
@@ -38,6 +39,18 @@ def told(progress: Callable[[str], None] | bool | None) -> Iterator[Callable[[st
         yield show
     finally:
         _line("")
+
+
+def by_count(tell: Callable[[str], None], what: str) -> Callable[[int, int], None]:
+    """What is called with how much is done, and of how much, and says so with the time that is left."""
+    pace = Pace()
+
+    def at(done: int, of: int) -> None:
+        pace.at(done / of)
+        left = "" if pace.left_s is None else f", {pace.left_s:.0f} s left"
+        tell(f"{what}: {done} of {of}, {100.0 * pace.share:.0f} %{left}")
+
+    return at
 
 
 def in_notebook() -> bool:

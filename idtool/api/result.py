@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from idtool.api.logs import Logs, read_logs
+from idtool.api.progress import by_count, told
 from idtool.diagnosis.summary import found, summary_lines
 from idtool.errors import InputError, nearest
 from idtool.parameters import EffectEntry
@@ -123,14 +124,15 @@ class Result(Identification):
         folder: str | PathLike[str],
         *,
         force: bool = False,
-        progress: Callable[[int, int], None] = lambda done, of: None,
+        progress: Callable[[str], None] | bool | None = None,
     ) -> Path:
         """Write the result folder, as `ffc-id identify -o` does; the page in it.
 
         Args:
             folder: made if missing.
             force: overwrite a result that is there.
-            progress: called with how many figures are drawn, and of how many.
+            progress: called with a sentence as each figure is drawn; True shows them on one line, None does
+                so in a notebook only.
 
         Raises:
             InputError: it holds a result already and `force` is not given, or it cannot be written.
@@ -139,9 +141,9 @@ class Result(Identification):
         from idtool.report.result_folder import result_folder, write_results
 
         place = Path(folder)
-        with result_folder(place, force):
+        with result_folder(place, force), told(progress) as tell:
             write_results(self, place, command="idtool.identify(...)", seed=int(self.options.get("seed", 0)))
-            return write_report(place, progress=progress)
+            return write_report(place, progress=by_count(tell, "drawing the figures"))
 
 
 def _number(value: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,6 +34,8 @@ from idtool.simulation.starts import SIDES
 _STEP = 0.01
 #: Evaluations of a first try and of the last one.
 TRIED, MOST = 6, 40
+#: A search to its end mostly takes no more than so many of them.
+_USUAL = 16
 #: Error beyond which a row counts less, over the median one.
 _SOFT = 3.0
 #: Share of the cost that what differs between the directions must take to be kept.
@@ -74,6 +76,18 @@ class MotionSearch:
         self.way = float(np.ptp(measured))
         self.drive_was_off = not bool(np.all(self.stages[0].driven > 0.0))
         self.soft: list[float] = []
+        self._worked = 0.0
+        self._planned = 0.0
+        self._progress: Callable[[float], None] | None = None
+
+    def plan(self, most: Sequence[int], progress: Callable[[float], None] | None) -> None:
+        """Fits to come, by their most evaluations, and what is called with the share done, 0 to 1."""
+        self._planned, self._progress = self._worked + sum(min(one, _USUAL) for one in most), progress
+
+    def _work(self, done: float) -> None:
+        self._worked = done
+        if self._progress is not None:
+            self._progress(min(done / self._planned, 1.0))
 
     def coordinates(self, parameters: Parameters, scales: Scales) -> list[Coordinate]:
         """What these logs can tell of a file."""
@@ -112,6 +126,7 @@ class MotionSearch:
         """Bounded least squares from a file, with at most so many evaluations of the Jacobian."""
         low = np.array([one.lower for one in coordinates])
         high = np.array([one.upper for one in coordinates])
+        end = self._worked + min(most, _USUAL)
 
         def at(x: Array) -> Array:
             return self.residual(with_values(parameters, coordinates, parameters_at(coordinates, x)))
@@ -122,6 +137,7 @@ class MotionSearch:
                 above, below = x.copy(), x.copy()
                 above[k], below[k] = min(x[k] + _STEP, high[k]), max(x[k] - _STEP, low[k])
                 columns[:, k] = (at(above) - at(below)) / (above[k] - below[k])
+            self._work(min(self._worked + 1.0, end))
             return columns
 
         result = optimize.least_squares(
@@ -135,6 +151,7 @@ class MotionSearch:
             ftol=1e-5,
             xtol=1e-5,
         )
+        self._work(end)
         return Tried(
             with_values(parameters, coordinates, parameters_at(coordinates, result.x)),
             coordinates,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
@@ -66,8 +66,13 @@ class Stage:
         settings = tuple(gain_setting(log) for log in logs)
         return cls(recording, file, given, scale, driven, settings, source == "goal")
 
-    def run(self, seconds: float) -> Array:
-        """Simulated position of every row; started anew from the measured state after so many seconds."""
+    def run(self, seconds: float, progress: Callable[[float], None] = lambda _: None) -> Array:
+        """Simulated position of every row; started anew from the measured state after so many seconds.
+
+        Args:
+            seconds: math.inf for whole trials.
+            progress: called with the share done, 0 to 1.
+        """
         motion, drive = self.recording.motion, self.file.parameters.drive
         path = np.empty(len(motion))
         top = float(np.max(np.abs(motion.velocity)))
@@ -101,6 +106,7 @@ class Stage:
                 by_goal=self.by_goal,
             )[:, 0]
             path[part] = np.interp(motion.time[part] - self.file.delay, motion.time[part], found)
+            progress(part.stop / len(motion))
         return path
 
 

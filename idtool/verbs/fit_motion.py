@@ -59,6 +59,7 @@ def fit_motion(
     known: Parameters | None = None,
     *,
     tell: Callable[[str], None] = lambda _: None,
+    progress: Callable[[float], None] | None = None,
 ) -> MotionFit:
     """Fit.
 
@@ -67,6 +68,7 @@ def fit_motion(
         known: a file to start from, whose gravity model, friction law and effects are kept; a regression
             on the moving rows if None.
         tell: called with a sentence on what is going on.
+        progress: called with the share done, 0 to 1.
 
     Raises:
         InputError: logs that cannot be used, or a file without inertia or friction.
@@ -86,6 +88,8 @@ def fit_motion(
     starts = [first, *starts_of_a_gearbox(first, recording, scales, drive_was_off=search.drive_was_off)]
     tell("fitting the motion")
     before = search.rms(first)
+    last = (TRIED,) if known is not None else (TRIED, MOST)
+    search.plan((*[TRIED] * len(starts), *[MOST] * min(_FOLLOWED, len(starts)), *last), progress)
     tries = [search.fit(one, search.coordinates(one, scales), TRIED) for one in starts]
     nearest = sorted(tries, key=lambda one: one.cost)[:_FOLLOWED]
     ends = [search.fit(one.parameters, one.coordinates, MOST) for one in nearest]

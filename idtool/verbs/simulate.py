@@ -11,7 +11,7 @@ goal the servo's own loop (`[drive]`) closes around the axis, as it does on the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -86,7 +86,13 @@ class Simulation:
         return {**errors(self), "trials": trials, "seconds": self.seconds, "notes": list(self.notes)}
 
 
-def simulate(log: Log | Sequence[Log], parameters: Parameters, source: Source = "effort") -> Simulation:
+def simulate(
+    log: Log | Sequence[Log],
+    parameters: Parameters,
+    source: Source = "effort",
+    *,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Simulation:
     """Simulate one log or several.
 
     Args:
@@ -94,6 +100,7 @@ def simulate(log: Log | Sequence[Log], parameters: Parameters, source: Source = 
         parameters: the file; it needs inertia and static friction.
         source: "effort", or "goal" for the logged goal through the position loop of `[drive]`, which is
             identified from these logs where the file has none.
+        progress: called with the share done, 0 to 1.
 
     Raises:
         InputError: logs of another axis, no inertia, or no goal in a log.
@@ -113,8 +120,8 @@ def simulate(log: Log | Sequence[Log], parameters: Parameters, source: Source = 
             "rows with the drive off were simulated without any viscous friction: no log of the fit had the "
             "drive off, so nothing told how much of it is back-EMF."
         )
-    path = stage.run(math.inf)
-    again = stage.run(WINDOW_S)
+    path = stage.run(math.inf, lambda share: progress(0.5 * share))
+    again = stage.run(WINDOW_S, lambda share: progress(0.5 + 0.5 * share))
     measured = measured_position(logs, recording)
     off, off_again = path - measured, again - measured
     motion = recording.motion

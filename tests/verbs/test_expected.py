@@ -9,6 +9,7 @@ import pytest
 from idtool import Log
 from idtool.diagnosis.diagnose import BASE, FINAL
 from idtool.diagnosis.selection import ACCEPTED
+from idtool.presentation.pace import Pace
 from idtool.verbs.expected import Expected
 from idtool.verbs.identify import READING, SEARCHING, identify
 
@@ -76,3 +77,20 @@ def test_an_identification_says_every_stage() -> None:
     identify([Log.read(SESSION / "sine.csv.gz")], friction="coulomb", gravity="none", tell=said.append)
     stages = [one for one in said if one in (READING, SEARCHING, BASE, FINAL)]
     assert stages == [READING, SEARCHING, BASE, FINAL]
+
+
+def test_a_pace_counts_down_while_no_news_comes() -> None:
+    clock = Clock()
+    pace = Pace(clock)
+    assert pace.left_s is None
+    clock.now += 40.0
+    pace.at(0.25)
+    assert pace.left_s == pytest.approx(120.0)
+    clock.now += 100.0
+    assert pace.left_s == pytest.approx(20.0)
+    clock.now += 100.0
+    assert pace.left_s == 0.0
+    pace.at(0.5)  # later than it looked
+    assert pace.left_s == pytest.approx(240.0)
+    pace.at(0.4)
+    assert (pace.share, pace.left_s) == (0.5, pytest.approx(240.0))

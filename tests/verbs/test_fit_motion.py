@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from testbench.duty_servo import DutyServo
 from .support import ffc_id
 
 SERVO = DutyServo(dead_band=0.05)
+SHARES: list[float] = []
 PLAIN = DutyServo(share=0.0)
 
 
@@ -30,7 +32,15 @@ def logs() -> tuple[Log, ...]:
 
 @cache
 def fitted() -> MotionFit:
-    return fit_motion(logs())
+    return fit_motion(logs(), progress=SHARES.append)
+
+
+def test_it_says_how_far_it_is() -> None:
+    fitted()
+    assert sorted(SHARES) == SHARES
+    assert SHARES[0] < 0.05
+    assert SHARES[-1] > 0.95
+    assert max(b - a for a, b in pairwise(SHARES)) < 0.15
 
 
 def test_it_finds_the_axis_behind_the_duty() -> None:

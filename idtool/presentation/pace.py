@@ -1,0 +1,32 @@
+"""How long something still takes, from how far it is and how long that took."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+
+class Pace:
+    """The time that is left, counted down while no news comes.
+
+    Attributes:
+        share: how much is done, from 0 to 1; never less than it was.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._began = self._told = clock()
+        self._left: float | None = None
+        self.share = 0.0
+
+    def at(self, share: float) -> None:
+        """How much is done now, from 0 to 1."""
+        if share <= self.share:
+            return
+        self.share, self._told = min(share, 1.0), self._clock()
+        self._left = (self._told - self._began) * (1.0 - self.share) / self.share
+
+    @property
+    def left_s(self) -> float | None:
+        """Seconds; None before anything is done."""
+        return None if self._left is None else max(self._left - (self._clock() - self._told), 0.0)
