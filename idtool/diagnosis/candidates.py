@@ -20,6 +20,7 @@ from idtool.fit import noise
 from idtool.fit.basis import orthonormal
 from idtool.fit.identifiability import stribeck_seen
 from idtool.fit.joint import JointFit, kept, refit, torque_of
+from idtool.fit.left_out import left_out_error
 from idtool.fit.model import JointModel
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, since_reversal
@@ -107,6 +108,7 @@ class Selection:
         hopeless: it was given up, since a rival has fewer numbers and predicts better, or went on from here.
         steps: the fits that it came by.
         others: those that other selections came by, which all went on from there.
+        nameless: shape without a name -> mean square that it took away, which is not explained by that.
     """
 
     fit: JointFit
@@ -118,6 +120,14 @@ class Selection:
     hopeless: bool = False
     steps: list[JointFit] = field(default_factory=list)
     others: Sequence[JointFit] = ()
+    nameless: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def unexplained(self) -> float:
+        """Mean square above the sensor noise that nothing with a name accounts for (filtered rows)."""
+        inside = {effect.name for effect in self.fit.model.spec.effects}
+        taken = sum(square for name, square in self.nameless.items() if name in inside)
+        return left_out_error(self.fit) ** 2 - self.fit.model.filtered_noise**2 + taken
 
     def step(self) -> None:
         """Note where it is; it is given up where another selection has been, with a fit as good."""

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from idtool.diagnosis.candidates import Start
+from idtool.diagnosis.candidates import LEAST_GAIN, Start
 from idtool.diagnosis.evidence import background_of
 from idtool.effects.base import Effect
 from idtool.fit.basis import beyond, orthonormal
@@ -41,7 +41,9 @@ def hidden_pairs(
             taken = both.T @ residual
             pairs.append((whole - float(taken @ taken), i, j, both))
     found = []
-    for _, i, j, both in sorted(pairs, key=lambda pair: pair[0]):
+    for leaves, i, j, both in sorted(pairs, key=lambda pair: pair[0]):
+        if leaves > (1.0 - LEAST_GAIN) * whole:
+            break  # nor do those that follow matter
         left = residual - both @ (both.T @ residual)
         tried = scored[i][1].tried, scored[j][1].tried
         if (

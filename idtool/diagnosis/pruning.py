@@ -134,6 +134,7 @@ def one_for_many(selection: Selection, tell: Callable[[str], None]) -> bool:
         trial = try_effect(lacking, shape, best_start(lacking, shape), far=True)
         if left_out_error(trial.fit) > (1.0 + LEAST_GAIN) * left_out_error(fit):
             continue
+        selection.nameless[shape.name] = left_out_error(lacking) ** 2 - left_out_error(trial.fit) ** 2
         for effect in alike:
             drop(selection, effect, trial.fit, f"{shape.title.lower()} does as well")
         return True

@@ -45,8 +45,8 @@ from idtool.model.motion import Motion
 
 #: Family-wise error of the score tests of one round (Holm): chance in one session of a hundred.
 _ALPHA = 0.01
-#: An effect must take away this share of what is above the sensor noise: what only nibbles at the residual of
-#: something else is not its explanation.
+#: An effect must take away this share of what is not explained: what only nibbles at the residual of
+#: something else, or at what a shape without a name does not follow of it, is not its explanation.
 _LEAST_OF_EXCESS = 0.05
 #: Bayesian evidence for a lag, whose many numbers follow much (Kass & Raftery 1995 call 6 "strong").
 _LEAST_EVIDENCE = 6.0
@@ -272,7 +272,9 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         passing = _passing(selection, trial)
         passed += passing
         promised = min(promised, item.left()) if passing else promised
-    for item in scored if lag else ():
+    # a lag whose score may be chance competes with other lags, or comes last
+    alone = lag and (not passed or any(trial.effect.is_lag for trial in passed))
+    for item in scored if alone else ():
         if item.effect.is_lag and item not in promising:
             # what damping and inertia do in its place bends a fit so far that no score from there tells
             tell(f"trying {item.effect.title.lower()}")
@@ -351,8 +353,9 @@ def _accept(selection: Selection, winner: Trial) -> None:
             candidate.accepted, candidate.why = False, f"{how} {winner.effect.name}, which took its place"
             selection.alternatives.pop(name, None)
             selection.p_values.pop(name, None)
-    selection.fit = _completed(winner.fit)
+    before, selection.fit = left_out_error(selection.fit), _completed(winner.fit)
     if isinstance(winner.effect, Unnamed):
+        selection.nameless[winner.effect.name] = before**2 - left_out_error(winner.fit) ** 2
         return
     candidate = selection.candidates[winner.effect.name]
     if not candidate.accepted:
@@ -444,7 +447,7 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
     if not predicts_better(trial.fit, selection.fit):
         return f"left-out error {new:.4g} against {old:.4g} without it: no more than chance between trials"
-    if old**2 - new**2 < _LEAST_OF_EXCESS * (old**2 - selection.fit.model.filtered_noise**2):
+    if old**2 - new**2 < _LEAST_OF_EXCESS * selection.unexplained:
         return f"left-out error {new:.4g} against {old:.4g}: a small part of what is too much"
     evidence = gain_in_evidence(selection.fit, trial.fit)
     if trial.effect.is_lag and evidence < _LEAST_EVIDENCE:

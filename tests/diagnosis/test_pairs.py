@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,19 @@ def test_each_alone_looks_like_chance(tmp_path: Path) -> None:
         scored = [(effect, best_start(fit, effect)) for effect in effects]
         assert min(start.p_value for _, start in scored) > 0.05
         assert hidden_pairs(fit, scored, 0.01, 1) == [(0, 1)]
+
+
+def test_a_pair_that_takes_next_to_nothing_is_none(tmp_path: Path) -> None:
+    """... however surely it is there: rows enough show anything."""
+    fits, *_ = begin(record([_swept(tmp_path, -0.022, 0.025, 0)]), "lugre", "none")
+    effects = [registry.get(name) for name in ("torque_offset", "direction_asymmetry")]
+    fit = fits[0]
+    # beside a residual of something else, a hundred times as much
+    wave = np.sin(0.9 * np.arange(len(fit.residual)))
+    loud = replace(fit, residual=fit.residual + 20.0 * float(np.std(fit.residual)) * wave)
+    scored = [(effect, best_start(fit, effect)) for effect in effects]
+    assert hidden_pairs(fit, scored, 0.01, 1) == [(0, 1)]
+    assert hidden_pairs(loud, scored, 0.01, 1) == []
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -17,6 +17,7 @@ from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects import registry
 from idtool.effects.base import derivative
 from idtool.fit.joint import JointFit
+from idtool.fit.left_out import left_out_error
 from idtool.model.contribution import FIELDS
 from idtool.model.motion import Array, Motion
 from idtool.signals import Recording, record
@@ -152,3 +153,28 @@ def test_one_bump_stands_for_many_lines(tmp_path: Path, monkeypatch: pytest.Monk
     assert [effect.name for effect in found.effects] == ["inertia"]
     assert found.verdict == "unexplained"
     assert "bump over the position: +0.03" in found.notes[-1]
+
+
+def test_what_a_shape_takes_is_not_explained_by_it(bumpy: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it does not follow of its cause is a small part of that, and no other effect's."""
+    shape = next(shape for shape in UNNAMED if shape.name == "unnamed_bump_in_position")
+    chosen = selection.begun(base(bumpy), registry.library())
+    without = chosen.unexplained
+    selection.extend(chosen, [shape], given=True)
+    assert shape in chosen.fit.model.spec.effects
+    left = left_out_error(chosen.fit) ** 2 - chosen.fit.model.filtered_noise**2
+    assert left < 0.1 * without
+    assert chosen.unexplained == pytest.approx(without, rel=0.01)
+    # out of the model it is nothing's part any more
+    chosen.fit = base(bumpy)
+    assert chosen.unexplained == pytest.approx(without, rel=1e-6)
+    asymmetry = registry.get("direction_asymmetry")
+    chosen.fit = chosen.steps[-1]
+    for asked, answer in (("impossible", None), ("worth_it", True), ("predicts_better", True)):
+        monkeypatch.setattr(selection, asked, lambda *_, answer=answer: answer)
+    trial = try_effect(chosen.fit, asymmetry, best_start(chosen.fit, asymmetry))
+    old = left_out_error(chosen.fit)
+    for taken, passes in ((0.0, True), (9.0 * old**2, False)):
+        chosen.nameless[shape.name] = taken
+        why = selection._why_not(chosen, trial, old, 0.9 * old)
+        assert why is None if passes else "a small part of what is too much" in str(why)
