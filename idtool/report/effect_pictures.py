@@ -12,7 +12,7 @@ from importlib.resources import files
 import numpy as np
 
 from idtool.effects.base import Effect
-from idtool.model.motion import since_reversal
+from idtool.model.motion import Array, since_reversal
 from idtool.presentation.html import embedded
 from idtool.presentation.style import axis_label, few_colours, look
 from idtool.report.evidence import Evidence
@@ -21,6 +21,8 @@ from idtool.report.residual_figures import residual_against_figure
 #: Small pictures inside a page; few colours keep them small.
 _DPI = 100
 _COLOURS = 48
+#: What shows after a reversal is over after so many times the effect's own length.
+_LENGTHS = 3.0
 #: What the effects follow -> the column of the evidence and its dimension.
 _OVER = {
     "position": ("position", "position"),
@@ -48,7 +50,7 @@ def found_picture(evidence: Evidence, effect: Effect) -> Beside | None:
     rows = evidence.rows
     sign = np.ones(len(rows.velocity))
     if effect.after_reversal and rows.position is not None:
-        x = since_reversal(rows.position, rows.velocity, rows.trial)
+        x = _near(evidence, effect, since_reversal(rows.position, rows.velocity, rows.trial))
         sign = np.sign(rows.velocity)
         what, dimension = "travel since the last reversal", "position"
     else:
@@ -84,6 +86,14 @@ def typical_picture(effect: Effect) -> Beside | None:
     if not picture.is_file():
         return None
     return _beside(picture.read_bytes(), f"How {effect.title.lower()} looks on a simulated axis.")
+
+
+def _near(evidence: Evidence, effect: Effect, travel: Array) -> Array:
+    """The travel, NaN where an effect that has a length, as a gap has, is long over."""
+    entry = evidence.parameters.effect(effect.name)
+    names = [one.name for one in effect.parameters if one.dimension == "position"]
+    lengths = [entry.parameters[name].value for name in names if entry and name in entry.parameters]
+    return np.where(travel <= _LENGTHS * max(lengths, default=np.inf), travel, np.nan)
 
 
 def _waves(what: str) -> bool:

@@ -87,6 +87,11 @@ class Rows:
         return self.torque - self.after
 
     @cached_property
+    def extended(self) -> bool:
+        """Whether the extended model is another than the base model."""
+        return not np.array_equal(self.before, self.after)
+
+    @cached_property
     def segments(self) -> tuple[Segment, ...]:
         """The trials, in the order of the file."""
         return tuple(self._runs(self._trial_changes()))

@@ -234,23 +234,29 @@ def _predictions(evidence: Evidence) -> Iterator[Plate]:
                 f"{segment.experiment}, {name}" if segment.experiment else name,
                 rows.time[segment.rows] - rows.time[segment.rows.start],
                 rows.torque[segment.rows],
-                rows.before[segment.rows],
                 rows.after[segment.rows],
+                rows.before[segment.rows] if rows.extended else None,
             )
         )
     if held_out:
         start = "None of these rows was used to fit parameters or to choose effects. "
     else:
         start = "Nothing was held out, so this is how well the model fits, not how well it predicts. "
+    if rows.extended:
+        models = "the base and the extended model"
+        see = (
+            "The blue line (extended model) should lie on the wide grey one (measured); where the orange "
+            "line (base model) leaves it, the added effects do their work."
+        )
+    else:
+        models, see = "the model", "The blue line (model) should lie on the wide grey one (measured)."
     yield Plate(
         "prediction",
         "prediction",
         "Measured and predicted",
-        start
-        + "The blue line (extended model) should lie on the wide grey one (measured); where the orange line "
-        "(base model) leaves it, the added effects do their work.",
-        f"{torque_name(kind).capitalize()} over time, measured and predicted by the base and the extended "
-        f"model, for {text.listed([trace.label for trace in traces])}.",
+        start + see,
+        f"{torque_name(kind).capitalize()} over time, measured and predicted by {models}, for "
+        f"{text.listed([trace.label for trace in traces])}.",
         lambda: prediction_figure(traces, kind=kind, held_out=bool(held_out)),
         wide=True,
     )

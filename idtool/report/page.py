@@ -191,7 +191,8 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         unit=unit_text("torque", evidence.kind),
         summary=summarise(evidence),
         bars=_bars(evidence),
-        error_change=text.change(*_headline_pair(evidence)),
+        error_change=_headline(evidence),
+        extended=evidence.rows.extended,
         held_out=error.held_out.after is not None,
         effects=[_card(evidence, effect) for effect in diagnosis.effects if effect.name != "inertia"],
         left=left_sentence(evidence),
@@ -245,13 +246,19 @@ def _headline_pair(evidence: Evidence) -> tuple[float | None, float | None]:
     return pair.before, pair.after
 
 
+def _headline(evidence: Evidence) -> str:
+    """How much smaller the error became; the error itself where nothing was added."""
+    before, after = _headline_pair(evidence)
+    return text.change(before, after) if evidence.rows.extended else text.number(after, 3)
+
+
 def _bars(evidence: Evidence) -> list[Bar]:
     before, after = _headline_pair(evidence)
-    values = [
-        ("base model", before, "before"),
-        ("with what was found", after, "after"),
-        ("measurement noise", evidence.diagnosis.error.noise_floor, "floor"),
-    ]
+    if evidence.rows.extended:
+        values = [("base model", before, "before"), ("with what was found", after, "after")]
+    else:
+        values = [("model", after, "after")]
+    values.append(("measurement noise", evidence.diagnosis.error.noise_floor, "floor"))
     longest = max((value for _, value, _ in values if value is not None), default=0.0) or 1.0
     return [
         Bar(name, text.number(value, 3), round(100.0 * value / longest, 1), kind)
@@ -294,10 +301,11 @@ def _validation(evidence: Evidence) -> str:
     errors = validation.errors.values()
     sizes = text.listed([share(e.relative_percent) for e in errors if e.relative_percent is not None])
     rows = sum(e.rows or 0 for e in errors)
+    model = "the extended model" if evidence.rows.extended else "the model"
     logs = text.listed([Path(log).name for log in validation.logs])
     return (
-        f"Validation is every row ({rows}) of {logs}, which no fit saw, predicted with the extended model: "
-        f"off by {sizes} of the {torque_name(evidence.kind)}."
+        f"Validation is every row ({rows}) of {logs}, which no fit saw, predicted with {model}: off "
+        f"by {sizes} of the {torque_name(evidence.kind)}."
     )
 
 

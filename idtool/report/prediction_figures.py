@@ -16,18 +16,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Trace:
-    """One stretch of time: seconds since its start and three torques, (rows,) each."""
+    """One stretch of time: seconds since its start and torques, (rows,) each; `before` of the base model, if
+    that is another."""
 
     label: str
     time: Array
     measured: Array
-    before: Array
     after: Array
+    before: Array | None = None
 
 
 @style.styled
 def prediction_figure(traces: Sequence[Trace], *, kind: Units = "rotary", held_out: bool = True) -> Figure:
-    """Measured torque with the base model's and the extended model's prediction, a panel per trace."""
+    """Measured torque with what the base and the extended model predict, a panel per trace."""
     shown = list(traces)
     rows = len(shown)
     figure, axes = style.panels(rows, width=style.WIDE, height=1.4 + 1.9 * rows, gap=(0.3, 0.56), top=0.88)
@@ -37,8 +38,11 @@ def prediction_figure(traces: Sequence[Trace], *, kind: Units = "rotary", held_o
         every = style.thin(len(trace.time), 2500)
         time = trace.time[every]
         panel.plot(time, trace.measured[every], color=style.UNDER, lw=4.2, label="measured")
-        panel.plot(time, trace.before[every], color=style.BEFORE, lw=1.1, label="base model")
-        panel.plot(time, trace.after[every], color=style.AFTER, lw=1.1, label="extended model")
+        name = "model"
+        if trace.before is not None:
+            name = "extended model"
+            panel.plot(time, trace.before[every], color=style.BEFORE, lw=1.1, label="base model")
+        panel.plot(time, trace.after[every], color=style.AFTER, lw=1.1, label=name)
         panel.set_title(trace.label)
         panel.set_ylabel(style.torque_label(kind))
         panel.margins(x=0.01)

@@ -461,3 +461,11 @@ def test_hand_guiding_is_told_where_there_is_a_record_of_it(tmp_path: Path) -> N
 def test_how_far_the_drawing_is(drawn: Path, told: list[tuple[int, int]]) -> None:
     figures = len(list((drawn / "figures").glob("*.png")))
     assert told == [(done, figures) for done in range(figures)]
+
+
+def test_where_nothing_was_added_there_is_one_model(tmp_path: Path) -> None:
+    page = Page(write_report(synthetic.make(tmp_path / "result", ripple=False)))
+    assert "Extended model" not in page.text
+    assert "with what was found" not in page.text
+    alt = next(image["alt"] for image in page.all("img") if "over time, measured" in (image["alt"] or ""))
+    assert "predicted by the model, for" in (alt or "")
