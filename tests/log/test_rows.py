@@ -102,6 +102,13 @@ def test_digits_are_read_as_float_reads_them(cells: list[str]) -> None:
         assert [column.tobytes() for column in found] == [np.array([v, v]).tobytes() for v in expected]
 
 
+def test_fifteen_digits_are_read_and_no_more() -> None:
+    found = read_digits(b"123456789.012345\n", 1)
+    assert found is not None
+    assert found[0, 0] == 123456789.012345
+    assert read_digits(b"123456789.0123456\n", 1) is None
+
+
 @pytest.mark.parametrize(
     "rows",
     [
