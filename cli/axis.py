@@ -30,7 +30,7 @@ class Given:
     axis_file: Path | None = None
 
     def read(self, logs: Sequence[Path], output: Output, known: Axis | None = None) -> list[Log]:
-        """Read logs, telling of those that were cut short or number their rows.
+        """Read logs, telling of those that were cut short, number their rows or hold what is not read.
 
         Args:
             logs: the files.
@@ -50,6 +50,8 @@ class Given:
         for log in read:
             if log.incomplete:
                 output.warn(f"{log.source} was cut short; it is used up to its last whole row.")
+            for name, column in _passed_by(log).items():
+                output.warn(f"{log.source}: column {name} is not read; ffc-id import makes it {column}.")
         if numbered := [log.source for log in read if log.numbered]:
             whose = ", ".join(numbered)
             output.warn(f"the first column of {whose} has no name and numbers the rows; it is left out.")
@@ -69,6 +71,17 @@ class Given:
         if self.constant is not None and axis is not None and axis.torque_constant is not None:
             raise UsageError("--axis says the torque constant already; leave --torque-constant away.")
         return axis
+
+
+def _passed_by(log: Log) -> dict[str, str]:
+    from idtool.log import columns_of
+
+    known = set(columns_of(log.axis.kind).values())
+    if known.issuperset(log.columns):
+        return {}  # as mostly, and the words of an import take time to load
+    from idtool.importing.names import passed_by
+
+    return passed_by(log.columns, log.axis.kind)
 
 
 #: `--torque-constant` and `--axis`, handed to the command as `given: Given`.

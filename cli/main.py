@@ -144,6 +144,9 @@ def _usage_sentence(error: click.ClickException) -> str:
 
     import click
 
+    if isinstance(error, click.NoSuchOption) and error.possibilities:
+        near = " or ".join(f'"{one}"' for one in error.possibilities)
+        return f'no option "{error.option_name}"; did you mean {near}?'
     message = re.sub(
         r"is not a valid (float|integer)(?: range)?",
         lambda found: {"float": "is no number", "integer": "is no whole number"}[found[1]],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -103,6 +103,24 @@ def meaning(name: str) -> Meaning | None:
         if not unit or any(named_unit(unit, role, kind) for kind in ("rotary", "linear")):
             return Meaning(name, role, unit, commanded, linear)
     return None
+
+
+def passed_by(names: Sequence[str], kind: Kind) -> dict[str, str]:
+    """Columns that tell what a log has no column for, and that its reader passes by for their name or unit.
+
+    Returns:
+        Their names, and those that they have after an import.
+
+    >>> passed_by(["time_s", "position_deg", "note"], "rotary")
+    {'position_deg': 'position_rad'}
+    """
+    known = columns_of(kind)
+    said = ((name, meaning(name)) for name in names if name not in known.values())
+    return {
+        name: known[what.role]
+        for name, what in said
+        if what is not None and not what.commanded and known[what.role] not in names
+    }
 
 
 def unit_at_end(name: str, role: str) -> str:

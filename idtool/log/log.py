@@ -65,7 +65,7 @@ class Log:
 
     def __repr__(self) -> str:
         what = f"{self.experiment}, " if self.experiment else ""
-        columns = ", ".join(map(str, self.frame.columns))
+        columns = ", ".join(self.columns)
         return (
             f"<Log {self.source}: {what}{self.axis.kind} axis, {counted(self.row_count, 'row')}, "
             f"{counted(len(self.trials), 'trial')}; {columns}>"
@@ -79,6 +79,11 @@ class Log:
     def trials(self) -> list[pd.DataFrame]:
         """One frame per trial, in the order of the file."""
         return [rows for _, rows in self.frame.groupby("trial", sort=False)]
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the columns, in the order of the file."""
+        return list(map(str, self.__dict__["rows"].columns))
 
     def column(self, role: str) -> np.ndarray | None:
         """The values of a role ("velocity", "payload", ...), shape (rows,), or None if absent."""

@@ -205,6 +205,15 @@ def test_half_a_last_row_is_used_up_to_the_last_whole_one(logs: Path, tmp_path: 
     assert Log.read(tmp_path / "cut.csv").incomplete
 
 
+def test_a_column_of_another_unit_is_told_of(logs: Path, tmp_path: Path) -> None:
+    text = (logs / "sine.csv").read_text()
+    (tmp_path / "deg.csv").write_text(text.replace("position_rad", "position_deg", 1))
+    done = ffc_id("check", "deg.csv", cwd=tmp_path)
+    said = "note: deg.csv: column position_deg is not read; ffc-id import makes it position_rad."
+    assert done.stderr.splitlines()[0] == said
+    assert "is not read" not in ffc_id("check", str(logs / "sine.csv"), cwd=tmp_path).stderr
+
+
 def test_row_numbers_are_told_of_once(logs: Path, tmp_path: Path) -> None:
     for name in ("gravity", "sine"):
         Log.read(logs / f"{name}.csv").frame.to_csv(tmp_path / f"{name}.csv")

@@ -249,9 +249,10 @@ def test_a_terminal_without_greek_letters_gets_question_marks(files: Path) -> No
     ("words", "expected"),
     [
         (["identifi"], 'no command "identifi"; did you mean "identify"?'),
+        (["identify", "x.csv", "--seeed", "1"], 'no option "--seeed"; did you mean "--seed"?'),
         (["export", "mujco"], 'no command "mujco"; did you mean "mujoco"?'),
         (["recipes", "shw"], 'no command "shw"; did you mean "show"?'),
-        (["identify", "--tork-constant", "2"], "'--torque-constant'?"),
+        (["identify", "--tork-constant", "2"], 'did you mean "--torque-constant"?'),
         (["identify", "x.csv", "-o", "r", "--friction", "lugr"], 'did you mean "lugre"?'),
         (["identify", "x.csv", "-o", "r", "--gravity", "slyde"], 'did you mean "slide"?'),
         (["identify", "x.csv", "-o", "r", "--optimizer", "driect"], 'did you mean "direct"?'),
