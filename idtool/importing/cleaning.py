@@ -81,11 +81,12 @@ def which_axis(frame: pd.DataFrame) -> list[str]:
     found = []
     for name in map(str, frame.columns):
         told = _WHICH.fullmatch(name.strip())
-        if (
-            told
-            and (told["what"] or told["id"])
-            and frame[name].nunique() <= min(_MOST_AXES, len(frame) // 2)
-        ):
+        if told is None or not (told["what"] or told["id"]):
+            continue
+        several = frame[name].nunique()
+        # a bare "id" may number trials, one after another; servos are asked in turn
+        turns = told["what"] or int((frame[name] != frame[name].shift()).sum()) > 2 * several
+        if turns and several <= min(_MOST_AXES, len(frame) // 2):
             found.append(name)
     return found
 

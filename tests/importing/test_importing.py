@@ -328,6 +328,14 @@ def test_a_column_that_names_no_servo_parts_nothing(tmp_path: Path, name: str) -
     assert len(import_recording(put(tmp_path, f"{name},t,q,tau\n{rows}")).log.frame) == 20
 
 
+def test_an_id_that_numbers_trials_is_no_servo(tmp_path: Path) -> None:
+    rows = "".join(f"{trial},{0.1 * k},{k},1\n" for trial in (1, 2, 3) for k in range(20))
+    path = put(tmp_path, "id,t,q,tau\n" + rows)
+    assert import_recording(path).log.frame["trial"].nunique() == 3
+    with pytest.raises(InputError, match='column "motor id" is 1, 2, 3'):
+        import_recording(put(tmp_path, "motor id,t,q,tau\n" + rows))
+
+
 def test_a_count_of_rows_is_no_servo(tmp_path: Path) -> None:
     rows = "".join(f"{k},{0.1 * k},{k},1\n" for k in range(20))
     assert len(import_recording(put(tmp_path, "id,t,q,tau\n" + rows)).log.frame) == 20

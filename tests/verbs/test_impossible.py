@@ -26,12 +26,12 @@ COLUMN = {"position": "position_rad", "velocity": "velocity_rad_s", "effort": "c
 RECORDINGS: dict[str, dict[str, Any]] = {
     "emps/emps_identification.csv.gz": {},
     "emps/emps_validation_pulses.csv.gz": {},
-    "cicese_dd2dof/test1_breakaway_torque_ramps.csv.gz": {"trial_by": "run"},
+    "cicese_dd2dof/test1_breakaway_torque_ramps.csv.gz": {"trial_by": "run", "where": {"joint": ["1"]}},
     "cicese_dd2dof/test2_constant_speed_both_joints.csv.gz": {
         "mapping": {"position_rad": "position2_rad", "torque_nm": "torque2_cmd_nm"},
         "trial_by": "run",
     },
-    "cicese_dd2dof/test3_presliding_sigma0_sigma1.csv.gz": {"trial_by": "run"},
+    "cicese_dd2dof/test3_presliding_sigma0_sigma1.csv.gz": {"trial_by": "run", "where": {"joint": ["1"]}},
     "dfki_pendulum_ak80/direct_collocation.csv.gz": {},
     "dfki_pendulum_ak80/gravity_compensation_hand_moved.csv.gz": {},
     "dfki_pendulum_ak80/pd_system_identification.csv.gz": {},
@@ -45,7 +45,7 @@ RECORDINGS: dict[str, dict[str, Any]] = {
     "servo_motor_lugre/presliding_torque_triangle.csv.gz": {"trial_by": "run"},
     "dvrk_mtm_cable_joint4/mtm_joint4_slow_sweep.csv.gz": {"mapping": {"time": "time_nominal_s"}},
     "brfd_friction_damper/d2_1hz_30lb_1in.csv.gz": {},
-    "sts3215_backlash/motor_telemetry_single.csv": {"torque_constant": 1.0},
+    "sts3215_backlash/motor_telemetry_single.csv": {"torque_constant": 1.0, "where": {"servo_id": ["3"]}},
     "ur10e/joint_2.csv.gz": {"torque_constant": 10.0},
 }
 #: Three speeds that the counter lost with 0.07 rad: 36 to 41 rad/s between 15 and 14.
