@@ -70,7 +70,7 @@ def identify(
     for effect in effects:
         if not isinstance(effect, Effect):
             raise InputError(
-                f"a {type(effect).__name__} is no effect",
+                f"{type(effect).__name__} is no effect",
                 argument="effects",
                 remedy="give effects of your own; those of the library are looked for anyway",
             )

@@ -44,7 +44,7 @@ def _read(one: One, argument: str, torque_constant: float | None) -> Log:
 
 def _neither(one: object, argument: str) -> InputError:
     return InputError(
-        f"a {type(one).__name__} is neither a log nor a path",
+        f"{type(one).__name__} is neither a log nor a path",
         argument=argument,
         remedy="give Log.read(...), a path, or a list of them",
     )

@@ -302,7 +302,9 @@ def search(
         InputError: unknown optimiser.
     """
     if optimizer not in OPTIMIZERS:
-        raise InputError(f"unknown optimizer {optimizer!r}", remedy=nearest(optimizer, OPTIMIZERS))
+        raise InputError(
+            f"unknown optimizer {optimizer!r}", argument="optimizer", remedy=nearest(optimizer, OPTIMIZERS)
+        )
     held: dict[str, float] = {}
     if fixed is not None:
         held = {"ratio": fixed["static"] / fixed["coulomb"], "stribeck_velocity": fixed["stribeck_velocity"]}

@@ -159,17 +159,18 @@ def test_errors_name_the_argument(sample: Path) -> None:
     log = Log.read(sample / "gravity.csv.gz")
     for call, expected in (
         (lambda: identify([]), "^logs: is empty; give a log"),
-        (lambda: identify(3), "^logs: a int is neither a log nor a path"),  # type: ignore[arg-type]
-        (lambda: identify([log, None]), "^logs: a NoneType is neither"),  # type: ignore[list-item]
+        (lambda: identify(3), "^logs: int is neither a log nor a path"),  # type: ignore[arg-type]
+        (lambda: identify([log, None]), "^logs: NoneType is neither"),  # type: ignore[list-item]
         (lambda: identify(log, friction="lugr"), r'^friction: .* did you mean "lugre"\?'),
         (lambda: identify(log, gravity="slyde"), r'^gravity: .* did you mean "slide"\?'),
+        (lambda: identify(log, optimizer="isre"), r'^optimizer: .* did you mean "isres"\?'),
         (lambda: identify(log, tolerance=150.0), "^tolerance: is 150 %"),
         (lambda: identify(log, tolerance="a"), "^tolerance: expected a number"),  # type: ignore[arg-type]
         (lambda: identify(log, seed=-1), "^seed: expected a whole number from 0 on, found -1"),
         (lambda: identify(log, torque_constant=-1.0), "^torque_constant: expected a number above 0"),
         (lambda: identify(log, without="backlsh"), r'^without: .* did you mean "backlash"\?'),
-        (lambda: identify(log, effects=["backlash"]), "^effects: a str is no effect"),  # type: ignore[list-item]
-        (lambda: identify(log.frame), "^logs: a DataFrame is neither a log nor a path"),
+        (lambda: identify(log, effects=["backlash"]), "^effects: str is no effect"),  # type: ignore[list-item]
+        (lambda: identify(log.frame), "^logs: DataFrame is neither a log nor a path"),
         (lambda: identify(log, without=["backlsh"]), 'did you mean "backlash"'),
         (lambda: identify(log, validate=log), "validate: is among the logs that are fitted"),
     ):
