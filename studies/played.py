@@ -5,7 +5,9 @@ and prints the figures of that page.
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
@@ -16,10 +18,14 @@ from idtool.guiding.path import TaughtPath, limited, read_path
 from idtool.guiding.playback import Played, play
 from idtool.guiding.session import limits_of
 from idtool.model.units import STANDARD_GRAVITY
+from idtool.presentation import style
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
 from studies.teach_paper import FORCE_N, PRINTED_GAINS
 from testbench.guided_axes.cases import PAYLOAD_KG, file_of, plant_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 RIG = "sim:paper"
 #: Of the taught speed; the last is more than the acceleration allows.
@@ -51,38 +57,45 @@ def played(path: TaughtPath, scale: float) -> tuple[Played, float]:
 )
 def main(out: Path) -> None:
     """Draw the picture and print its figures."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     mm = 1e3 * plant_of("paper").gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY
     with tempfile.TemporaryDirectory() as folder:
         path = taught(Path(folder))
-    figure = Figure(figsize=(8.0, 5.2), layout="constrained")
-    FigureCanvasAgg(figure)
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    upper.plot(path.time, mm * path.position, color="0.2", lw=2.5, label="taught, smoothed")
-    for scale in SCALES:
-        run, got = played(path, scale)
-        time = got * (run.time - run.time[0])  # as it was taught
-        name = f"played at {got:.2g} of its speed"
-        upper.plot(time, mm * run.position, lw=1.0, label=name)
-        lower.plot(time, mm * (run.position - run.wanted), lw=1.0, label=name)
+    runs = [played(path, scale) for scale in SCALES]
+    for run, got in runs:
         worst = mm * float(np.max(np.abs(run.position - run.wanted)))
-        click.echo(f"{name}: {mm * run.rms_error:.3f} mm rms, {worst:.3f} mm at worst")
-    upper.set_ylabel("slide (mm)")
-    lower.set_ylabel("error (mm)")
-    lower.set_xlabel("time of the teaching (s)")
-    for axes in (upper, lower):
-        axes.grid(alpha=0.25)
-        axes.margins(x=0.0)
-    figure.legend(
-        *upper.get_legend_handles_labels(),
-        loc="outside upper center",
-        ncols=4,
-        fontsize="small",
-        frameon=False,
-    )
-    figure.savefig(out, dpi=110)
+        click.echo(f"{name_of(got)}: {mm * run.rms_error:.3f} mm rms, {worst:.3f} mm at worst")
+    style.save(draw(path, runs, mm), out)
+
+
+def name_of(scale: float) -> str:
+    """A run in words."""
+    return f"played at {scale:.2g} of its speed"
+
+
+@style.styled
+def draw(path: TaughtPath, runs: Sequence[tuple[Played, float]], mm: float) -> Figure:
+    """The taught path and the played ones over the time of the teaching, and below what they are off by.
+
+    Args:
+        path: as it was taught.
+        runs: what was played, and at which share of the taught speed.
+        mm: of travel per rad.
+    """
+    figure, (upper, lower) = style.panels(2, width=style.WIDE, height=5.6, gap=(0.3, 0.25), share="x")
+    style.title(figure, "A taught path, played back")
+    upper.plot(path.time, mm * path.position, color=style.UNDER, lw=5.0, label="taught, smoothed")
+    for (run, got), colour in zip(runs, (style.AFTER, style.BEFORE, style.THIRD), strict=True):
+        time = got * (run.time - run.time[0])  # as it was taught
+        upper.plot(time, mm * run.position, color=colour, lw=1.1, label=name_of(got))
+        lower.plot(time, mm * (run.position - run.wanted), color=colour, lw=1.1)
+    upper.set_ylabel("Slide, mm")
+    lower.set_ylabel("Error, mm")
+    lower.set_xlabel("Time of the teaching, s")
+    for panel in (upper, lower):
+        panel.margins(x=0.0)
+    style.legend(figure, upper)
+    figure.align_ylabels()
+    return figure
 
 
 if __name__ == "__main__":
