@@ -136,6 +136,9 @@ def _add(
         if good_enough(selection.fit, tolerance):
             return
         winner = _round(selection, library, tell)
+        if winner is None and rival is not None and predicts_better(rival, selection.fit):
+            selection.hopeless = True  # what is tried where nothing passes turns nothing round
+            return
         if winner is None and not _searched_anew(selection, tell):
             winner = _on_another_curve(selection, library, tell) or _two_at_once(selection, library, tell)
             if winner is None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from idtool.diagnosis import diagnose as diagnosing
+from idtool.diagnosis import selection as selecting
 from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.selection import begun, extend
 from idtool.effects import registry
@@ -56,6 +57,23 @@ def test_a_base_model_is_given_up_once_it_needs_more_and_predicts_worse(recordin
     selection = begun(soft, [])
     extend(selection, [], rival=stiff)
     assert not selection.hopeless
+
+
+def test_a_search_that_stalls_behind_a_rival_is_given_up(
+    recording: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """... before all that is tried where nothing passes."""
+    few = thin(recording)
+    spec = Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),))
+    stiff, soft = (first_fit(few, replace(spec, soft=how)) for how in (False, True))
+    for rival, given_up in ((soft, True), (stiff, False), (None, False)):
+        tried: list[str] = []
+        for last in ("_searched_anew", "_on_another_curve", "_two_at_once"):
+            monkeypatch.setattr(selecting, last, lambda *_, last=last, tried=tried: tried.append(last))
+        selection = begun(stiff, [])
+        extend(selection, [], rival=rival, given=True)
+        assert selection.hopeless == given_up
+        assert (tried == []) == given_up
 
 
 def test_what_two_base_models_come_to_is_gone_on_with_once(recording: Recording) -> None:
