@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 #: Panels beside each other.
 _COLUMNS = 2
+#: Room below a panel for a line of words, and for slanting names, inches.
+_WORDS, _NAMES = 0.5, 0.75
 #: Units are named under a panel up to this many.
 _MOST_NAMES = 12
 #: Failures, and what stands out, that a tile tells; the table has all.
@@ -152,7 +154,9 @@ def _units_figure(fleet: Fleet) -> Figure:
             panel.set_xlabel(f"{len(units)} units, by name")
         panel.set_xlim(-0.5, len(units) - 0.5)
 
-    return _grid(fleet, list(fleet.parameters), "Every parameter by unit", draw)
+    many = len({row.unit for row in fleet.sessions}) > _MOST_NAMES
+    below = _WORDS if many else _NAMES
+    return _grid(fleet, list(fleet.parameters), "Every parameter by unit", draw, below=below)
 
 
 @style.styled
@@ -175,7 +179,7 @@ def _drift_figure(fleet: Fleet, lines: list[ParameterLine]) -> Figure:
         panel.set_xlim(*span)
         panel.set_xlabel("Years since the first session")
 
-    return _grid(fleet, lines, "Difference from the unit's median over time", draw)
+    return _grid(fleet, lines, "Difference from the unit's median over time", draw, below=_WORDS)
 
 
 def _grid(
@@ -183,18 +187,20 @@ def _grid(
     lines: list[ParameterLine],
     headline: str,
     draw: Callable[[Axes, ParameterLine, pd.DataFrame], None],
+    *,
+    below: float,
 ) -> Figure:
-    """One panel per parameter."""
+    """One panel per parameter; `below` each is so much room for its words, inches."""
     rows = -(-len(lines) // _COLUMNS)
     figure, panels = style.panels(
         rows,
         _COLUMNS,
         width=style.WIDE,
-        height=0.9 + 2.6 * rows,
+        height=0.55 + (2.05 + below) * rows,
         left=0.9,
         top=0.75,
-        bottom=0.75,
-        gap=(1.0, 0.95),
+        bottom=below,
+        gap=(1.0, 0.2 + below),
     )
     style.title(figure, headline)
     for panel, line in zip(panels, lines, strict=False):
