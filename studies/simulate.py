@@ -13,6 +13,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
@@ -23,11 +24,16 @@ from idtool.experiment.runner import run
 from idtool.importing import import_recording
 from idtool.io.atomic import atomic_write
 from idtool.parameters import EffectEntry, Parameter
+from idtool.presentation import style
+from idtool.presentation.text import words
 from idtool.rig.opening import read_plant
 from idtool.rig.simulated import SimulatedRig
 from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.simulate import simulate
 from studies.measured import BY_NAME, default_folder
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 PAGE = Path("docs/simulation.md")
 PICTURE = Path("docs/images/simulation.png")
@@ -88,7 +94,7 @@ def left_out(
     return fit, spent, errors
 
 
-def bam_table(logs: dict[tuple[int, str], Log], drawn: list[tuple[Log, Parameters]]) -> list[str]:
+def bam_table(logs: dict[tuple[int, str], Log], drawn: list[tuple[str, Log, Parameters]]) -> list[str]:
     """Rows of what was left out."""
     rows = []
     for gain in GAINS:
@@ -105,11 +111,11 @@ def _bam_row(
     what: str,
     out: list[tuple[int, str]],
     logs: dict[tuple[int, str], Log],
-    drawn: list[tuple[Log, Parameters]] | None,
+    drawn: list[tuple[str, Log, Parameters]] | None,
 ) -> str:
     fit, spent, errors = left_out(logs, out)
     if drawn is not None:
-        drawn.append((logs[out[1]], fit.parameters))
+        drawn.append((words(title), logs[out[1]], fit.parameters))
     cells = []
     for source, limit in zip(("goal", "effort"), BAM[what], strict=True):
         mean = float(np.mean(errors[source]))
@@ -155,26 +161,33 @@ def plant_agreement() -> tuple[float, float]:
     return 1e3 * found.rms_windows, 1e3 * float(np.ptp(log.frame["position_rad"]))
 
 
-def picture(drawn: Sequence[tuple[Log, Parameters]]) -> None:
-    """Measured and simulated position of logs that no fit saw."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.0, 2.2 * len(drawn)), layout="constrained")
-    FigureCanvasAgg(figure)
-    for row, (log, parameters) in enumerate(drawn):
-        ax = figure.add_subplot(len(drawn), 1, row + 1)
+@style.styled
+def picture(drawn: Sequence[tuple[str, Log, Parameters]]) -> Figure:
+    """Measured and simulated position of logs that no fit saw; what was left out, the log, the file."""
+    count = len(drawn)
+    figure, axes = style.panels(
+        count, width=style.WIDE, height=1.4 + 1.9 * count, gap=(0.3, 0.56), top=0.88, share="x"
+    )
+    style.title(figure, "Position of logs that no fit saw")
+    for panel, (out, log, parameters) in zip(axes, drawn, strict=True):
         frame = log.frame
-        ax.plot(frame["time_s"], frame["position_command_rad"], color="0.8", label="goal")
-        ax.plot(frame["time_s"], frame["position_rad"], color="0.2", label="measured")
-        for source, name in (("goal", "simulated from the goal"), ("effort", "simulated from the duty")):
-            found = simulate(log, parameters, source)  # type: ignore[arg-type]
-            ax.plot(frame["time_s"], found.frame["position_simulated_rad"], lw=1.0, label=name)
-        ax.set_title(f"gain {log.header['drive']['gain_setting']:g}, {log.experiment}", fontsize=9)
-        ax.set_ylabel("rad")
-    figure.axes[0].legend(fontsize=7, ncols=2)
-    figure.axes[-1].set_xlabel("time, s")
-    figure.savefig(PICTURE, dpi=110)
+        panel.plot(frame["time_s"], frame["position_rad"], color=style.UNDER, lw=4.2, label="measured")
+        goal = frame["position_command_rad"]
+        panel.plot(frame["time_s"], goal, color=style.MEASURED, lw=1.0, ls=(0, (4, 2)), label="goal")
+        for source, colour, name in (
+            ("goal", style.AFTER, "simulated from the goal"),
+            ("effort", style.BEFORE, "simulated from the duty"),
+        ):
+            path = simulate(log, parameters, source).frame["position_simulated_rad"]  # type: ignore[arg-type]
+            panel.plot(frame["time_s"], path, color=colour, lw=1.1, label=name)
+        gain = f"gain {log.header['drive']['gain_setting']:g}"
+        panel.set_title(f"{gain}, {words(log.experiment)}; fitted without {out}")
+        panel.set_ylabel("Position, rad")
+        panel.margins(x=0.01)
+    axes[-1].set_xlabel("Time, s")
+    style.legend(figure, axes[0])
+    figure.align_ylabels()
+    return figure
 
 
 TEXT = """# How far off simulated positions are
@@ -232,7 +245,7 @@ def main(folder: Path) -> None:
     plant, way = plant_agreement()
     mujoco = main_table(folder)
     logs = bam_logs(folder)
-    drawn: list[tuple[Log, Parameters]] = []
+    drawn: list[tuple[str, Log, Parameters]] = []
     bam = bam_table(logs, drawn)
     begin = time.process_time()
     whole = fit_motion(list(logs.values()))
@@ -243,7 +256,7 @@ def main(folder: Path) -> None:
         )  # type: ignore[arg-type]
         for source in ("goal", "effort")
     }
-    picture(drawn)
+    style.save(picture(drawn), PICTURE)
     text = TEXT.format(
         mujoco="\n".join(mujoco),
         bam="\n".join(bam),
