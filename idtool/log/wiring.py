@@ -39,8 +39,6 @@ _NEAR = 0.05
 _CERTAIN = 5.0
 _BLOCKS = 10
 _SHARE = 0.1
-#: The sign of a torque is asked where so many rows move either way: five for each number of its regression.
-_FEWEST = 40
 #: A torque is of one sign if it is on this share of the moving rows; that of gravity alone is too, but then
 #: friction takes more than this share of the power, unless the load is twenty times the friction.
 _ONE_SIGN = 0.995
@@ -183,7 +181,7 @@ def _units(steps: Array, together: NDArray[np.bool_], position: Array, velocity:
 def _power(
     steps: Array, together: NDArray[np.bool_], position: Array, effort: Array, read_from: str
 ) -> list[str]:
-    if np.count_nonzero(together) < 2 * _FEWEST:
+    if np.count_nonzero(together) < 2 * _BLOCKS * _STRETCH:
         return []
     speed = np.where(together, np.diff(position) / steps, 0.0)
     kernel = np.ones(5) / 5.0
@@ -192,7 +190,7 @@ def _power(
     top = float(np.quantile(np.abs(speed), 0.999))
     rows = together & (np.abs(speed) > _MOVING * top)
     both = min(int(np.sum(rows & (speed > 0))), int(np.sum(rows & (speed < 0))))
-    if both < _FEWEST:
+    if both < _BLOCKS * _STRETCH:
         return []  # moved one way, friction and gravity are one
     count = len(steps) // _STRETCH * _STRETCH
     way = np.where(together, np.diff(position), 0.0)[:count].reshape(-1, _STRETCH)
@@ -224,8 +222,7 @@ def _power(
         ]
     mean = float(np.mean(powers))
     error = math.sqrt((_BLOCKS - 1) * float(np.mean((np.array(powers) - mean) ** 2)))
-    long = both >= _BLOCKS * _STRETCH  # shorter blocks of time know too little of their error
-    if long and mean + _CERTAIN * error < 0 and -mean > _SHARE * float(np.mean(np.abs(torque * w))):
+    if mean + _CERTAIN * error < 0 and -mean > _SHARE * float(np.mean(np.abs(torque * w))):
         return [
             "the torque pushes along with the motion, so that friction would drive the axis: "
             f'"{read_from}" or the position is inverted, or something else moved the axis'

@@ -57,16 +57,6 @@ def test_a_current_without_its_sign(session: list[Log], sign: float) -> None:
         assert said.endswith('"current_a" was recorded without its sign.')
 
 
-def test_a_short_log_without_its_sign(session: list[Log]) -> None:
-    """Two seconds of a sine."""
-    log = session[2]
-    frame = log.frame.iloc[850:1240].reset_index(drop=True)
-    assert record([replace(log, frame=frame)]).wiring == ((),)
-    bad = replace(log, frame=frame.assign(current_a=frame["current_a"].abs()))
-    (said,) = record([bad]).wiring[0]
-    assert said.endswith('"current_a" was recorded without its sign.')
-
-
 @pytest.mark.parametrize("column", ["velocity_command_rad_s", "velocity_rad_s"])
 def test_a_current_that_was_computed(session: list[Log], column: str) -> None:
     for log in session[1:]:
