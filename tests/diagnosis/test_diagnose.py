@@ -122,4 +122,6 @@ def test_a_law_that_predicts_worse_is_not_stepped_down_to() -> None:
     )
     found = identify(recorded(case).logs).diagnosis
     assert found["verdict"] == "unexplained"
-    assert found["error"]["held_out"]["after"] < found["error"]["held_out"]["before"]
+    assert found["friction"] == "lugre"
+    assert found["error"]["held_out"]["after"] <= found["error"]["held_out"]["before"]
+    assert any("friction at one speed" in note for note in found["notes"])
