@@ -279,7 +279,7 @@ class _Repair:
         """Sentences on columns that contradict each other."""
         log, columns = self.log, self.columns
         told = {
-            self.names[role]: values
+            self.names[role]: (values, role != "position_command")
             for role in ("velocity", "velocity_command", "position_command")
             if (values := log.column(role)) is not None
         }

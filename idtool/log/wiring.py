@@ -67,7 +67,7 @@ def contradictions(
     effort: Array,
     read_from: str,
     current: Array | None = None,
-    told: Mapping[str, Array] | None = None,
+    told: Mapping[str, tuple[Array, bool]] | None = None,
     constant: float | None = None,
     supply: Array | None = None,
 ) -> list[str]:
@@ -80,7 +80,8 @@ def contradictions(
         effort: torque, shape (rows,).
         read_from: the column that says it.
         current: of the motor, A, shape (rows,), or None.
-        told: columns of the log by name that a torque is never in proportion to, shape (rows,).
+        told: columns of the log by name that the motion follows and a torque is never in proportion to,
+            shape (rows,), and whether it is a speed.
         constant: N m/A (N/A) of that current, or None.
         supply: of the drive, V, shape (rows,), or None.
     """
@@ -91,11 +92,16 @@ def contradictions(
         said.append(f"the current goes up to {most:.3g} A, which no drive of an axis gives: it may be in mA")
     if current is not None and constant is not None:
         said += _back_emf(constant, _speed(time, together, position, velocity), supply)
+    ways = _Ways(steps, together)
+    gone = ways.of(velocity, speed=True) if position is None else ways.of(position, speed=False)
+    columns = told or {}
+    doubts = [_commanded(gone, ways.of(c, speed=speed), name) for name, (c, speed) in columns.items()]
     if position is not None and velocity is not None:
-        said += _units(steps, together, position, velocity)
+        doubts.insert(0, _units(gone, ways.of(velocity, speed=True)))
+    said += next(filter(None, doubts), [])  # one says it
     if position is not None:
         said += _power(steps, together, position, effort, read_from)
-    return said + _computed(effort, told or {})
+    return said + _computed(effort, {name: column for name, (column, _) in columns.items()})
 
 
 def changed_in_motion(
@@ -156,26 +162,55 @@ def _computed(effort: Array, told: Mapping[str, Array]) -> list[str]:
     return []
 
 
-def _units(steps: Array, together: NDArray[np.bool_], position: Array, velocity: Array) -> list[str]:
-    count = len(steps) // _STRETCH * _STRETCH
-    whole = together[:count].reshape(-1, _STRETCH).all(axis=1)
-    gone = np.diff(position)[:count].reshape(-1, _STRETCH).sum(axis=1)[whole]
-    mean = 0.5 * (velocity[1:] + velocity[:-1]) * steps
-    told = mean[:count].reshape(-1, _STRETCH).sum(axis=1)[whole]
+class _Ways:
+    """Stretches of rows, and how far the axis goes in each by any column."""
+
+    def __init__(self, steps: Array, together: NDArray[np.bool_]) -> None:
+        self.steps, self.count = steps, len(steps) // _STRETCH * _STRETCH
+        self.whole = together[: self.count].reshape(-1, _STRETCH).all(axis=1)
+
+    def of(self, column: Array | None, *, speed: bool) -> Array:
+        """By a speed or a position, shape (stretches,)."""
+        assert column is not None
+        step = 0.5 * (column[1:] + column[:-1]) * self.steps if speed else np.diff(column)
+        return np.asarray(step[: self.count].reshape(-1, _STRETCH).sum(axis=1)[self.whole])
+
+
+def _factor(gone: Array, told: Array) -> float:
+    """How many times as far the axis goes as it is told, below zero the other way; 0 if they do not go
+    together."""
+    rows = np.isfinite(gone) & np.isfinite(told)
+    gone, told = gone[rows], told[rows]
     if len(gone) < _BLOCKS or not gone.any() or not told.any():
-        return []
+        return 0.0
     alike = float(gone @ told) / math.sqrt(float(gone @ gone) * float(told @ told))
     if abs(alike) < _TOGETHER:
-        return []
-    if alike < 0:
-        return ["position and speed have opposite signs: one of them is inverted"]
-    factor = math.sqrt(float(gone @ gone) / float(told @ told))
-    if 1.0 / _UNIT < factor < _UNIT:
-        return []
+        return 0.0
+    return math.copysign(math.sqrt(float(gone @ gone) / float(told @ told)), alike)
+
+
+def _named(factor: float) -> str | None:
+    """The units that are a factor apart."""
     off = {why: abs(math.log(max(factor, 1.0 / factor) / known)) for known, why in _FACTORS.items()}
     nearest = min(off, key=lambda why: off[why])
-    guess = nearest if off[nearest] < _NEAR else "one of them is in another unit, or behind another gear"
+    return nearest if off[nearest] < _NEAR else None
+
+
+def _units(gone: Array, told: Array) -> list[str]:
+    factor = _factor(gone, told)
+    if factor < 0.0:
+        return ["position and speed have opposite signs: one of them is inverted"]
+    if factor == 0.0 or 1.0 / _UNIT < factor < _UNIT:
+        return []
+    guess = _named(factor) or "one of them is in another unit, or behind another gear"
     return [f"the position moves {factor:.4g} times as far as the speed says: {guess}"]
+
+
+def _commanded(gone: Array, told: Array, name: str) -> list[str]:
+    """A drive may fall short of its command by any factor, but not by just that of two units."""
+    factor = abs(_factor(gone, told))
+    guess = _named(factor) if factor else None
+    return [f"the axis moves {factor:.4g} times as far as {name} says: {guess}"] if guess else []
 
 
 def _power(

@@ -96,6 +96,20 @@ def test_what_is_wrong_is_said_first(session: list[Log], column: str, factor: fl
     assert expected in check([bad]).logs[0].findings[0] or "opposite" in expected
 
 
+@pytest.mark.parametrize("factor", [57.29578, 9.549297])
+def test_a_motion_in_another_unit_than_its_command(session: list[Log], factor: float) -> None:
+    for log in session:
+        bad = spoilt(spoilt(log, "position_rad", factor), "velocity_rad_s", factor)
+        (said,) = (s for s in record([bad]).wiring[0] if "velocity_command_rad_s says" in s)
+        assert ("in degrees" if factor > 10.0 else "turns a minute") in said
+
+
+def test_a_drive_that_falls_short_of_its_command_is_not_in_another_unit(session: list[Log]) -> None:
+    for log in session:
+        slow = spoilt(spoilt(log, "position_rad", 0.6), "velocity_rad_s", 0.6)
+        assert not any("velocity_command_rad_s says" in s for s in record([slow]).wiring[0])
+
+
 def test_a_current_that_no_drive_gives(session: list[Log]) -> None:
     (said,) = record([spoilt(session[0], "current_a", 1000.0)]).wiring[0]
     assert "which no drive of an axis gives: it may be in mA" in said
