@@ -267,16 +267,19 @@ told as found {missed} had an interval that excludes the truth.
 @click.option("--each", default=1, show_default=True, help="Sessions of each effect on each kind of axis.")
 @click.option("--effect", "effects", multiple=True, help="Only this one; may be repeated.")
 @click.option("--axes", "kinds", multiple=True, default=_AXES, type=click.Choice(_AXES), help="Only these.")
-@click.option("--out", type=click.Path(path_type=Path), help="Page to write the figures into.")
-def main(each: int, effects: tuple[str, ...], kinds: tuple[str, ...], out: Path | None) -> None:
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("docs/accuracy.md"),
+    show_default=True,
+    help="Page to write the figures into.",
+)
+def main(each: int, effects: tuple[str, ...], kinds: tuple[str, ...], out: Path) -> None:
     """Run the study and write its part of the page."""
-    found = study(each, effects, kinds)
-    click.echo(section(found, each))
-    if out is not None:
-        page = out.read_text(encoding="utf-8")
-        out.write_text(
-            with_made(page, "single fits", section(found, each), "study-partial"), encoding="utf-8"
-        )
+    found = section(study(each, effects, kinds), each)
+    page = out.read_text(encoding="utf-8")
+    out.write_text(with_made(page, "single fits", found, "study-partial"), encoding="utf-8")
+    click.echo(f"written: {out}")
 
 
 if __name__ == "__main__":
