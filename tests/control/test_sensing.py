@@ -41,6 +41,7 @@ def listened(hand: float, samples: int = 20) -> HandSense:
 def test_what_is_heard_before_a_hand_is_friction(held: float) -> None:
     """A bristle that holds it, so that no hand is left; a hand is then felt in whole."""
     found = listened(held)
+    assert found._model.bristle_stiffness * found._model.bristle == pytest.approx(-held)
     assert found.feel(at(20, held)) == pytest.approx(0.0, abs=1e-12)
     assert found.raw == pytest.approx(0.0, abs=1e-12)
     assert found.slack == 0.0
@@ -65,6 +66,22 @@ def test_it_listens_to_a_mean() -> None:
     found.settle()
     found.feel(at(4, 0.04))
     assert found.raw == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("kelvin", [-20.0, 0.0, 20.0])
+def test_a_warm_axis_has_the_friction_of_its_temperature(kelvin: float) -> None:
+    """Sliding both ways: half the difference is the friction, which thermal drift lowers by exp(-0.02 dT)."""
+    file = parameters(BENCH, thermal_drift={"rate": 0.02, "reference": 25.0})
+    felt = []
+    for speed in (0.3, -0.3):
+        found = HandSense(OnlineModel(file), PERIOD, 0.02, COUNT)
+        for k in range(60):
+            sample = at(k, 0.0, PERIOD * speed * k, speed)
+            found.feel(replace(sample, temperature=25.0 + kelvin))
+        felt.append(found.raw)
+    fallen = (BENCH["static"] - BENCH["coulomb"]) * math.exp(-((0.3 / BENCH["stribeck_velocity"]) ** 2))
+    friction = BENCH["coulomb"] + fallen + 0.3 * BENCH["viscous"]
+    assert (felt[0] - felt[1]) / 2.0 == pytest.approx(friction * math.exp(-0.02 * kelvin), rel=1e-4)
 
 
 def test_at_rest_three_counts_of_the_bristle_are_no_hand() -> None:
