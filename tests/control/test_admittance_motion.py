@@ -228,6 +228,13 @@ def test_a_hand_in_one_cycle_is_found(hand: float) -> None:
     assert s["left"] == 0
 
 
+def test_the_first_part_of_a_tare_comes_from_rest_and_is_compared_with_none() -> None:
+    s, _, heard = swept((0, 10, 0.06))
+    assert s["outcome"] == kernel.USED
+    parts = heard[80:160, 4].reshape(8, 10).mean(axis=1) / 2.0  # of the motor, A
+    np.testing.assert_allclose(s["means"], parts, rtol=1e-9)
+
+
 def test_what_the_model_cannot_explain_is_not_learned() -> None:
     s, _, _ = swept(left=0.045)
     assert s["outcome"] == kernel.NOT_EXPLAINED
