@@ -81,6 +81,7 @@ class Bench:
         )
         self.mishaps = Mishaps([parse_fault(word) for word in faults], seed=seed)
         self.terminal = VirtualTerminal(self.servo, mishaps=self.mishaps, clock=self.clock)
+        self.clock.others = self.terminal.take_turn
 
     def bus(self, **other: Any) -> Any:
         wanted: dict[str, Any] = {"device": self.terminal.path, "id": 1, "baud": BAUD, "clock": self.clock}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from typing import Protocol
 
 
@@ -51,15 +52,15 @@ class HostClock:
         time.sleep(seconds)
 
 
-#: A sleep that took longer than this was made longer by a busy computer.
-_LONGEST_SLEEP_S = 5e-3
-
-
 class SkippingClock:
     """A clock that jumps over every wait, so that a rehearsal in one process takes only its computing.
 
     It counts the computing time of this process and not the time in which the computer was busy with
     others, so that a rehearsal comes out the same on a busy one. Safe to share between threads.
+
+    Attributes:
+        others: returns when whoever is waited for in `sleep` had its turn; if not set, a moment later. Without
+            it a computer that leaves their thread without a core makes them seem silent.
     """
 
     scale = 1.0
@@ -67,6 +68,7 @@ class SkippingClock:
     def __init__(self) -> None:
         self._skipped = 0.0
         self._lock = threading.Lock()
+        self.others: Callable[[], None] | None = None
 
     def now(self) -> float:
         return time.process_time() + self._skipped
@@ -76,8 +78,9 @@ class SkippingClock:
             self._skipped += max(instant - self.now(), 0.0)
 
     def sleep(self, seconds: float) -> None:
-        begun = time.monotonic()
-        time.sleep(seconds)
-        slept = min(time.monotonic() - begun, _LONGEST_SLEEP_S)
+        if self.others is None:
+            time.sleep(seconds)
+        else:
+            self.others()
         with self._lock:
-            self._skipped += slept
+            self._skipped += seconds

@@ -7,7 +7,6 @@ import os
 import select
 import termios
 import threading
-import time
 import tty
 
 from idtool.rig.bus.transactions import BITS_PER_BYTE
@@ -17,6 +16,8 @@ from idtool.virtual_servo.faults import Mishaps
 
 #: How often the axis moves while nobody asks, s.
 _IDLE_S = 0.1
+#: What is written to its own thread: look at the device once more, or end.
+_LOOK, _END = b"l", b"e"
 _SPEEDS = {
     getattr(termios, name): int(name[1:])
     for name in dir(termios)
@@ -56,6 +57,7 @@ class VirtualTerminal:
         tty.setraw(self._far)
         self.path = os.ttyname(self._far)
         self._wake, self._waker = os.pipe()
+        self._looked = threading.Semaphore(0)
         self._due: list[tuple[float, int, bytes]] = []
         self._sent = 0
         self._thread = threading.Thread(target=self._serve, name="virtual servo", daemon=True)
@@ -71,25 +73,41 @@ class VirtualTerminal:
         """Stop serving; safe to call twice."""
         if self._waker < 0:
             return
-        os.write(self._waker, b"x")
+        os.write(self._waker, _END)
         self._thread.join()
         for handle in (self._wake, self._waker):
             os.close(handle)
         self._waker = -1
 
+    def take_turn(self) -> None:
+        """Return when its thread has looked at the device once more, and its answer can be read there."""
+        if self._waker < 0:
+            return
+        os.write(self._waker, _LOOK)
+        while not self._looked.acquire(timeout=_IDLE_S):
+            if not self._thread.is_alive():
+                return
+
     def _serve(self) -> None:
         try:
             while not self.mishaps.unplugged:
-                wait = max(0.0, self._due[0][0] - time.monotonic()) if self._due else _IDLE_S
-                ready, _, _ = select.select([self._near, self._wake], [], [], wait)
-                if self._wake in ready:
+                wait = self._due[0][0] - self._clock.now() if self._due else _IDLE_S * self._clock.scale
+                ready, _, _ = select.select(
+                    [self._near, self._wake], [], [], max(0.0, wait / self._clock.scale)
+                )
+                told = os.read(self._wake, 1) if self._wake in ready else b""
+                if told == _END:
                     return
                 if not ready:
                     self._idle()
                 if self._near in ready:
                     self._receive(os.read(self._near, 4096))
-                while self._due and self._due[0][0] <= time.monotonic():
+                while self._due and self._due[0][0] <= self._clock.now():
                     os.write(self._near, heapq.heappop(self._due)[2])
+                if told:
+                    # the kernel passes bytes on when it finds the time; asking for them waits for that
+                    select.select([self._far], [], [], 0.0)
+                    self._looked.release()
         finally:
             os.close(self._near)
             os.close(self._far)
@@ -126,7 +144,8 @@ class VirtualTerminal:
 
     def _send(self, answer: bytes) -> None:
         for delay, arriving in self.mishaps.pass_on(answer):
-            heapq.heappush(self._due, (time.monotonic() + delay, self._sent, arriving))
+            due = self._clock.now() + delay * self._clock.scale
+            heapq.heappush(self._due, (due, self._sent, arriving))
             self._sent += 1
 
     def _line_speed(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -258,3 +259,17 @@ def test_a_servo_without_a_current_sensor_has_no_current_to_set() -> None:
         assert client.write("current_limit", 100) == (sdk.COMM_SUCCESS, 7)
         assert client.write("operating_mode", 5) == (sdk.COMM_SUCCESS, 4)
         client.port.closePort()
+
+
+def test_a_host_on_the_skipping_clock_does_not_take_a_servo_without_a_core_for_silent() -> None:
+    """Its thread is held for far longer than all tries of a transaction; the host's clock does not go on."""
+    with bench() as made:
+        bus = made.bus()
+        assert bus.ping() == 1150
+        made.terminal.lock.acquire()
+        begun = made.clock.now()
+        threading.Timer(1.0, made.terminal.lock.release).start()
+        assert bus.ping() == 1150
+        assert bus.retries == 0
+        assert made.clock.now() - begun < 0.03
+        bus.close()
