@@ -59,8 +59,8 @@ class SkippingClock:
     others, so that a rehearsal comes out the same on a busy one. Safe to share between threads.
 
     Attributes:
-        others: returns when whoever is waited for in `sleep` had its turn; if not set, a moment later. Without
-            it a computer that leaves their thread without a core makes them seem silent.
+        others: returns when whoever is waited for in `sleep` had its turn; if not set, a moment later.
+            Without it a computer that leaves their thread without a core makes them seem silent.
     """
 
     scale = 1.0
