@@ -67,8 +67,8 @@ class Output:
             show(console())
 
 
-def given_words() -> list[str]:
-    """The arguments and options of the running command as they were given."""
+def given_words(*but: str) -> list[str]:
+    """The arguments and options of the running command as they were given; `but` are options to leave out."""
     context = click.get_current_context()
     given = click.core.ParameterSource.COMMANDLINE
     words: list[str] = []
@@ -76,11 +76,21 @@ def given_words() -> list[str]:
         if not parameter.name or context.get_parameter_source(parameter.name) is not given:
             continue
         value = context.params[parameter.name]
-        if isinstance(parameter, click.Option):
-            words.append(parameter.opts[0])
-        if value is not True:
-            words += map(str, value) if isinstance(value, tuple) else [f"{value}"]
+        option = [parameter.opts[0]] if isinstance(parameter, click.Option) else []
+        if but and option and option[0] in but:
+            continue
+        for one in value if option and parameter.multiple else (value,):
+            words += option if one is True else [*option, *_as_typed(one)]
     return words
+
+
+def _as_typed(value: Any) -> list[str]:
+    """A value of the command line as a person would type it."""
+    if isinstance(value, tuple):
+        return [word for one in value for word in _as_typed(one)]
+    if isinstance(value, list):
+        return [",".join(word for one in value for word in _as_typed(one))]
+    return [str(value).removesuffix(".0") if isinstance(value, float) else str(value)]
 
 
 def console(*, stderr: bool = False) -> Console:

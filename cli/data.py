@@ -50,7 +50,7 @@ def list_recordings(catalogue: Path | None, output: Output) -> None:
     """
     from dataclasses import asdict
 
-    from idtool.importing.catalogue import read_catalogue
+    from idtool.io.catalogue import read_catalogue
 
     known = read_catalogue(catalogue).recordings
 
@@ -60,6 +60,8 @@ def list_recordings(catalogue: Path | None, output: Output) -> None:
             click.echo(f"  {entry.by}; {entry.licence}" + (f"; {entry.page}" if entry.page else ""))
             for source in entry.files:
                 click.echo(f"  {source.name}: SHA-256 {source.sum_in_words}")
+            if entry.elsewhere:
+                click.echo(f"  not fetched from here: {entry.elsewhere}")
 
     output.result({"recordings": {name: asdict(entry) for name, entry in known.items()}}, show)
     output.next("data", "get", next(iter(known), "sample"))
@@ -87,7 +89,7 @@ def get_recording(
     ffc-id data get sample
     ffc-id data get emps
     """
-    from idtool.importing.catalogue import fetch, read_catalogue
+    from idtool.io.catalogue import fetch, read_catalogue
 
     entry = read_catalogue(catalogue).get(name)
     place = folder or Path(name)

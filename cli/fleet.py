@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, output_options, seed_option
+from .common import Output, given_words, output_options, seed_option
 from .diagnose import gravity_option, tolerance_option, without_option
 from .fit import friction_option, optimizer_option
 from .progress import Progress
@@ -82,7 +82,7 @@ def fleet(
         )
     output.result(document(result), lambda console: _show(console, result, out))
     if result.failed:
-        output.next("fleet", sessions, "-o", out)
+        output.next("fleet", *given_words("--again"))
         click.get_current_context().exit(3)
     files = [out / "sessions" / row.session / "params.toml" for row in result.sessions]
     if len(files) > 1:

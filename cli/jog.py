@@ -9,6 +9,7 @@ import click
 
 from .guiding import Watched, setup_of, show_stop, stop_document, travel_of, watched_options
 from .live import live_page
+from .moving import result_on
 from .numbers import NumberRange
 from .progress import Progress
 
@@ -86,7 +87,8 @@ def jog(told: Watched, step: float | None, speed: float | None) -> int:
                 clock=HostClock() if device.simulated else None,
                 **watching | {"behind": BEHIND_SHARE * (high - low), "watch": watch},
             )
-    output.result(_document(jogged, ratio, log), lambda screen: _show(screen, jogged, ratio, kind, log))
+    document = _document(jogged, ratio, log)
+    result_on(rig, device.simulated, output, document, lambda screen: _show(screen, jogged, ratio, kind, log))
     if jogged.interrupted:
         return 130
     if jogged.stopped is not None:

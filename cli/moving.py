@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,6 +15,9 @@ from .common import Decorator, Output, force_option, handed, output_options, see
 from .live import live_option
 from .numbers import Number
 from .words import complete_rig
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 #: The rig of examples; no command takes it by itself.
 EXAMPLE_RIG = "sim:paper"
@@ -70,7 +75,7 @@ class Moving:
 
         for angle in self.tilt_deg or ():
             if not abs(angle) <= 180.0:
-                raise UsageError(f"--tilt-deg: expected -180 to 180 degrees, found {angle:g}")
+                raise UsageError(f"--tilt-deg: {angle:g} degrees is beyond half a turn; give -180 to 180.")
             if any(math.isclose(abs(angle), part * math.pi, abs_tol=1e-3) for part in (0.5, 1.0)):
                 self.output.warn(
                     f"--tilt-deg takes degrees, and {angle:g} looks like a part of a turn in rad."
@@ -79,6 +84,23 @@ class Moving:
             if not abs(angle) <= math.pi + _ROUNDED:
                 raise UsageError(f"--tilt: {angle:g} rad is beyond half a turn; --tilt-deg takes degrees.")
         return radians("tilt", tilt, self.tilt_deg)
+
+
+def rig_words(rig: str, simulated: bool) -> str:
+    """On what a command ran, for a person."""
+    return f"{rig} (simulated)" if simulated else rig
+
+
+def result_on(
+    rig: str, simulated: bool, output: Output, document: dict[str, Any], show: Callable[[Console], None]
+) -> None:
+    """What a run came to, and on what rig."""
+
+    def told(screen: Console) -> None:
+        screen.print(f"rig: {rig_words(rig, simulated)}", soft_wrap=True)
+        show(screen)
+
+    output.result({**document, "rig": rig, "simulated": simulated}, told)
 
 
 _rig_option = click.option(

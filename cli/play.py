@@ -10,6 +10,7 @@ import click
 from .common import given_words
 from .guiding import Watched, setup_of, show_stop, stop_document, travel_of, watched_options
 from .live import live_page
+from .moving import result_on
 from .numbers import NumberRange
 from .progress import Progress
 
@@ -61,7 +62,8 @@ def play(told: Watched, taught: Path, speed: float, loop: int, waypoints: Path |
         path, axis = read_path(waypoints)
     watching = told.watching(taught, waypoints)
     parameters, tilted = watching["parameters"], told.tilted
-    with open_rig(told.told_rig(), seed=told.seed) as device:
+    rig = told.told_rig()
+    with open_rig(rig, seed=told.seed) as device:
         if axis.kind != device.axis.kind:
             raise InputError(
                 f"was taught on a {axis.kind} axis and the rig is {device.axis.kind}",
@@ -86,8 +88,9 @@ def play(told: Watched, taught: Path, speed: float, loop: int, waypoints: Path |
                 **watching | {"behind": BEHIND_SHARE * (high - low), "watch": watch},
             )
     ratio = travel_of(parameters, axis.kind)
-    output.result(
-        _document(played, ratio, scale, log), lambda screen: _show(screen, played, ratio, axis.kind, log)
+    document = _document(played, ratio, scale, log)
+    result_on(
+        rig, device.simulated, output, document, lambda screen: _show(screen, played, ratio, axis.kind, log)
     )
     if played.interrupted:
         return 130

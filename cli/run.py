@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Decorator
+from .common import Decorator, given_words
 from .live import live_page
-from .moving import Moving, moving_options
+from .moving import Moving, moving_options, rig_words
 from .numbers import Number
 from .progress import Progress
 from .words import complete_recipe
@@ -201,7 +201,7 @@ def _tell(summary: RunSummary, recipe: Recipe, told: RunOptions, rig: str, simul
     elif not output.quiet and not summary.interrupted:
         click.echo(
             f"{summary.file}: {summary.rows} rows, {summary.trials} trials, "
-            f"{summary.duration_s:.0f} s of rig time on {rig}{' (simulated)' if simulated else ''}"
+            f"{summary.duration_s:.0f} s of rig time on {rig_words(rig, simulated)}"
         )
     if summary.resumed == len(recipe.trials):
         output.say(f"note: every trial was in {summary.file} already; nothing was run.")
@@ -217,7 +217,8 @@ def _tell(summary: RunSummary, recipe: Recipe, told: RunOptions, rig: str, simul
             f"({summary.trials} of {len(recipe.trials)} trials finished)."
         )
         if 0 < summary.trials < len(recipe.trials):
-            output.say("next: the same command with --resume goes on from there")
+            command = click.get_current_context().command.name or "run"
+            output.next(command, *given_words("--force", "--resume"), "--resume")
     elif summary.rows:
         output.next("check", summary.file)
 

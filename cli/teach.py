@@ -21,6 +21,7 @@ from .guiding import (
     setup_of,
 )
 from .live import live_page
+from .moving import result_on
 from .numbers import NumberRange
 from .progress import Progress
 
@@ -186,7 +187,7 @@ def teach(
             parameters, params, rig, hand, payload, tilted, tare, told.seed, smooth is not None
         )
     taught = Taught(parameters, controller, result, log, figure, bare, smooth is not None)
-    output.result(taught.document(), taught.show)
+    result_on(rig, simulated, output, taught.document(), taught.show)
     if log is not None and not result.interrupted:
         output.next("play", log, "--rig", rig, "-p", params, "--speed", "0.5")
     elif not result.interrupted:

@@ -22,9 +22,9 @@ from idtool import identify
 from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
 from idtool.export.targets import export
-from idtool.importing.catalogue import fetch, read_catalogue
 from idtool.importing.recording import import_recording
 from idtool.io.atomic import atomic_write
+from idtool.io.catalogue import fetch, read_catalogue
 from idtool.log import Log
 from idtool.parameters import Parameters
 from idtool.rig import open_rig

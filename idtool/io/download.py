@@ -72,9 +72,12 @@ def _fetch(url: str, part: Path, progress: Callable[[int, int], None] | None) ->
     try:
         answer = urllib.request.urlopen(request, timeout=_TIMEOUT_S)
     except urllib.error.HTTPError as error:
-        if there and error.code == http.HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE:
-            return  # all of it is there already
-        raise
+        if not there or error.code != http.HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE:
+            raise
+        if error.headers.get("Content-Range") != f"bytes */{there}":  # RFC 9110: the whole file's length
+            part.unlink()  # what is there is of another file
+            _fetch(url, part, progress)
+        return
     with answer:
         if answer.status != _PARTIAL:
             there = 0  # this server cannot go on: from the start
@@ -89,4 +92,4 @@ def _fetch(url: str, part: Path, progress: Callable[[int, int], None] | None) ->
                 if progress is not None:
                     progress(there, total)
     if total and there < total:
-        raise http.client.IncompleteRead(b"", total - there)
+        raise ConnectionError(f"it ended after {there} of {total} bytes")

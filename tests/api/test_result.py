@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_info
 
 import idtool
 from idtool import InputError, Log, Parameters, Result, identify
-from idtool.importing.catalogue import fetch, read_catalogue
+from idtool.io.catalogue import fetch, read_catalogue
 
 matplotlib.use("Agg")
 

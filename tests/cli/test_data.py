@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
+import re
 import threading
 from collections.abc import Iterator
 from http.server import HTTPServer, SimpleHTTPRequestHandler
@@ -15,8 +16,9 @@ import numpy as np
 import pytest
 import scipy.io
 
-from idtool.importing.catalogue import Source, read_catalogue
+from idtool.io.catalogue import Source, read_catalogue
 from idtool.log import Log
+from testbench.recordings import RECORDINGS
 
 from .support import ffc_id
 
@@ -69,11 +71,34 @@ def test_every_recording_says_source_and_licence() -> None:
     for name, entry in known.items():
         assert name in told
         assert entry.licence in told
-        assert entry.next.split()[0] in ("identify", "import")
+        assert entry.page.startswith("https://") or name == "sample"
+        if entry.elsewhere:
+            assert entry.files == ()
+            assert f"not fetched from here: {entry.elsewhere}" in told
+        else:
+            assert entry.next.split()[0] in ("identify", "import")
         for file in entry.files:
             assert file.url.startswith("https://")
             assert any(len(part) == 40 for part in file.url.split("/")), "the address holds no commit"
             assert f"{file.name}: SHA-256 {file.sum_in_words}" in told
+
+
+def test_every_machine_that_the_page_names_is_listed() -> None:
+    pages = [entry.page for entry in read_catalogue().recordings.values()]
+    for recording in RECORDINGS:
+        address = re.search(r"github\.com/\S+|nonlinearbenchmark\.org", recording.source)
+        assert address is not None
+        assert any(page.endswith(address[0]) for page in pages), recording.name
+
+
+def test_what_is_not_fetched_says_why_and_where_it_is(tmp_path: Path) -> None:
+    done = ffc_id("data", "get", "ur10e", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (3, "")
+    entry = read_catalogue().get("ur10e")
+    assert done.stderr.splitlines()[-1] == (
+        f"ffc-id: {entry.page}: is not fetched from here: {entry.elsewhere}; see there."
+    )
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -110,6 +135,24 @@ def test_a_public_recording_is_fetched_and_its_sum_shown(tmp_path: Path, source:
     assert "is not the file that was expected" in again.stderr
     assert (tmp_path / "mine" / "run.csv").read_bytes() == content
     assert Log.read(tmp_path / "log.csv").frame["torque_nm"].tolist() == [0.1, 0.1, 0.1]
+
+
+def test_of_several_files_those_that_came_stay_when_one_fails(tmp_path: Path, source: str) -> None:
+    (tmp_path / "mine.toml").write_text(
+        'schema = "ffc-id/catalogue/1"\n[recordings.two]\ntitle = "an axis"\nby = "me"\nlicence = "CC0"\n'
+        f'next = "import two/run.csv -o log.csv"\nfiles = [{{name = "run.csv", url = "{source}/run.csv"}}, '
+        f'{{name = "later.csv", url = "{source}/later.csv"}}]\n'
+    )
+    command = ("data", "get", "two", "--catalogue", "mine.toml", "--json")
+    first = ffc_id(*command, cwd=tmp_path)
+    assert (first.returncode, first.stdout) == (3, "")
+    assert "later.csv: the server answers 404" in first.stderr
+    written = (tmp_path / "two" / "run.csv").stat().st_mtime_ns
+    (tmp_path / "served" / "later.csv").write_text("time_s\n0\n")
+    again = ffc_id(*command, cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    assert list(json.loads(again.stdout)["files"]) == ["two/run.csv", "two/later.csv"]
+    assert (tmp_path / "two" / "run.csv").stat().st_mtime_ns == written
 
 
 def test_the_import_of_a_servo_reads_duty_and_supply(tmp_path: Path) -> None:

@@ -18,14 +18,14 @@ from tests.fleet.doubles import broken
 
 from .support import PROGRAM, ffc_id
 
-QUICK = ("--friction", "coulomb", "--gravity", "none")
+QUICK = ("--friction", "coulomb", "--gravity", "none", "--without", "hysteresis", "--without", "backlash")
 
 
 def test_a_fleet_with_a_bad_session(tmp_path: Path) -> None:
     for k in range(2):
         session(tmp_path / "sessions" / f"A{k}_2026-01-01", seed=k)
     broken(tmp_path / "sessions" / "bad")
-    done = ffc_id("fleet", "sessions", "-o", "out", *QUICK, cwd=tmp_path)
+    done = ffc_id("fleet", "sessions", "-o", "out", *QUICK, "--again", cwd=tmp_path)
     assert done.returncode == 3
     assert "Traceback" not in done.stderr
     assert "[3/3]" in done.stderr
@@ -43,7 +43,11 @@ def test_a_fleet_with_a_bad_session(tmp_path: Path) -> None:
     document = json.loads(again.stdout)
     assert document == json.loads((tmp_path / "out" / "summary.json").read_text())
     assert document["failed"] == ["bad"]
-    assert done.stderr.endswith("next: ffc-id fleet sessions -o out\n")
+    following = done.stderr.splitlines()[-1].removeprefix("next: ffc-id fleet ").split()
+    # with its options, or every session would be done again
+    pairs = ["-o out", "--friction coulomb", "--gravity none", "--without hysteresis", "--without backlash"]
+    assert following[0] == "sessions"
+    assert {" ".join(following[k : k + 2]) for k in range(1, len(following), 2)} == set(pairs)
     shutil.rmtree(tmp_path / "sessions" / "bad")
     mended = ffc_id("fleet", "sessions", "-o", "out", *QUICK, cwd=tmp_path)
     assert mended.returncode == 0

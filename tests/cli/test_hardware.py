@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import time
@@ -166,7 +167,10 @@ def test_interrupted_and_resumed(lying: Servo, short: Path, tmp_path: Path) -> N
         _, told = run.communicate(timeout=120)
     assert run.returncode == 130
     assert "(1 of 2 trials finished)." in told
-    assert "next: the same command with --resume goes on from there" in told
+    assert shlex.split(told.splitlines()[-1]) == [
+        *("next:", "ffc-id", "run", "--recipe", str(short), "--rig", lying.rig, "-o", str(log), "--yes"),
+        "--resume",
+    ]
     assert "torque off" in lying.do("status")
     first = Log.read(log).trials[0]
     done = ffc_id(*command, "--resume", "--json")

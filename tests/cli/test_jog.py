@@ -39,6 +39,7 @@ def test_taps_move_the_axis_and_q_ends_it(kind: str, tmp_path: Path) -> None:
             servo.end()
     document = json.loads(terminal.seen[terminal.seen.index("{") : terminal.seen.rindex("}") + 1])
     assert document["stopped"] is None
+    assert (document["rig"], document["simulated"]) == (rig, kind == "simulated")
     # how far depends on how busy the computer is: keys that come together are held
     assert 1e3 * STEP_RAD < document["moved_mrad"] < 8e3 * STEP_RAD
     assert Log.read(tmp_path / "way.csv").experiment == "jog"

@@ -12,7 +12,7 @@ import matplotlib
 import pytest
 
 import idtool
-from idtool.importing.catalogue import fetch, read_catalogue
+from idtool.io.catalogue import fetch, read_catalogue
 from pages.markdown import fences
 from pages.notebook import NOTEBOOK, cells, execute, outputs
 

@@ -37,7 +37,9 @@ class Handler(BaseHTTPRequestHandler):
         wanted = self.headers.get("Range")
         start = int(wanted.removeprefix("bytes=").rstrip("-")) if wanted and self.server.resumes else 0
         if start >= len(CONTENT):
-            self.send_error(416)
+            self.send_response(416)
+            self.send_header("Content-Range", f"bytes */{len(CONTENT)}")
+            self.end_headers()
             return
         rest = CONTENT[start:]
         self.send_response(206 if start else 200)
@@ -69,7 +71,9 @@ def address(server: Server, name: str = "file") -> str:
 def test_what_was_cut_short_is_gone_on_with(server: Server, tmp_path: Path, resumes: bool) -> None:
     server.resumes, server.most = resumes, 100_000
     path = tmp_path / "recording.mat"
-    with pytest.raises(InputError, match="the same command goes on where this one stopped"):
+    with pytest.raises(
+        InputError, match=r"ended after 100000 of 512000 bytes.*goes on where this one stopped"
+    ):
         download(address(server), path, sha256=SUM)
     assert not path.exists()
     assert (tmp_path / "recording.mat.part").read_bytes() == CONTENT[:100_000]
@@ -87,6 +91,13 @@ def test_a_whole_part_needs_no_more_bytes(server: Server, tmp_path: Path) -> Non
     (tmp_path / "x.part").write_bytes(CONTENT)
     assert download(address(server), tmp_path / "x") == SUM
     assert (tmp_path / "x").read_bytes() == CONTENT
+
+
+def test_a_part_longer_than_the_file_is_none_of_it(server: Server, tmp_path: Path) -> None:
+    (tmp_path / "x.part").write_bytes(CONTENT + b"of another file")
+    assert download(address(server), tmp_path / "x") == SUM
+    assert (tmp_path / "x").read_bytes() == CONTENT
+    assert server.asked == [f"bytes={len(CONTENT) + 15}-", None]
 
 
 def test_another_file_than_expected_is_refused_and_not_kept(server: Server, tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -55,6 +55,7 @@ class Entry:
         licence: under which it may be used.
         page: where it is described.
         files: of which it consists; empty for the session that comes with the package.
+        elsewhere: why it is not fetched from here, without a full stop; "" where it is.
         next: words after `ffc-id` of the command that makes logs of them.
     """
 
@@ -63,7 +64,8 @@ class Entry:
     licence: str
     page: str = ""
     files: tuple[Source, ...] = ()
-    next: str
+    elsewhere: str = ""
+    next: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,47 +117,46 @@ def fetch(
 ) -> dict[Path, str]:
     """Bring the files of a recording into a folder, which is made if it is missing.
 
-    Where all of them are there as they were fetched, nothing is done.
+    A file that is there as it was fetched is left alone, so that what was cut short is gone on with.
 
     Returns:
         Each file and its SHA-256, hexadecimal. They are kept in `SHA256SUMS` of the folder, as
         `sha256sum --check` reads it; a later fetch into the folder must bring the same bytes.
 
     Raises:
-        InputError: another file of that name is there and `force` is not given, it cannot be fetched or
-            written, or it is not what the catalogue, or else the first download, says.
+        InputError: it is not to be had from here, another file of that name is there and `force` is not
+            given, it cannot be fetched or written, or it is not what the catalogue, or else the first
+            download, says.
     """
-    brought = [(source, folder / source.name) for source in entry.files]
-    sample = [] if entry.files else _sample_files()
+    if entry.elsewhere:
+        raise InputError(f"is not fetched from here: {entry.elsewhere}", file=entry.page, remedy="see there")
+    sample = {} if entry.files else _sample_files()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot be made ({error.strerror})", file=folder, remedy="name another") from error
-    there = [*(path for _, path in brought), *(folder / name for name, _ in sample)]
     sums = _read_sums(folder / SUMS)
-    if not force and (known := _already(there, sums)):
-        return known
-    for path in there:
-        refuse_existing(path, force)
-    for name, content in sample:
-        with atomic_write(folder / name, "wb") as stream:
-            stream.write(content)
-    found = {folder / name: hashlib.sha256(content).hexdigest() for name, content in sample}
-    for source, path in brought:
-        wanted = source.sha256 or sums.get(source.name)
-        found[path] = download(source.url, path, sha256=wanted, progress=progress)
-    sums |= {path.name: checksum for path, checksum in found.items()}
-    with atomic_write(folder / SUMS) as stream:
-        stream.writelines(f"{checksum}  {name}\n" for name, checksum in sums.items())
-    return found
+    wanted = {name: hashlib.sha256(content).hexdigest() for name, content in sample.items()}
+    wanted |= {source.name: source.sha256 or sums.get(source.name, "") for source in entry.files}
+    missing = [name for name in wanted if force or not _is_there(folder / name, wanted[name])]
+    for name in missing:
+        refuse_existing(folder / name, force)
+    urls = {source.name: source.url for source in entry.files}
+    for name in missing:
+        if name in sample:
+            with atomic_write(folder / name, "wb") as stream:
+                stream.write(sample[name])
+        else:
+            wanted[name] = download(urls[name], folder / name, sha256=wanted[name] or None, progress=progress)
+        sums[name] = wanted[name]
+        with atomic_write(folder / SUMS) as stream:  # after each, in case the next one is cut short
+            stream.writelines(f"{checksum}  {file}\n" for file, checksum in sums.items())
+    return {folder / name: checksum for name, checksum in wanted.items()}
 
 
-def _already(files: Sequence[Path], sums: Mapping[str, str]) -> dict[Path, str]:
-    """Files and checksums where every one was fetched before and is still what it was; else nothing."""
-    if not all(file.is_file() for file in files):
-        return {}
-    found = {file: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
-    return found if all(sums.get(file.name) == checksum for file, checksum in found.items()) else {}
+def _is_there(file: Path, checksum: str) -> bool:
+    """Whether a file is there and what it should be."""
+    return file.is_file() and hashlib.sha256(file.read_bytes()).hexdigest() == checksum
 
 
 def _read_sums(file: Path) -> dict[str, str]:
@@ -173,8 +174,10 @@ def _read_sums(file: Path) -> dict[str, str]:
     return {pair[1]: pair[0] for pair in pairs if len(pair) == 2}
 
 
-def _sample_files() -> list[tuple[str, bytes]]:
+def _sample_files() -> dict[str, bytes]:
     inside = resources.files("idtool.data") / _SAMPLE_FOLDER
-    return sorted(
-        (entry.name, entry.read_bytes()) for entry in inside.iterdir() if entry.name.endswith(".gz")
-    )
+    return {
+        entry.name: entry.read_bytes()
+        for entry in sorted(inside.iterdir(), key=lambda entry: entry.name)
+        if entry.name.endswith(".gz")
+    }
