@@ -18,7 +18,7 @@ PAGE = Path("docs/architecture.md")
 ROOMS = {
     "version": "the version, for those who write it into files",
     "errors": "`InputError` and `RigFault`: one sentence with file, place and remedy",
-    "io": "files read whole or refused, written whole or not at all; downloads; TOML; deferred signals; doors",
+    "io": "files read whole or refused, written whole or not at all; downloads; TOML; signals; doors",
     "model": "pure functions on arrays: gravity, Stribeck, LuGre (compiled), their sum; units",
     "effects": "one file an effect, and the registry",
     "presentation": "how numbers, names and figures look",
