@@ -62,7 +62,7 @@ def measure(sizes: tuple[int, ...] = (_ROWS, _MORE_ROWS)) -> Section:
             took = once(lambda logs=logs, done=done: done.append(identify(logs)))  # type: ignore[misc]
             clean = clean or took
             told = done[0].diagnosis
-            named = ", ".join(e["name"] for e in told["effects"] if e["name"] != "inertia") or "none"
+            named = ", ".join(e["name"] for e in told["effects"]) or "none"
             exact = sum(len(log.frame) for log in logs)
             section.add(axis, f"{exact:,}", seconds(took), f"{took / clean:.1f}", named, told["verdict"])
         if rows in (_ROWS, _MORE_ROWS):

@@ -151,7 +151,7 @@ def _outcome(found: Diagnosis, case: Case) -> dict[str, Any]:
             key: float(f"{one['value']:.3g}")
             for effect in document["effects"]
             for key, one in effect["parameters"].items()
-            if key in case.numbers.keys() - _SET_BY_DATA and effect["name"] != "inertia"
+            if key in case.numbers.keys() - _SET_BY_DATA
         },
     }
 

@@ -72,7 +72,7 @@ def _judged(
 ) -> Result:
     document = found.to_document()
     held = document["error"]["held_out"]
-    effects = [e for e in document["effects"] if e["name"] != "inertia"]
+    effects = document["effects"]
     parameters = parameters_of(found.final)
     error, most = _on(fresh, found)
     level = parameters.static["coulomb"]

@@ -87,11 +87,12 @@ class Diagnosis:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """The effects of the axis in the order in which they were found; inertia last."""
-        accepted = [
-            effect for effect in self.final.model.spec.effects if not of_the_readings(self.final, effect)
-        ]
-        return tuple(sorted(accepted, key=lambda effect: effect.name == "inertia"))
+        """The effects of the axis in the order in which they were found; inertia is the base model's."""
+        return tuple(
+            effect
+            for effect in self.final.model.spec.effects
+            if effect.name != "inertia" and not of_the_readings(self.final, effect)
+        )
 
     @cached_property
     def correction(self) -> Correction | None:
@@ -147,9 +148,7 @@ class Diagnosis:
             return "unexplained"
         if any(self.selection.alternatives.get(effect.name) for effect in self.effects):
             return "ambiguous"
-        if any(effect.name != "inertia" for effect in self.effects):
-            return "effect_found"
-        return "adequate"
+        return "effect_found" if self.effects else "adequate"
 
     def to_document(self) -> dict[str, Any]:
         """The JSON document of diagnosis.json."""

@@ -194,7 +194,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         error_change=_headline(evidence),
         extended=evidence.rows.extended,
         held_out=error.held_out.after is not None,
-        effects=[_card(evidence, effect) for effect in diagnosis.effects if effect.name != "inertia"],
+        effects=[_card(evidence, effect) for effect in diagnosis.effects],
         left=left_sentence(evidence),
         step=next_step(diagnosis, facts, evidence.parameters, Path(evidence.folder.resolve().name)),
         next_experiment=_next(evidence),

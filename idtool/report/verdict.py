@@ -73,14 +73,13 @@ def summarise(evidence: Evidence) -> Summary:
 
 
 def named_effects(evidence: Evidence) -> list[str]:
-    """The accepted effects besides inertia, which every moving axis has."""
-    return [text.effect_title(e.name) for e in evidence.diagnosis.effects if e.name != "inertia"]
+    """The accepted effects."""
+    return [text.effect_title(effect.name) for effect in evidence.diagnosis.effects]
 
 
 def _shared(evidence: Evidence) -> list[str]:
     """The found effects, the largest first, each with its share where known; of what, is said once."""
-    found = [effect for effect in evidence.diagnosis.effects if effect.name != "inertia"]
-    found.sort(key=lambda effect: -(effect.percent_of_torque or 0.0))
+    found = sorted(evidence.diagnosis.effects, key=lambda effect: -(effect.percent_of_torque or 0.0))
     said: list[str] = []
     for effect in found:
         of = "" if any("of the torque" in one for one in said) else " of the torque"
@@ -150,8 +149,7 @@ def _story(evidence: Evidence) -> str:
     base = f"gravity and {friction}" if evidence.parameters.gravity_model else friction
     effort = torque_name(kind)
     if diagnosis.verdict == "adequate":
-        inertia = any(effect.name == "inertia" for effect in diagnosis.effects)
-        with_inertia = " with inertia" if inertia else ""
+        with_inertia = " with inertia" if evidence.parameters.effect("inertia") else ""
         return f"{_capital(base)}{with_inertia} explain the measured {effort}; nothing further is needed."
     if diagnosis.verdict == "effect_found":
         them = "it" if len(named_effects(evidence)) == 1 else "them"

@@ -43,7 +43,7 @@ def test_an_offset_that_a_soft_bristle_would_take_in() -> None:
     starts, *_ = begin(recording, "lugre", "auto")
     found = diagnose(recording, starts, [registry.get(n) for n in ("torque_offset", "inertia")])
     assert found.base.values["bristle_stiffness"] < 0.1
-    assert [effect.name for effect in found.effects] == ["torque_offset", "inertia"]
+    assert [effect.name for effect in found.effects] == ["torque_offset"]
     held_out = found.to_document()["error"]["held_out"]
     assert held_out["after"] < 0.4 * held_out["before"]
 
@@ -61,7 +61,7 @@ def test_a_cable_in_a_slow_sweep(tmp_path: Path) -> None:
     frame = pd.DataFrame({"trial": 0, "time_s": t, "position_rad": np.round(q, 5), "torque_nm": torque})
     frame.to_csv(tmp_path / "sweep.csv", index=False)
     found = identify([Log.read(tmp_path / "sweep.csv")]).diagnosis
-    assert [effect["name"] for effect in found["effects"]] == ["position_stiffness", "inertia"]
+    assert [effect["name"] for effect in found["effects"]] == ["position_stiffness"]
     assert found["error"]["held_out"]["after"] < 0.0022
 
 
@@ -88,7 +88,7 @@ def test_what_a_vetoed_effect_kept_out_is_looked_for_again(
     starts, *_ = begin(recording, "coulomb", "none")
     library = [registry.get(name) for name in ("torque_offset", "position_stiffness", "inertia")]
     found = diagnose(recording, starts, library)
-    assert [effect.name for effect in found.effects] == ["torque_offset", "inertia"]
+    assert [effect.name for effect in found.effects] == ["torque_offset"]
     assert "no better with it" in found.selection.candidates["position_stiffness"].why
 
 
@@ -100,7 +100,7 @@ def test_a_delay_that_damping_stood_for(shared: Path) -> None:
     starts, *_ = begin(recording, "lugre", "auto")
     library = [registry.get(name) for name in ("transport_delay", "compliance", "inertia")]
     found = diagnose(recording, starts, library)
-    assert [effect.name for effect in found.effects] == ["transport_delay", "inertia"]
+    assert [effect.name for effect in found.effects] == ["transport_delay"]
     assert found.base.values["bristle_damping"] < 0.01
     assert abs(found.final.values["transport_delay.delay"] + 0.04) < 0.002
 

@@ -81,7 +81,7 @@ def test_is_found_in_data_and_not_taken_for_a_ripple(tmp_path: Path) -> None:
     starts, *_ = begin(recording, "coulomb", "auto")
     names = ("position_ripple", "position_stiffness", "inertia", "drive_backdrive")
     found = diagnose(recording, starts, [MotorCogging(), *map(registry.get, names)])
-    assert [effect.name for effect in found.effects if effect.name != "inertia"] == ["motor_cogging"]
+    assert [effect.name for effect in found.effects] == ["motor_cogging"]
     for name, value in VALUES.items():
         assert found.final.values[f"motor_cogging.{name}"] == pytest.approx(value, abs=0.002)
 
