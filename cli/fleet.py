@@ -63,11 +63,15 @@ def fleet(
     ffc-id fleet sessions/ -o fleet
     ffc-id fleet sessions/ -o fleet --scheduler tcp://10.0.0.5:8786
     """
+    if scheduler and workers:
+        raise click.UsageError("--workers is for this machine, --scheduler for a cluster; give one of them.")
+    if scheduler:
+        from idtool.fleet.scheduler import greet
+
+        greet(scheduler)  # ahead of the next imports, which take seconds that nobody should add to a silence
     from idtool.fleet import Options, run_fleet
     from idtool.fleet.summary import document
 
-    if scheduler and workers:
-        raise click.UsageError("--workers is for this machine, --scheduler for a cluster; give one of them.")
     options = Options(friction, gravity, optimizer, seed, given.constant, without, tolerance, given.axis())
     with Progress(output, "identifying") as progress:
         result = run_fleet(

@@ -6,6 +6,17 @@ fleet.sessions, fleet.parameters        # fleet/summary.csv, summary.json, fleet
 
 from __future__ import annotations
 
-from idtool.fleet.run import Fleet, Options, run_fleet
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from idtool.fleet.run import Fleet, Options, run_fleet
 
 __all__ = ["Fleet", "Options", "run_fleet"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used: a scheduler is greeted before that."""
+    if name in __all__:
+        return getattr(importlib.import_module("idtool.fleet.run"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

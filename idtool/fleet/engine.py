@@ -7,7 +7,6 @@ process, on a cluster because Dask gives the session to another worker.
 
 from __future__ import annotations
 
-import asyncio
 import gzip
 import multiprocessing
 import os
@@ -22,18 +21,16 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from idtool.errors import InputError
+from idtool.fleet.scheduler import PATIENCE_S, greet, no_scheduler
 from idtool.fleet.session import Task
 from idtool.fleet.work import Outcome, identify_session, version
 from idtool.io.defer_signals import deferred_signals
 from idtool.presentation.text import counted
 
-#: A scheduler that does not speak by then is given up.
-_START_TIMEOUT_S = 10
 #: How often an interrupt is looked for while sessions run, s.
 _POLL_S = 0.1
 #: After so many sessions a process is replaced.
 _SESSIONS = 200
-_REMEDY = "start it with dask scheduler and dask worker, and check the address"
 
 
 @dataclass(frozen=True)
@@ -148,20 +145,11 @@ def _deaf() -> None:
 
 @contextmanager
 def _cluster(address: str) -> Iterator[Engine]:
+    connect: Any = greet(address).Client
     try:
-        import distributed
-    except ImportError as error:
-        raise InputError(
-            "a Dask cluster needs the package distributed", remedy="pip install 'ffc-id[fleet]'"
-        ) from error
-    connect: Any = distributed.Client  # distributed is typed in parts only
-    try:
-        asyncio.run(_greeted(address))
-        client = connect(address, timeout=_START_TIMEOUT_S, set_as_default=False)
-    except Exception as error:  # whatever another kind of server says, or its silence
-        raise InputError(
-            f"no Dask scheduler answers at {address}", place="--scheduler", remedy=_REMEDY
-        ) from error
+        client = connect(address, timeout=PATIENCE_S, set_as_default=False)
+    except Exception as error:  # it went away after its greeting, for one
+        raise no_scheduler(address) from error
     with client:
         cores = _check_workers(client, address)
         executor = client.get_executor(pure=False)
@@ -175,15 +163,6 @@ def _cluster(address: str) -> Iterator[Engine]:
             executor.shutdown(wait=False)  # which cancels what is not done
 
 
-async def _greeted(address: str) -> None:
-    """Ask who is there: the client itself waits without end for one that accepts and says nothing."""
-    from distributed.core import rpc
-
-    ask: Any = rpc
-    async with asyncio.timeout(_START_TIMEOUT_S), ask(address) as scheduler:
-        await scheduler.identity()
-
-
 def _packed(task: Task) -> Task:
     """The session as it goes over the network; a log is read gzipped or not."""
     return replace(task, logs={name: gzip.compress(content, 1) for name, content in task.logs.items()})
@@ -192,7 +171,7 @@ def _packed(task: Task) -> Task:
 def _check_workers(client: Any, address: str) -> int:
     """How many threads the cluster has, all of them with this version of the package."""
     try:
-        client.wait_for_workers(1, timeout=_START_TIMEOUT_S)
+        client.wait_for_workers(1, timeout=PATIENCE_S)
         found: dict[str, str] = client.run(version)
         cores = int(sum(client.ncores().values()))
     except TimeoutError as error:

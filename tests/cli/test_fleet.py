@@ -6,7 +6,9 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -75,6 +77,27 @@ def test_refusals(tmp_path: Path, arguments: list[str], code: int, expected: str
     assert expected in done.stderr
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_a_silent_scheduler_is_given_up_before_anything_slow_is_imported(tmp_path: Path) -> None:
+    session(tmp_path / "sessions" / "A")
+    program = (
+        "import atexit, sys, idtool.fleet.scheduler as scheduler; scheduler.PATIENCE_S = 1.0\n"
+        "atexit.register(lambda: print('pandas' in sys.modules))\n"
+        "from idtool.cli.main import main; main()"
+    )
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        mute = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        done = subprocess.run(
+            [sys.executable, "-c", program, "fleet", "sessions", "-o", "out", "--scheduler", mute],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+    assert (done.returncode, done.stdout) == (3, "False\n")
+    assert f"no Dask scheduler answers at {mute}" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,12 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from idtool.errors import InputError
-from idtool.fleet import run_fleet
+from idtool.fleet import run_fleet, scheduler
 from testbench.fleet import QUICK, session
 from tests.fleet.doubles import broken
 
@@ -110,7 +111,8 @@ def test_no_cluster_and_no_workers(
     tmp_path: Path, cluster: Callable[[int], str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session(tmp_path / "sessions" / "A")
-    monkeypatch.setattr("idtool.fleet.engine._START_TIMEOUT_S", 2)
+    for module in ("scheduler", "engine"):
+        monkeypatch.setattr(f"idtool.fleet.{module}.PATIENCE_S", 2.0)
     with socket.create_server(("127.0.0.1", 0)) as silent:  # accepts, and never says a word
         mute = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         for address in ("tcp://127.0.0.1:1", "nonsense://x", "nonsense", mute):
@@ -118,3 +120,18 @@ def test_no_cluster_and_no_workers(
                 run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, scheduler=address)
     with pytest.raises(InputError, match="has no workers; start dask worker"):
         run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, scheduler=cluster(0))
+
+
+@pytest.mark.parametrize(("imported_after", "left"), [(0.0, 10.0), (7.5, 2.5), (30.0, 2.0)])
+def test_what_dask_takes_to_import_is_part_of_the_patience(
+    monkeypatch: pytest.MonkeyPatch, imported_after: float, left: float
+) -> None:
+    instants, allowed = iter([0.0, imported_after]), []
+
+    async def greeted(_: str, within: float) -> None:
+        allowed.append(within)
+
+    monkeypatch.setattr(scheduler, "time", SimpleNamespace(monotonic=lambda: next(instants)))
+    monkeypatch.setattr(scheduler, "_greeted", greeted)
+    assert scheduler.greet("tcp://127.0.0.1:8786") is distributed
+    assert allowed == [left]
