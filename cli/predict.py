@@ -46,7 +46,6 @@ def predict(
     ffc-id predict validation.csv -p result/params.toml -o predicted.csv
     """
     from idtool.io.atomic import atomic_write, refuse_existing
-    from idtool.model.units import unit_text
     from idtool.parameters import Parameters
     from idtool.parameters.correction import Correction
     from idtool.verbs.predict import predict as run
@@ -58,20 +57,13 @@ def predict(
     output.warn(*result.contradictions)
     with atomic_write(out) as stream:
         result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
-    unit = unit_text("torque", parameters.axis.units)
 
     def show(console: Console) -> None:
-        for name, error in result.errors.items():
-            click.echo(
-                f"{name}: {error['rmse']:.4g} {unit} rms, {error['relative_percent']:.3g} % of the torque, "
-                f"{error['rows']} rows"
-            )
-        for note in result.notes:
-            click.echo(f"note: {note}")
-        click.echo(f"written: {out}")
+        for line in (*result.lines, f"written: {out}"):
+            click.echo(line)
 
     notes = [*result.contradictions, *result.notes]
-    output.result({"file": str(out), "errors": result.errors, "unit": unit, "notes": notes}, show)
+    output.result({"file": str(out), "errors": result.errors, "unit": result.unit, "notes": notes}, show)
     if result.poor:
         output.next("check", *logs, odd=result.odd)
     else:

@@ -80,8 +80,7 @@ class Progress:
             max_refresh = 0.5
 
             def render(self, _: Task) -> Text:
-                left = pace.left_s
-                return Text("" if left is None else f"{left:.0f} s left", style="progress.remaining")
+                return Text(pace.words, style="progress.remaining")
 
         return Left()
 
@@ -142,7 +141,6 @@ class Identifying(Progress):
             max_refresh = 0.5
 
             def render(self, _: Task) -> Text:
-                left = expected.left_s
-                return Text("" if left is None else f"{left:.0f} s left or more", style="progress.remaining")
+                return Text(expected.words, style="progress.remaining")
 
         return Left()

@@ -62,25 +62,10 @@ def simulate(
         result = run(read, parameters, source, progress=lambda share: bar.at(share, 1.0))
     with atomic_write(out) as stream:
         result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
-    unit = "mm" if result.linear else "mrad"
 
     def show(console: Console) -> None:
-        for one in result.trials:
-            click.echo(
-                f"{one.log}, trial {one.trial}: {_words(one.mean_abs, one.rms, one.rms_windows, unit)}"
-            )
-        if len(result.trials) > 1:
-            click.echo(f"all: {_words(result.mean_abs, result.rms, result.rms_windows, unit)}")
-        for note in result.notes:
-            click.echo(f"note: {note}")
-        click.echo(f"written: {out}")
+        for line in (*result.lines, f"written: {out}"):
+            click.echo(line)
 
     output.result({"file": str(out), "from": source, **result.to_document()}, show)
     output.next("fit-motion", *logs, "-p", "motion.toml")
-
-
-def _words(mean_abs: float, rms: float, windows: float, unit: str) -> str:
-    return (
-        f"{1e3 * mean_abs:.4g} {unit} mean absolute, {1e3 * rms:.4g} rms, "
-        f"{1e3 * windows:.4g} rms over windows of 1 s"
-    )

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from idtool.errors import InputError
 from idtool.presentation.pace import Pace
 from idtool.verbs.expected import Expected
 
@@ -21,10 +22,17 @@ def told(progress: Callable[[str], None] | bool | None) -> Iterator[Callable[[st
     Args:
         progress: a function of yours; True for one line on standard error; None for that line in a
             notebook only; False for nowhere.
+
+    Raises:
+        InputError: it is none of these.
     """
     if callable(progress):
         yield progress
         return
+    if progress is not None and not isinstance(progress, bool):
+        raise InputError(
+            f"{type(progress).__name__} is no function", argument="progress", remedy="give one, or True"
+        )
     if not (in_notebook() if progress is None else progress):
         yield lambda _: None
         return
@@ -32,8 +40,9 @@ def told(progress: Callable[[str], None] | bool | None) -> Iterator[Callable[[st
 
     def show(sentence: str) -> None:
         expected.hear(sentence)
-        left = "" if expected.left_s is None else f" ({expected.left_s:.0f} s left or more)"
-        _line(f"{time.monotonic() - began:4.0f} s  {sentence}{left}")
+        share = "" if expected.share is None else f"{100.0 * expected.share:.0f} %"
+        known = [f"{time.monotonic() - began:4.0f} s", share, expected.words]
+        _line(f"{', '.join(filter(None, known))}: {sentence}")
 
     try:
         yield show
@@ -47,8 +56,7 @@ def by_count(tell: Callable[[str], None], what: str) -> Callable[[int, int], Non
 
     def at(done: int, of: int) -> None:
         pace.at(done / of)
-        left = "" if pace.left_s is None else f", {pace.left_s:.0f} s left"
-        tell(f"{what}: {done} of {of}, {100.0 * pace.share:.0f} %{left}")
+        tell(", ".join(filter(None, (f"{what}: {done} of {of}", f"{100.0 * pace.share:.0f} %", pace.words))))
 
     return at
 

@@ -115,7 +115,7 @@ class Result(Identification):
                 from these logs where the file has none.
 
         Raises:
-            InputError: logs of another axis, no inertia, or no goal in a log.
+            InputError: an unknown source, logs of another axis, no inertia, or no goal in a log.
         """
         return simulate(read_logs(logs), self.parameters, source)
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+#: Less is left than is worth telling, or it takes longer than it looked, s.
+LEAST_TOLD_S = 0.5
+
 
 class Pace:
     """The time that is left, counted down while no news comes.
@@ -25,6 +28,12 @@ class Pace:
             return
         self.share, self._told = min(share, 1.0), self._clock()
         self._left = (self._told - self._began) * (1.0 - self.share) / self.share
+
+    @property
+    def words(self) -> str:
+        """The time that is left, for a person; nothing before anything is done, and when that is overdue."""
+        left = self.left_s
+        return "" if left is None or left < LEAST_TOLD_S else f"{left:.0f} s left"
 
     @property
     def left_s(self) -> float | None:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from idtool.diagnosis.diagnose import BASE, FINAL
 from idtool.diagnosis.selection import ACCEPTED
+from idtool.presentation.pace import LEAST_TOLD_S
 from idtool.verbs.identify import READING, SEARCHING
 
 #: Stages that come whatever the logs hold; a round of effects that ends with one is followed by another.
@@ -53,6 +54,12 @@ class Expected:
         to_come = _STAGES[_STAGES.index(BASE if stage == ACCEPTED else stage) + 1 :]
         rest = max(times[stage] - (self._clock() - self._since), 0.0)
         return rest + sum(times[one] for one in to_come)
+
+    @property
+    def words(self) -> str:
+        """The time that is left, for a person; nothing once what was certain has passed."""
+        left = self.left_s
+        return "" if left is None or left < LEAST_TOLD_S else f"at least {left:.0f} s left"
 
     @property
     def share(self) -> float | None:

@@ -39,7 +39,7 @@ _POOR = 50.0
 _TINY = 1e-12
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Prediction:
     """Predicted torque of every row.
 
@@ -49,6 +49,7 @@ class Prediction:
         notes: sentences on what the parameter file lacks.
         trial: index of every row's trial, running on over the logs, shape (rows,).
         experiment: name of the experiment of each trial.
+        unit: of torque and error.
         logs: the files.
         contradictions: sentences on columns that contradict each other, to be read before any number.
         odd: the logs whose columns do.
@@ -59,9 +60,23 @@ class Prediction:
     notes: list[str]
     trial: NDArray[np.intp]
     experiment: tuple[str, ...]
+    unit: str
     logs: tuple[str, ...] = ()
     contradictions: tuple[str, ...] = ()
     odd: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return "\n".join(self.lines)
+
+    @property
+    def lines(self) -> list[str]:
+        """The error of each experiment and the notes, as a person reads them."""
+        errors = [
+            f"{name}: {error['rmse']:.4g} {self.unit} rms, {error['relative_percent']:.3g} % of the torque, "
+            f"{error['rows']} rows"
+            for name, error in self.errors.items()
+        ]
+        return [*errors, *(f"note: {note}" for note in self.notes)]
 
     @property
     def poor(self) -> list[str]:
@@ -105,6 +120,7 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
         [*_notes(parameters), *recording.remarks],
         recording.motion.trial,
         recording.experiment,
+        unit_text("torque", recording.axis.units),
         recording.sources,
         tuple(recording.contradictions),
         tuple(recording.odd),

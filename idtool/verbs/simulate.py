@@ -13,11 +13,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pandas as pd
 
+from idtool.errors import InputError, nearest
 from idtool.fit.drive import fit_drive
 from idtool.log import Log, columns_of
 from idtool.model.motion import Array
@@ -49,7 +50,7 @@ class TrialError:
     rms_windows: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Simulation:
     """Simulated logs.
 
@@ -71,15 +72,36 @@ class Simulation:
     notes: tuple[str, ...]
     linear: bool
 
+    def __repr__(self) -> str:
+        return "\n".join(self.lines)
+
+    @property
+    def lines(self) -> list[str]:
+        """The error of each trial and of all, and the notes, as a person reads them."""
+        lines = [f"{one.log}, trial {one.trial}: {self._words(one)}" for one in self.trials]
+        if len(self.trials) > 1:
+            lines.append(f"all: {self._words(self)}")
+        return [*lines, *(f"note: {note}" for note in self.notes)]
+
+    @property
+    def unit(self) -> str:
+        """In which errors are told."""
+        return "mm" if self.linear else "mrad"
+
+    def _words(self, one: Simulation | TrialError) -> str:
+        return (
+            f"{1e3 * one.mean_abs:.4g} {self.unit} mean absolute, {1e3 * one.rms:.4g} rms, "
+            f"{1e3 * one.rms_windows:.4g} rms over windows of 1 s"
+        )
+
     def to_document(self) -> dict[str, Any]:
         """What `--json` prints: errors in mrad (mm on a linear axis)."""
-        unit = "mm" if self.linear else "mrad"
 
         def errors(one: Simulation | TrialError) -> dict[str, float]:
             return {
-                f"mean_abs_{unit}": 1e3 * one.mean_abs,
-                f"rms_{unit}": 1e3 * one.rms,
-                f"rms_1s_windows_{unit}": 1e3 * one.rms_windows,
+                f"mean_abs_{self.unit}": 1e3 * one.mean_abs,
+                f"rms_{self.unit}": 1e3 * one.rms,
+                f"rms_1s_windows_{self.unit}": 1e3 * one.rms_windows,
             }
 
         trials = [{"log": one.log, "trial": one.trial, **errors(one)} for one in self.trials]
@@ -103,8 +125,12 @@ def simulate(
         progress: called with the share done, 0 to 1.
 
     Raises:
-        InputError: logs of another axis, no inertia, or no goal in a log.
+        InputError: an unknown source, logs of another axis, no inertia, or no goal in a log.
     """
+    if source not in get_args(Source):
+        raise InputError(
+            f"unknown source {source!r}", argument="source", remedy=nearest(source, get_args(Source))
+        )
     logs, notes = without_late_velocity(of_axis([log] if isinstance(log, Log) else log, parameters))
     if parameters.unexplained:
         notes = [f"{parameters.unexplained}.", *notes]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import matplotlib
@@ -15,7 +16,9 @@ from threadpoolctl import threadpool_info
 
 import idtool
 from idtool import InputError, Log, Parameters, Result, identify
+from idtool.api.progress import told as told_of
 from idtool.io.catalogue import fetch, read_catalogue
+from idtool.verbs.identify import READING, SEARCHING
 
 matplotlib.use("Agg")
 
@@ -140,6 +143,23 @@ def test_predicts_logs_and_paths(result: Result, sample: Path) -> None:
     np.testing.assert_array_equal(of_path.frame["torque_predicted_nm"], of_log.frame["torque_predicted_nm"])
     validated = result.diagnosis["validation"]["errors"]
     assert of_path.errors == validated
+    shown = repr(of_path).splitlines()
+    assert re.fullmatch(r"validation: 0\.\d+ N m rms, [\d.]+ % of the torque, 9600 rows", shown[0])
+    assert all(line.startswith("note: ") for line in shown[1:])
+
+
+def test_the_line_of_progress_tells_time_and_share_first(capsys: pytest.CaptureFixture[str]) -> None:
+    """What is being done is cut off where the line is full, not how long it takes."""
+    with told_of(True) as show:
+        show(READING)
+        time.sleep(0.7)  # the search is expected to take four times as long
+        show(SEARCHING)
+        show("trying " + 20 * "words ")
+    lines = [line.rstrip() for line in capsys.readouterr().err.split("\r") if line.strip()]
+    assert lines[0] == f"   0 s: {READING}"
+    assert re.fullmatch(rf"   1 s, \d+ %, at least \d s left: {SEARCHING}", lines[1])
+    assert re.match(r"   1 s, \d+ %, at least \d s left: trying words", lines[2])
+    assert len(lines[2]) < 80
 
 
 def test_writes_the_result_folder(result: Result, tmp_path: Path) -> None:
@@ -166,6 +186,7 @@ def test_errors_name_the_argument(sample: Path) -> None:
         (lambda: identify(log, optimizer="isre"), r'^optimizer: .* did you mean "isres"\?'),
         (lambda: identify(log, tolerance=150.0), "^tolerance: is 150 %"),
         (lambda: identify(log, tolerance="a"), "^tolerance: expected a number"),  # type: ignore[arg-type]
+        (lambda: identify(log, progress=3), "^progress: int is no function"),  # type: ignore[arg-type]
         (lambda: identify(log, seed=-1), "^seed: expected a whole number from 0 on, found -1"),
         (lambda: identify(log, torque_constant=-1.0), "^torque_constant: expected a number above 0"),
         (lambda: identify(log, without="backlsh"), r'^without: .* did you mean "backlash"\?'),

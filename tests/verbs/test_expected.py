@@ -30,9 +30,10 @@ def test_stages_that_are_over_say_how_long_the_rest_takes() -> None:
     assert (expected.left_s, expected.share) == (None, None)
     expected.hear(READING)
     clock.now += 1.0
-    assert expected.left_s is None
+    assert (expected.left_s, expected.words) == (None, "")
     expected.hear(SEARCHING)
     assert expected.left_s == pytest.approx(4.0 + 4.0 * (0.8 + 0.1))
+    assert expected.words == "at least 8 s left"
     clock.now += 3.0
     assert expected.left_s == pytest.approx(1.0 + 3.6)
     clock.now += 7.0  # ten times the reading: what comes takes longer too
@@ -50,6 +51,7 @@ def test_stages_that_are_over_say_how_long_the_rest_takes() -> None:
     assert expected.left_s == pytest.approx(1.0)
     clock.now += 5.0
     assert expected.left_s == 0.0
+    assert expected.words == ""  # longer than was certain: nobody knows how long
     assert expected.share == 1.0
 
 
@@ -88,8 +90,9 @@ def test_a_pace_counts_down_while_no_news_comes() -> None:
     assert pace.left_s == pytest.approx(120.0)
     clock.now += 100.0
     assert pace.left_s == pytest.approx(20.0)
+    assert pace.words == "20 s left"
     clock.now += 100.0
-    assert pace.left_s == 0.0
+    assert (pace.left_s, pace.words) == (0.0, "")
     pace.at(0.5)  # later than it looked
     assert pace.left_s == pytest.approx(240.0)
     pace.at(0.4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -82,6 +83,19 @@ def test_a_drive_that_is_off_lets_go() -> None:
     frame = log.frame.assign(drive_on=np.where(off, 0.0, 1.0))
     found = simulate(replace(log, frame=frame), TRUTH).frame["position_simulated_rad"].to_numpy()
     assert abs(found[-1]) < np.arcsin(SWING.coulomb / (SWING.mass * STANDARD_GRAVITY * SWING.lever)) + 0.01
+
+
+def test_a_source_that_is_none_is_refused() -> None:
+    """It was taken for the effort."""
+    with pytest.raises(InputError, match=r"^source: unknown source 'goals'; did you mean \"goal\"\?$"):
+        simulate(SWING.log(seconds=3.0), TRUTH, "goals")  # type: ignore[arg-type]
+
+
+def test_it_is_shown_by_its_errors() -> None:
+    found = simulate(SWING.log(seconds=3.0), TRUTH)
+    first, *notes = repr(found).splitlines()
+    assert re.fullmatch(r".*, trial 0: \S+ mrad mean absolute, \S+ rms, \S+ rms over windows of 1 s", first)
+    assert notes == [f"note: {note}" for note in found.notes]
 
 
 def test_a_file_without_inertia_is_refused() -> None:
