@@ -102,7 +102,8 @@ def left_sentence(evidence: Evidence) -> str:
 
 def _findings(evidence: Evidence) -> Iterator[Finding]:
     """The leading parameters of the found effects, so many that the tile stays a tile."""
-    found = [entry for entry in evidence.parameters.effects if entry.name != "inertia"]
+    names = [effect.name for effect in evidence.diagnosis.effects]  # the file holds what is no finding too
+    found = [entry for entry in evidence.parameters.effects if entry.name in names]
     each = 3 if len(found) == 1 else 1
     for entry in found[:_MOST_FINDINGS]:
         for known in registry.get(entry.name).parameters[:each]:

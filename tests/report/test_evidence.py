@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from idtool.errors import InputError
+from idtool.parameters import EffectEntry, Parameter, Parameters
 from idtool.report import write_report
 from idtool.report.evidence import read_evidence
 from idtool.report.verdict import summarise
@@ -159,3 +161,14 @@ def test_a_headline_of_three_effects_says_the_largest_first_and_of_what_once(fol
     assert summarise(read_evidence(folder)).headline == (
         "Found: direction asymmetry (6.4 % of the torque), position ripple (1.4 %) and torque offset (1.0 %)"
     )
+
+
+def test_what_is_no_finding_has_no_number_beside_the_findings(folder: Path) -> None:
+    """A delay between two readings is in the parameter file, and no effect of the axis."""
+    file = folder / "params.toml"
+    known = Parameters.read(file)
+    late = EffectEntry("transport_delay", {"delay": Parameter(0.0008, 0.00002)})
+    replace(known, effects=(late, *known.effects)).write(file, force=True)
+    said = [finding.meaning for finding in summarise(read_evidence(folder)).findings]
+    assert said
+    assert not any("reported" in meaning for meaning in said)
