@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from idtool.diagnosis.evidence import Background
 from idtool.model.motion import Array
 from idtool.signals.bounded import bounded_minimum
+from idtool.signals.fast_length import fast_length
 
 #: Bins in the shortest period: rows share a bin with their neighbours, which costs under 1 % of amplitude.
 _BINS = 8
@@ -55,7 +55,7 @@ def strongest_line(
     count = min(int(span / width) + 1, _MOST_BINS)
     width = max(width, span / count)
     place = (from_zero / width).astype(np.intp)
-    length = fft.next_fast_len(_FINE * (int(place.max()) + 1), real=True)
+    length = fast_length(_FINE * (int(place.max()) + 1))
     apart = 2.0 * math.pi / (length * width)
     frequency = 2.0 * math.pi * np.arange(length // 2 + 1) / (length * width)
     inside = slice(*np.searchsorted(frequency, [lowest, np.nextafter(highest, np.inf)]))
@@ -67,7 +67,7 @@ def strongest_line(
         bins = np.bincount(place[own], residual[own])
         largest = max(float(np.max(np.abs(bins))), 1e-300)
         # in half the bits, which tell the best dozen as well, and in half the time
-        spectrum = fft.rfft((bins / largest).astype(np.float32), length)[inside]
+        spectrum = np.fft.rfft((bins / largest).astype(np.float32), length)[inside]
         # of each part its waves take away its power over their size
         power += largest**2 / float(np.sum(size[own] ** 2)) * (spectrum.real**2 + spectrum.imag**2)
     best = (0.0, lowest)

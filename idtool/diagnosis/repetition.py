@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import fft
 
 from idtool.model.motion import Array, Motion
+from idtool.signals.fast_length import fast_length
 
 #: A motion repeats if its speed a period later is this much like its speed now, and periods are that many.
 _ALIKE, _PERIODS = 0.95, 3.0
@@ -46,8 +46,8 @@ def _period(time: Array, velocity: Array) -> float | None:
     speed = speed - speed.mean()
     if not speed.any():
         return None
-    spectrum = np.abs(fft.rfft(speed, fft.next_fast_len(2 * rows, real=True))) ** 2
-    products = fft.irfft(spectrum)[: longest + 1]
+    spectrum = np.abs(np.fft.rfft(speed, fast_length(2 * rows))) ** 2
+    products = np.fft.irfft(spectrum)[: longest + 1]
     # 1 where the speed and what it is a lag later agree in all rows (de Cheveigne & Kawahara, YIN, 2002)
     squares = np.concatenate([[0.0], np.cumsum(speed**2)])
     lag = np.arange(longest + 1)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, ndimage, special
+from scipy import ndimage, special
 
 from idtool.diagnosis.evidence import Background, background_of
 from idtool.diagnosis.lines import strongest_line
@@ -15,6 +15,7 @@ from idtool.fit.basis import beyond
 from idtool.fit.covariance import correlation_rows
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
+from idtool.signals.fast_length import fast_length
 
 #: A residual depends on a variable if a smooth function of it takes away this share of the variance ...
 DEPENDS = 0.10
@@ -166,7 +167,7 @@ def _frequency_test(background: Background) -> ResidualTest:
     recording = background.fit.model.recording
     n = len(recording.row)
     residual, trial = background.residual[:n], recording.filtered_trial
-    size = fft.next_fast_len(int(np.max(np.bincount(trial))), real=True)
+    size = fast_length(int(np.max(np.bincount(trial))))
     power = np.zeros(size // 2 + 1)
     windows = 0.0
     for t in range(recording.trials):
@@ -174,7 +175,7 @@ def _frequency_test(background: Background) -> ResidualTest:
         if len(piece) < 16:
             continue
         # all trials on one axis of frequencies; a longer one has the finer lines
-        power += np.abs(fft.rfft(piece - piece.mean(), size)) ** 2 / len(piece)
+        power += np.abs(np.fft.rfft(piece - piece.mean(), size)) ** 2 / len(piece)
         windows += 1.0
     if windows == 0.0:
         return ResidualTest("time", 0.0, 1.0)

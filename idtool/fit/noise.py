@@ -19,12 +19,13 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, special
+from scipy import special
 
 from idtool.fit.basis import beyond
 from idtool.fit.covariance import block_starts, correlation_rows
 from idtool.model.jit import jit
 from idtool.model.motion import Array
+from idtool.signals.fast_length import fast_length
 
 #: Blocks beyond what columns need, at least.
 _SPARE = 8
@@ -100,13 +101,13 @@ def _if_alike(left: Array, trial: NDArray[np.intp], columns: Array, longest: int
     """
     # trials are set apart by as many zeros, so that none meets its neighbour
     place = np.arange(len(left)) + longest * np.cumsum(np.diff(trial, prepend=trial[0]) != 0)
-    size = fft.next_fast_len(int(place[-1]) + 1 + longest, real=True)
+    size = fast_length(int(place[-1]) + 1 + longest)
     padded = np.zeros((size, columns.shape[1] + 1))
     padded[place, :-1], padded[place, -1] = columns, left
-    spectra = fft.rfft(padded, axis=0)
-    memory = fft.irfft(np.abs(spectra[:, -1]) ** 2, size)
+    spectra = np.fft.rfft(padded, axis=0)
+    memory = np.fft.irfft(np.abs(spectra[:, -1]) ** 2, size)
     lag = np.minimum(np.arange(size), size - np.arange(size)) / longest
-    power = fft.rfft(memory * _parzen(lag)).real / len(left)
+    power = np.fft.rfft(memory * _parzen(lag)).real / len(left)
     twice = np.where((np.arange(len(power)) == 0) | (2 * np.arange(len(power)) == size), 1.0, 2.0)
     weighted = spectra[:, :-1] * (twice * np.maximum(power, 0.0))[:, None]
     return np.asarray((spectra[:, :-1].conj().T @ weighted).real / size)

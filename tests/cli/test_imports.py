@@ -105,7 +105,7 @@ def test_a_fit_loads_no_frame_no_library_of_searches_no_verb_and_no_rig(tmp_path
     ]
     modules = _modules(commands, tmp_path)["fit-dynamic"]
     assert {"idtool.fit", "idtool.signals.bounded", "idtool.diagnosis.remainder"} <= modules
-    libraries = {"pandas", "scipy.optimize", "scipy.spatial", "scipy.signal"}
+    libraries = {"pandas", "scipy.optimize", "scipy.spatial", "scipy.signal", "scipy.fft"}
     rooms = {"idtool.verbs", "idtool.diagnosis.diagnose", "idtool.rig", "idtool.experiment"}
     assert modules.isdisjoint(libraries | rooms)
 
