@@ -120,13 +120,8 @@ class Diagnosis:
         """What is left and still structured."""
         if self.remainder is None:
             return None
-        names = list(self.remainder.depends_on)
-        note = (
-            f"the residual still depends on {', '.join(names)}; no effect of the library accounts for it."
-            if names
-            else "the residual is above the sensor noise, but follows nothing that was logged."
-        )
-        return {"share": self.remainder.share, "depends_on": names, "note": note}
+        left = self.remainder
+        return {"share": left.share, "depends_on": list(left.depends_on), "note": left.note}
 
     @cached_property
     def left(self) -> dict[str, float]:

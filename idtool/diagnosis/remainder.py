@@ -27,12 +27,23 @@ class Remainder:
 
     Attributes:
         share: of the residual's variance that what it depends on explains; of what is above the floor where
-            it follows nothing that was logged.
+            no part that matters follows anything that was logged.
         depends_on: names of variables, strongest first.
     """
 
     share: float
     depends_on: tuple[str, ...]
+
+    @property
+    def note(self) -> str:
+        """What is to be said of it; small parts of a residual may follow something all the same."""
+        if self.depends_on:
+            on = ", ".join(self.depends_on)
+            return f"the residual still depends on {on}; no effect of the library accounts for it."
+        return (
+            "the residual is above the sensor noise, but no part of it that matters follows anything that "
+            "was logged."
+        )
 
 
 def floor(fit: JointFit) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from idtool.diagnosis.remainder import doubted, remainder
+from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.fit.joint import refit
 from idtool.fit.model import JointModel
 from idtool.fit.staged import StaticFit, fit_static
@@ -34,6 +34,12 @@ LACKING = {
 def static(plant: Plant, seed: int) -> StaticFit:
     logs = record_session(plant, "lab", seed, ("sweep",))
     return fit_static(record(logs), Parameters(axis=Axis("rotary", TORQUE_CONSTANT)))
+
+
+def test_of_what_follows_nothing_large_small_parts_are_not_denied() -> None:
+    """It was told to follow nothing at all beside a list of what it depends on."""
+    assert Remainder(0.4, ("time",)).note.startswith("the residual still depends on time; ")
+    assert "no part of it that matters follows" in Remainder(0.7, ()).note
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
