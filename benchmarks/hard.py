@@ -40,7 +40,7 @@ def logs_of(axis: str, rows: int, seed: int = 4) -> list[Log]:
     if axis == "three effects and something unknown":
         logs = disturb(logs, _DISTURBANCE, seed, _DISTURBANCE_NM)
     step = -(-whole // rows) if whole > 1.5 * rows else 1
-    return [replace(log, frame=log.frame.iloc[::step].reset_index(drop=True)) for log in logs]
+    return [replace(log, rows=log.frame.iloc[::step].reset_index(drop=True)) for log in logs]
 
 
 def measure(sizes: tuple[int, ...] = (_ROWS, _MORE_ROWS)) -> Section:

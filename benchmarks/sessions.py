@@ -53,7 +53,7 @@ def repeated(log: Log, rows: int) -> Log:
     frame["trial"] = np.repeat(np.arange(times) * (int(trial.max()) + 1), len(log.frame)) + np.tile(
         trial, times
     )
-    return replace(log, frame=frame.iloc[:rows].reset_index(drop=True))
+    return replace(log, rows=frame.iloc[:rows].reset_index(drop=True))
 
 
 @cache

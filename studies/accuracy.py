@@ -72,7 +72,7 @@ def one_session(seed: int, grade: Grade) -> Outcome:
     plant = random_plant(np.random.default_rng(seed))
     logs = record_session(plant, grade.sensors, seed)
     if not grade.position:
-        logs = [replace(log, frame=log.frame.drop(columns="position_rad")) for log in logs]
+        logs = [replace(log, rows=log.frame.drop(columns="position_rad")) for log in logs]
     recording = record(logs)
     fit = refit(first_fit(recording, SPEC), JointModel.build(recording, SPEC))
     informed = solve(fit.model, truth_of(fit.model, plant))

@@ -89,7 +89,7 @@ def _without_held_out(recording: Recording, log: Log, folder: Path) -> tuple[Arr
     parted = np.concatenate([[False], (np.diff(held.astype(int)) != 0) | (trial[1:] != trial[:-1])])
     frame = log.frame.assign(trial=np.cumsum(parted))[~held]
     try:
-        result = identify([replace(log, frame=frame)], friction=recording.friction)
+        result = identify([replace(log, rows=frame)], friction=recording.friction)
         return _predicted(log, result.parameters), None
     except FfcIdError as error:
         return None, _plain(error, folder)

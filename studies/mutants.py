@@ -35,7 +35,7 @@ _KINDS = re.compile(
     r"|ReplaceComparisonOperator_(Lt_Gt|Gt_Lt|LtE_GtE|GtE_LtE|Eq_NotEq|NotEq_Eq|Is_IsNot|IsNot_Is)"
     r"|ReplaceBinaryOperator_(Add_Sub|Sub_Add|Mul_Div|Div_Mul))$"
 )
-_TIMEOUT_S = 60.0
+_TIMEOUT_S = 180.0
 _COPIED = ("idtool", "cli", "recipes", "data", "tests", "testbench", "studies", "benchmarks", "pages")
 
 
@@ -68,6 +68,16 @@ MODULES = (
         f"{_CONTROL}/test_admittance_law.py",
     ),
     Module("load", "the model's torque", f"{_CONTROL}/test_online.py"),
+    Module("online", "the model, sample by sample", f"{_CONTROL}/test_online.py"),
+    Module("law", "what both laws share", f"{_CONTROL}/test_button.py {_CONTROL}/test_sensing.py"),
+    Module(
+        "enabling", "the button around the law", f"{_CONTROL}/test_button.py {_CONTROL}/test_rest_load.py"
+    ),
+    Module(
+        "force_free",
+        "the controller around all of them",
+        f"{_CONTROL}/test_force_free.py {_CONTROL}/test_sensing.py {_CONTROL}/test_button.py",
+    ),
 )
 
 
@@ -150,8 +160,7 @@ Made by `make mutants` (cosmic-ray; one core, 20 minutes): of each module a rand
 a number by one, a sign, a sum for a difference, a comparison or a condition turned round, each against that
 module's own quick tests alone. Longer tests on simulated axes come on top of these in `make test` and `make
 test-long`. What is left is shown by the command; some of it changes nothing that can be seen (the size of a
-spare array). `law`, `enabling`, `online` and `force_free` are not tried: what tests them is longer sessions
-on simulated axes.
+spare array).
 
 """
 

@@ -262,7 +262,7 @@ def disturb(logs: list[Log], kind: str, seed: int, rms: float) -> list[Log]:
     return [
         replace(
             log,
-            frame=log.frame.assign(current_a=log.frame["current_a"] + scale * torque / TORQUE_CONSTANT),
+            rows=log.frame.assign(current_a=log.frame["current_a"] + scale * torque / TORQUE_CONSTANT),
         )
         for log, torque in zip(logs, torques, strict=True)
     ]

@@ -29,5 +29,5 @@ def pulled(folder: Path) -> list[Log]:
             log = Log.read(folder / f"{name}.csv")
             q, constant = log.frame["position_rad"], log.axis.torque_constant
             pull = (SINE * np.sin(q) + COSINE * np.cos(q)) / constant
-            logs.append(replace(log, frame=log.frame.assign(current_a=log.frame["current_a"] + pull)))
+            logs.append(replace(log, rows=log.frame.assign(current_a=log.frame["current_a"] + pull)))
     return logs

@@ -77,7 +77,7 @@ def test_friction_that_effects_leave_nothing_of_is_not_kept(measured: Path) -> N
     log = import_recording(measured / "dfki_pendulum_ak80" / "ddp.csv.gz").log
     held = held_out(log)
     parted = np.concatenate([[False], np.diff(held.astype(int)) != 0])
-    seen = replace(log, frame=log.frame.assign(trial=np.cumsum(parted))[~held])
+    seen = replace(log, rows=log.frame.assign(trial=np.cumsum(parted))[~held])
     result = identify([seen])
     assert result.diagnosis["friction"] == "coulomb"
     predicted = predict([log], result.parameters).frame["torque_predicted_nm"].to_numpy()

@@ -80,3 +80,11 @@ def test_every_room_is_installed() -> None:
     folders = {file.parent.relative_to(PROJECT) for file in PACKAGE.rglob("*.py")}
     beside = {"idtool.cli", "idtool.recipes", "idtool.data"}
     assert set(listed) == {".".join(folder.parts) for folder in folders} | beside
+
+
+@pytest.mark.parametrize("folder", ["idtool", "cli"])
+def test_nothing_writes_into_a_frozen_object(folder: str) -> None:
+    for file in (PROJECT / folder).rglob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        assert "object.__setattr__" not in text, file
+        assert "__dict__[" not in text, file

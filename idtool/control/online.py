@@ -186,8 +186,6 @@ class OnlineModel:
 
     def weight_of(self, payload: float, tilt_alpha: float, tilt_beta: float) -> float:
         """Gravity torque of a payload alone, N m (N); 0 for an arm, whose file does not know it."""
-        if self._per_payload == 0.0 or payload == 0.0:
-            return 0.0
         return self._per_payload * payload * math.cos(tilt_alpha) * math.cos(tilt_beta)
 
     def update(self, now: Instant) -> Load:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, header_text, parse_header
-from idtool.log.rows import Frame, Numbers, frame_of, row_count, trial_of_rows, values_of
+from idtool.log.rows import Numbers, frame_of, row_count, trial_of_rows, values_of
 from idtool.log.table import check_rows, read_text
 from idtool.log.writer import LogWriter
 from idtool.parameters.axis import Axis, check_constant
@@ -43,7 +43,8 @@ class Log:
     """One experiment.
 
     Attributes:
-        frame: the rows; columns named as in the file, `trial` always present.
+        rows: a frame, columns named as in the file, `trial` always present; or the numbers of a file, of
+            which `frame` makes one.
         axis: kind of axis and torque constant.
         experiment: "gravity", "sweep", "sine" or any other word; "" if the log does not say.
         header: every other key of the TOML lines.
@@ -54,7 +55,7 @@ class Log:
             them); it is left out.
     """
 
-    frame: pd.DataFrame
+    rows: pd.DataFrame | Numbers
     axis: Axis
     experiment: str = ""
     header: dict[str, Any] = field(default_factory=dict)
@@ -76,6 +77,15 @@ class Log:
         return f"line {self.first_line + row}" if self.first_line else f"row {row + 1}"
 
     @property
+    def frame(self) -> pd.DataFrame:
+        """The rows as a frame of pandas."""
+        return self.rows.frame if isinstance(self.rows, Numbers) else self.rows
+
+    @property
+    def _latest(self) -> pd.DataFrame | Numbers:
+        return self.rows.latest if isinstance(self.rows, Numbers) else self.rows
+
+    @property
     def trials(self) -> list[pd.DataFrame]:
         """One frame per trial, in the order of the file."""
         return [rows for _, rows in self.frame.groupby("trial", sort=False)]
@@ -83,27 +93,27 @@ class Log:
     @property
     def columns(self) -> list[str]:
         """Names of the columns, in the order of the file."""
-        return list(map(str, self.__dict__["rows"].columns))
+        return list(map(str, self._latest.columns))
 
     def column(self, role: str) -> np.ndarray | None:
         """The values of a role ("velocity", "payload", ...), shape (rows,), or None if absent."""
         name = columns_of(self.axis.kind)[role]
-        rows = self.__dict__["rows"]
+        rows = self._latest
         return values_of(rows, name) if name in rows.columns else None
 
     def values_of(self, name: str) -> np.ndarray:
         """The values of a column as floats, shape (rows,)."""
-        return values_of(self.__dict__["rows"], name)
+        return values_of(self._latest, name)
 
     @property
     def row_count(self) -> int:
         """How many rows there are."""
-        return row_count(self.__dict__["rows"])
+        return row_count(self._latest)
 
     @property
     def trial_of_rows(self) -> NDArray[np.intp]:
         """The trial of every row, counted from 0 as they come, shape (rows,)."""
-        return trial_of_rows(self.__dict__["rows"])
+        return trial_of_rows(self._latest)
 
     @classmethod
     def read(
@@ -134,8 +144,7 @@ class Log:
         if rows is None:
             rows, numbered = frame_of(text, found, file)
         rest = {key: value for key, value in header.items() if key not in TOP_KEYS}
-        frame: Any = rows  # the descriptor takes both
-        return cls(frame, found, experiment, rest, str(file), text.incomplete, text.line_of_rows, numbered)
+        return cls(rows, found, experiment, rest, str(file), text.incomplete, text.line_of_rows, numbered)
 
     def plot(self, ax: Axes | None = None) -> Figure:
         """Draw a first look, before any fit: position, speed and effort over time, effort over speed.
@@ -175,6 +184,3 @@ class Log:
         with atomic_write(file) as stream:
             stream.write(text)
             frame.to_csv(stream, index=False, lineterminator="\n")
-
-
-Log.frame = Frame()  # type: ignore[assignment]  # after the decorator, which would take it for a default

@@ -9,8 +9,9 @@ import io
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,9 +68,15 @@ class Numbers:
             column.flags.writeable = False  # as the columns of a frame
         return cls(text, axis, file, columns)
 
+    @cached_property
     def frame(self) -> pd.DataFrame:
-        """The rows as pandas reads them, whole numbers as such."""
+        """The rows as pandas reads them, whole numbers as such; once made, its values are the log's."""
         return frame_of(self.text, self.axis, self.file)[0]
+
+    @property
+    def latest(self) -> pd.DataFrame | Numbers:
+        """The frame where it was made, which may have been written into since."""
+        return self.frame if "frame" in vars(self) else self
 
 
 def frame_of(text: LogText, axis: Axis, file: Path) -> tuple[pd.DataFrame, bool]:
@@ -94,21 +101,6 @@ def _numbers(rows: bytes, columns: int) -> NDArray[np.float64]:
         if (found := read_digits(rows, columns)) is not None:
             return found
     return np.loadtxt(io.BytesIO(rows), delimiter=",", comments=None, ndmin=2, unpack=True)
-
-
-class Frame:
-    """`Log.frame`: a frame, made of numbers where it is asked for; from then on its values are the log's."""
-
-    def __get__(self, log: Any, owner: type) -> Any:
-        if log is None:
-            return self
-        rows = log.__dict__["rows"]
-        if isinstance(rows, Numbers):
-            rows = log.__dict__["rows"] = rows.frame()
-        return rows
-
-    def __set__(self, log: Any, rows: pd.DataFrame | Numbers) -> None:
-        log.__dict__["rows"] = rows
 
 
 def row_count(rows: pd.DataFrame | Numbers) -> int:

@@ -43,7 +43,7 @@ def without_late_velocity(logs: Sequence[Log]) -> tuple[list[Log], list[str]]:
         one = _lateness_of(log)
         if one > 0.0:
             late.append(1e3 * one)
-            log = replace(log, frame=log.frame.drop(columns=columns_of(log.axis.kind)["velocity"]))
+            log = replace(log, rows=log.frame.drop(columns=columns_of(log.axis.kind)["velocity"]))
         kept.append(log)
     if not late:
         return kept, []

@@ -30,4 +30,4 @@ def test_there_is_none_where_nothing_can_be_simulated() -> None:
     log = SWING.log(seconds=8.0, noise=0.0)
     assert position_errors([], TRUTH) is None
     assert position_errors([log], replace(TRUTH, effects=())) is None
-    assert position_errors([replace(log, frame=log.frame.drop(columns="position_rad"))], TRUTH) is None
+    assert position_errors([replace(log, rows=log.frame.drop(columns="position_rad"))], TRUTH) is None

@@ -204,3 +204,44 @@ def test_a_correction_with_a_direction_follows_the_bristle_at_rest() -> None:
         again = with_it.update(Instant(10.0 + 0.01 * k, 0.01, 0.1, noise, 0.0, 0.4, 0.3, -0.1)).effects
         assert again == pytest.approx(held, rel=1e-3)
     assert abs(held) > 0.01
+
+
+def test_an_instant_that_tells_only_the_motion_is_of_an_empty_upright_axis() -> None:
+    assert Instant(1.0, 0.01, 0.2, 0.3)[4:8] == (0.0, 0.0, 0.0, 0.0)
+    model = OnlineModel(parameters(BENCH))
+    assert model.update(Instant(0.0, 0.01, 0.1, 0.0)).gravity == pytest.approx(BENCH["base"])
+
+
+def test_the_first_sample_leaves_the_bristle_as_it_is() -> None:
+    """It has no step before it: whoever corrects the deflection at rest may build on it."""
+    model = OnlineModel(parameters(BENCH))
+    assert model.update(Instant(0.0, 0.01, 0.1, 0.3)).kept == 1.0
+    travelled = BENCH["bristle_stiffness"] * 0.003
+    level = BENCH["coulomb"] + (BENCH["static"] - BENCH["coulomb"]) * np.exp(
+        -((0.3 / BENCH["stribeck_velocity"]) ** 2)
+    )
+    kept = model.update(Instant(0.01, 0.01, 0.103, 0.3)).kept
+    assert kept == pytest.approx(np.exp(-travelled / level), rel=1e-9)
+    model.reset()
+    assert model.update(Instant(0.0, 0.01, 0.1, 0.3)).kept == 1.0
+
+
+def test_what_a_file_does_not_hold_is_nothing() -> None:
+    plain = OnlineModel(parameters(BENCH))
+    assert plain.inertia == 0.0
+    assert not plain.needs_temperature
+    assert plain.weight_of(0.0, 0.3, 0.1) == 0.0
+    heavy = OnlineModel(parameters(BENCH, inertia={"inertia": 0.02}))
+    assert heavy.inertia == 0.02
+    assert heavy.weight_of(0.4, 0.3, -0.1) == pytest.approx(
+        0.4 * BENCH["per_payload"] * np.cos(0.3) * np.cos(0.1)
+    )
+    weight = {"sin": Parameter(0.3), "cos": Parameter(-0.1)}
+    arm = OnlineModel(replace(parameters(BENCH), gravity_model="arm", gravity=weight))
+    assert arm.weight_of(0.4, 0.3, -0.1) == 0.0
+
+
+@pytest.mark.parametrize("variable", ["position", "temperature"])
+def test_a_correction_over_the_temperature_needs_one(variable: str) -> None:
+    correction = Correction(variable, False, np.array([20.0, 30.0]), np.array([0.01, 0.02]))
+    assert OnlineModel(parameters(BENCH), correction).needs_temperature is (variable == "temperature")

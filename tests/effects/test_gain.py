@@ -136,7 +136,7 @@ def test_a_simulation_has_it() -> None:
     angle = CYCLES * found.frame["position_simulated_rad"]
     arriving = 1.0 + VALUES["sine"] * np.sin(angle) + VALUES["cosine"] * np.cos(angle)
     told = log.frame.assign(current_a=log.frame["current_a"] * arriving)
-    other = simulate(replace(log, frame=told), plain)
+    other = simulate(replace(log, rows=told), plain)
     apart = found.frame["position_simulated_rad"] - other.frame["position_simulated_rad"]
     assert np.abs(apart).max() < 0.002
     without = simulate(log, plain).frame["position_simulated_rad"]

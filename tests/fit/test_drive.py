@@ -21,7 +21,7 @@ def log_of(delay: float) -> Log:
     time = log.frame["time_s"]
     goal = log.frame["position_rad"] + SWING.torque_constant * log.frame["current_a"] / GAIN
     early = np.interp(time + delay, time, goal)
-    return replace(log, axis=SWING.parameters().axis, frame=log.frame.assign(position_command_rad=early))
+    return replace(log, axis=SWING.parameters().axis, rows=log.frame.assign(position_command_rad=early))
 
 
 def found(delay: float) -> Drive:
@@ -56,7 +56,7 @@ def test_a_duty_that_stops_short_of_its_goal_tells_the_limit_and_else_ends_at_on
     asked = 0.5 * (frame["position_command_rad"] - frame["position_rad"])
     for most, wanted in ((10.0, 1.0), (0.6 * asked.abs().max(), 0.6 * asked.abs().max())):
         by_duty = frame.assign(duty=asked.clip(-most, most), supply_voltage_v=7.4)
-        limit = fit_drive([replace(log, axis=Axis(), frame=by_duty)]).limit
+        limit = fit_drive([replace(log, axis=Axis(), rows=by_duty)]).limit
         assert limit is not None
         assert limit.value == pytest.approx(wanted)
         assert limit.known

@@ -74,13 +74,13 @@ def test_bad_input_is_one_sentence() -> None:
     log = swing.log()
     with pytest.raises(InputError, match="no mass was given"):
         calibrate([log], lever=0.1)
-    still = replace(log, frame=log.frame.assign(position_rad=0.01 * log.frame["position_rad"]))
+    still = replace(log, rows=log.frame.assign(position_rad=0.01 * log.frame["position_rad"]))
     with pytest.raises(InputError, match="the load never moves so that its weight shows"):
         calibrate([still], mass=0.5, lever=0.1)
-    torque = replace(log, frame=log.frame.rename(columns={"current_a": "torque_nm"}))
+    torque = replace(log, rows=log.frame.rename(columns={"current_a": "torque_nm"}))
     # a load that pulls both ways alike is none: likely one of the two was run without it
     loaded = swing.log(seed=1)
-    turned = replace(loaded, frame=loaded.frame.assign(current_a=-loaded.frame["current_a"]))
+    turned = replace(loaded, rows=loaded.frame.assign(current_a=-loaded.frame["current_a"]))
     with pytest.raises(InputError, match=r"not to be seen in the effort; .*; a log without it says so in"):
         calibrate([loaded, turned], lever=0.1, mass=0.5)
     with pytest.raises(InputError, match="holds the torque itself"):

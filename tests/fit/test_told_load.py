@@ -14,12 +14,12 @@ SWING = Pendulum()
 
 
 def _with(log: Log, **columns: float) -> Log:
-    return replace(log, frame=log.frame.assign(**columns))
+    return replace(log, rows=log.frame.assign(**columns))
 
 
 def _volts(log: Log) -> Log:
     frame = log.frame.assign(duty=log.frame["current_a"] / 12.0, supply_voltage_v=12.0)
-    return replace(log, frame=frame.drop(columns="current_a"))
+    return replace(log, rows=frame.drop(columns="current_a"))
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ HEAD = "trial,time_s,velocity_rad_s,torque_nm,note\n"
 
 
 def rows_of(log: Log) -> object:
-    return log.__dict__["rows"]
+    return log._latest
 
 
 @pytest.mark.parametrize("name", ["gravity", "sweep", "sine"])

@@ -38,7 +38,7 @@ def smoothed(logs: list[Log], corner: float, order: int) -> list[Log]:
             rate = 1.0 / rows["time_s"].diff().median()
             b, a = signal.butter(order, corner, fs=rate)
             frame.loc[rows.index, "current_a"] = signal.filtfilt(b, a, rows["current_a"])
-        done.append(replace(log, frame=frame))
+        done.append(replace(log, rows=frame))
     return done
 
 

@@ -81,7 +81,7 @@ def test_nothing_is_found_that_the_log_cannot_tell(name: str, tmp_path: Path) ->
     recipe, rows, code = CASES[name]
     log = record(recipe, tmp_path / "whole.csv")
     frame = log.frame[rows(log.frame)].reset_index(drop=True)
-    result = identify([replace(log, frame=frame)])
+    result = identify([replace(log, rows=frame)])
     found = told(result)
     wrong = {n: (v, e, TRUTH[n]) for n, (v, e) in found.items() if abs(v - TRUTH[n]) > 4.0 * e}
     assert not wrong
@@ -100,7 +100,7 @@ def test_nothing_is_found_that_the_log_cannot_tell(name: str, tmp_path: Path) ->
 def test_logs_that_determine_nothing_say_so_first(tmp_path: Path) -> None:
     log = record(SINE, tmp_path / "noise.csv")
     noise = 0.1 * np.random.default_rng(0).standard_normal(len(log.frame))
-    log = replace(log, frame=log.frame.assign(current_a=noise))
+    log = replace(log, rows=log.frame.assign(current_a=noise))
     notes = identify([log]).diagnosis["notes"]
     assert any(note.startswith("these logs determine no parameter at all") for note in notes[:2]), notes
 

@@ -81,7 +81,7 @@ def one_way(build: Build) -> Build:
         for name, log in logs.items():
             ahead = log.frame["velocity_command_rad_s"] > 0
             trial = (ahead != ahead.shift()).cumsum()
-            logs[name] = replace(log, frame=log.frame.assign(trial=trial)[ahead].reset_index(drop=True))
+            logs[name] = replace(log, rows=log.frame.assign(trial=trial)[ahead].reset_index(drop=True))
         return logs
 
     return forward
@@ -94,7 +94,7 @@ def clipped(build: Build, at: float) -> Build:
         logs = build(folder)
         frame = logs["sweep"].frame
         return logs | {
-            "sweep": replace(logs["sweep"], frame=frame.assign(current_a=frame["current_a"].clip(-at, at)))
+            "sweep": replace(logs["sweep"], rows=frame.assign(current_a=frame["current_a"].clip(-at, at)))
         }
 
     return clip
@@ -247,7 +247,7 @@ def test_the_single_fits_repeat_it(
 
 def test_check_determines_nothing_where_nothing_can_be_fitted(tmp_path: Path) -> None:
     log = record(SINE, tmp_path / "sine.csv")
-    found = check([replace(log, frame=log.frame.iloc[:60])])
+    found = check([replace(log, rows=log.frame.iloc[:60])])
     assert [one.code for one in found.findings] == ["no_fit"]
     assert found.can == []
     assert any(one.what == "inertia" for one in found.cannot)
@@ -304,7 +304,7 @@ def test_an_axis_a_thousand_times_smaller_has_the_same_flags(
         sweep, sine, params = (tmp_path / f"{name}{factor}" for name in ("sweep.csv", "sine.csv", "p.toml"))
         for recipe, file in ((SWEEP, sweep), (SINE, sine)):
             log = record(recipe, tmp_path / "whole.csv")
-            replace(log, frame=log.frame.assign(current_a=log.frame["current_a"] * factor)).write(file)
+            replace(log, rows=log.frame.assign(current_a=log.frame["current_a"] * factor)).write(file)
             (tmp_path / "whole.csv").unlink()
         document(capsys, "fit-static", sweep, "-p", params)
         document(capsys, "fit-dynamic", sine, "-p", params)
@@ -352,7 +352,7 @@ def test_what_cannot_be_told_from_a_number_at_its_bound_is_not_found(measured: P
     """At one speed viscous friction ends at 0, and the bristle's damping took its 0.11 for certain."""
     log = Log.read(measured.parent / "sessions/clean/sweep.csv.gz")
     trial = log.frame["trial"].unique()[3]
-    result = identify([replace(log, frame=log.frame[log.frame["trial"] == trial].reset_index(drop=True))])
+    result = identify([replace(log, rows=log.frame[log.frame["trial"] == trial].reset_index(drop=True))])
     assert result.parameters.static["viscous"].at_bound
     assert not result.parameters.dynamic["bristle_damping"].identified
     assert result.parameters.effects[0].parameters["inertia"].identified

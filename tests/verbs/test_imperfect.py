@@ -43,7 +43,7 @@ def fine(tmp_path_factory: pytest.TempPathFactory) -> Logs:
 
 def every(log: Log, rows: int) -> Log:
     """One row of so many."""
-    return replace(log, frame=log.frame.iloc[::rows].reset_index(drop=True))
+    return replace(log, rows=log.frame.iloc[::rows].reset_index(drop=True))
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +156,7 @@ HANDLED = {
 def test_handled_and_said(clean: Logs, reference: Identification, name: str) -> None:
     row, rng = HANDLED[name], np.random.default_rng(7)
     logs = [
-        replace(log, frame=row.spoil(log.frame, rng)) if key in row.where else log
+        replace(log, rows=row.spoil(log.frame, rng)) if key in row.where else log
         for key, log in clean.items()
     ]
     found = check(logs)
@@ -174,20 +174,20 @@ def test_a_trial_that_is_there_twice_counts_once(clean: Logs) -> None:
     """Twice it would halve every variance, and be held out of the fit that has seen it."""
     log = clean["sine"]
     again = log.frame.assign(trial=log.frame["trial"] + 10, time_s=log.frame["time_s"] + 100.0)
-    doubled = replace(log, frame=pd.concat([log.frame, again], ignore_index=True))
+    doubled = replace(log, rows=pd.concat([log.frame, again], ignore_index=True))
     once, both = as_recording([log]), as_recording([doubled])
     assert len(both.motion) == len(once.motion)
     assert both.lost["trial that is there already"] == len(log.frame)
     assert any("(trial that is there already)" in remark for remark in both.remarks)
     other = doubled.frame.assign(current_a=doubled.frame["current_a"] + 1e-4 * (doubled.frame["trial"] >= 10))
-    assert len(as_recording([replace(log, frame=other)]).motion) == 2 * len(once.motion)
+    assert len(as_recording([replace(log, rows=other)]).motion) == 2 * len(once.motion)
 
 
 def test_a_prediction_keeps_every_row(clean: Logs, reference: Identification) -> None:
     """Also those of a trial that no fit would use."""
     log = clean["sweep"]
     frame = stuck("position_rad", 3, 0.0, 1.0)(log.frame, np.random.default_rng(0))
-    prediction = predict([replace(log, frame=frame)], reference.parameters)
+    prediction = predict([replace(log, rows=frame)], reference.parameters)
     assert len(prediction.frame) == len(log.frame)
     assert prediction.frame["torque_predicted_nm"].notna().all()
 
@@ -198,7 +198,7 @@ def test_a_held_axis_is_no_stuck_sensor(clean: Logs) -> None:
     rest = frame.iloc[[-1] * 400].assign(trial=99, velocity_rad_s=0.004)
     rest["time_s"] += 0.01 * np.arange(1, 401)
     both = pd.concat([frame, rest], ignore_index=True)
-    recording = as_recording([replace(clean["sweep"], frame=both)])
+    recording = as_recording([replace(clean["sweep"], rows=both)])
     assert not any("stuck" in reason for reason in recording.lost)
 
 
@@ -207,7 +207,7 @@ def test_a_range_of_no_whole_turns_is_made_continuous_too(clean: Logs) -> None:
     frame = clean["sweep"].frame
     middle = float(frame["position_rad"].median())
     odd = frame.assign(position_rad=np.mod(frame["position_rad"] - middle, 6.0))
-    recording = as_recording([replace(clean["sweep"], frame=odd)])
+    recording = as_recording([replace(clean["sweep"], rows=odd)])
     assert any("wraps" in remark and "by 6;" in remark for remark in recording.remarks)
     right = as_recording([clean["sweep"]])
     for trial in range(right.trials):
@@ -238,7 +238,7 @@ def test_uneven_sampling(fine: Logs, reference: Identification) -> None:
         for _, rows in log.frame.groupby("trial"):
             due = np.arange(5, len(rows) - 5, 5)
             parts.append(rows.iloc[np.round(due + rng.choice(late, len(due))).astype(int)])
-        logs.append(replace(log, frame=pd.concat(parts, ignore_index=True)))
+        logs.append(replace(log, rows=pd.concat(parts, ignore_index=True)))
     assert "jitters by" in " ".join(check(logs).logs[1].findings)
     close(identify(logs), reference)
 
@@ -324,7 +324,7 @@ def test_refused_in_one_sentence(
 def test_an_experiment_too_slowly_sampled_to_be_compared_is_told_and_has_no_error() -> None:
     plant = Plant(0.080, 0.110, 0.080, 0.120, 8.0, 0.20, 0.008, 0.20, 0.42)
     logs = [
-        replace(log, frame=log.frame.iloc[::27].reset_index(drop=True))
+        replace(log, rows=log.frame.iloc[::27].reset_index(drop=True))
         for log in record_session(plant, "lab", 4)
     ]
     found = identify(logs).diagnosis

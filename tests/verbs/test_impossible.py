@@ -94,7 +94,7 @@ def spoilt(log: Log, role: str, size: float, length: int, count: int, seed: int)
             values[begin : begin + length] += size * rng.choice([-1.0, 1.0]) * rng.uniform(0.8, 1.2, length)
             rows |= set(range(begin, begin + length))
     frame[COLUMN[role]] = values
-    return replace(log, frame=frame), rows
+    return replace(log, rows=frame), rows
 
 
 #: role, size, rows that it lasts
@@ -172,7 +172,7 @@ def test_said_with_line_and_reason(
     frame = session[1].frame.copy()
     frame.loc[500, "position_rad"] += 6.3
     frame.loc[900, "velocity_rad_s"] = 3.0
-    replace(session[1], frame=frame).write(tmp_path / "sweep.csv")
+    replace(session[1], rows=frame).write(tmp_path / "sweep.csv")
     lines = (tmp_path / "sweep.csv").read_text().split("\n")
     header = next(k for k, line in enumerate(lines) if not line.startswith("#"))
     log = document(capsys, "check", tmp_path / "sweep.csv")["logs"][0]
@@ -191,7 +191,7 @@ def test_a_position_that_slips_is_said_and_the_shorter_side_left_out(session: li
     frame = session[2].frame.copy()
     rows = np.flatnonzero(frame["trial"] == frame["trial"].iloc[0])
     frame.loc[rows[-100] : rows[-1], "position_rad"] += 0.8
-    bad = record([replace(session[2], frame=frame)])
+    bad = record([replace(session[2], rows=frame)])
     assert bad.lost["position slipped"] == 100
     assert any("jumps by " in remark and "stays there" in remark for remark in bad.remarks)
     clean = record([session[2]])
@@ -202,9 +202,9 @@ def test_a_counter_that_slips_by_less_than_three_rows_of_motion_is_seen(measured
     """One row at five times the top speed: no reading lies outside the stroke, and the speed comes back."""
     log = import_recording(measured / "emps/emps_identification.csv.gz").log
     frame = log.frame.iloc[::5].reset_index(drop=True)
-    clean = record([replace(log, frame=frame)])
+    clean = record([replace(log, rows=frame)])
     frame.loc[2485:, "position_m"] += 2.5e-3
-    bad = record([replace(log, frame=frame)])
+    bad = record([replace(log, rows=frame)])
     assert bad.lost["position slipped"] > 2000
     both = bad.usable & clean.usable
     assert np.abs(bad.motion.acceleration - clean.motion.acceleration)[both].max() < 0.5
@@ -215,9 +215,9 @@ def test_one_time_that_is_no_reading_of_the_clock_is_set_right(measured: Path, l
     """Taken as it is, the axis darts, and the inertia of this recording goes from 95.7 to 21 kg."""
     log = import_recording(measured / "emps/emps_identification.csv.gz").log
     frame = log.frame.iloc[::5].reset_index(drop=True)
-    clean = record([replace(log, frame=frame)])
+    clean = record([replace(log, rows=frame)])
     frame.loc[700, "time_s"] += late * 0.005
-    bad = record([replace(log, frame=frame)])
+    bad = record([replace(log, rows=frame)])
     assert bad.lost["impossible time"] == 1
     (reading,) = bad.impossible[0]
     assert (reading.row, reading.column) == (700, "time_s")
@@ -231,7 +231,7 @@ def test_a_row_that_was_read_late_keeps_its_time(measured: Path) -> None:
     log = import_recording(measured / "emps/emps_identification.csv.gz").log
     rows = 5 * np.arange(len(log.frame) // 5 - 1)
     rows[700] += 4
-    record_ = record([replace(log, frame=log.frame.iloc[rows].reset_index(drop=True))])
+    record_ = record([replace(log, rows=log.frame.iloc[rows].reset_index(drop=True))])
     assert "impossible time" not in record_.lost
 
 
@@ -239,19 +239,19 @@ def test_a_clock_of_another_unit_is_refused(session: list[Log]) -> None:
     for factor, word in ((1e3, "milli"), (1e9, "nano"), (1e-7, "hours")):
         frame = session[1].frame.assign(time_s=session[1].frame["time_s"] * factor)
         with pytest.raises(InputError, match=f"no rate at which a servo is recorded.*{word}"):
-            record([replace(session[1], frame=frame)])
+            record([replace(session[1], rows=frame)])
 
 
 def test_a_gap_in_which_the_axis_could_have_been_anywhere_begins_a_trial(session: list[Log]) -> None:
     frame = session[2].frame.copy()
     frame.loc[300:, "time_s"] += 1e6
-    cut = record([replace(session[2], frame=frame)])
+    cut = record([replace(session[2], rows=frame)])
     assert cut.trials == record([session[2]]).trials + 1
     assert any("long enough for the axis to go all its way" in remark for remark in cut.remarks)
     assert not any("rows are missing" in remark for remark in cut.remarks)
-    assert check([replace(session[2], frame=frame)]).logs[0].facts["gaps"] == 0
+    assert check([replace(session[2], rows=frame)]).logs[0].facts["gaps"] == 0
     frame.loc[300:, "time_s"] -= 1e6 - 0.05
-    assert record([replace(session[2], frame=frame)]).trials == cut.trials - 1
+    assert record([replace(session[2], rows=frame)]).trials == cut.trials - 1
 
 
 def dead(frame: object) -> dict[str, Array]:
@@ -265,7 +265,7 @@ def test_a_dead_encoder_is_refused(session: list[Log], columns: tuple[str, ...])
     kept = session[1].frame.drop(columns=[c for c in ("position_rad", "velocity_rad_s") if c not in columns])
     still = {name: values for name, values in dead(kept).items() if name in columns}
     with pytest.raises(InputError, match=r"never changes?: the axis was held, or its encoder is dead"):
-        record([replace(session[1], frame=kept.assign(**still))])
+        record([replace(session[1], rows=kept.assign(**still))])
 
 
 SHAPES: dict[str, Callable[[Array], Array]] = {

@@ -43,7 +43,7 @@ def test_from_the_goal_through_the_loop_that_is_identified() -> None:
     gain = 8.0  # N m/rad
     goal = log.frame["position_rad"] + effort / gain
     later = np.interp(log.frame["time_s"] + 0.02, log.frame["time_s"], goal)  # told 20 ms early
-    logged = replace(log, frame=log.frame.assign(position_command_rad=later))
+    logged = replace(log, rows=log.frame.assign(position_command_rad=later))
     found = simulate(logged, TRUTH, "goal")
     assert found.mean_abs < 0.002
     assert any("from these logs" in note for note in found.notes)
@@ -81,7 +81,7 @@ def test_a_drive_that_is_off_lets_go() -> None:
     log = SWING.log(seconds=6.0, noise=0.0)
     off = log.frame["time_s"].to_numpy() > 4.0
     frame = log.frame.assign(drive_on=np.where(off, 0.0, 1.0))
-    found = simulate(replace(log, frame=frame), TRUTH).frame["position_simulated_rad"].to_numpy()
+    found = simulate(replace(log, rows=frame), TRUTH).frame["position_simulated_rad"].to_numpy()
     assert abs(found[-1]) < np.arcsin(SWING.coulomb / (SWING.mass * STANDARD_GRAVITY * SWING.lever)) + 0.01
 
 

@@ -46,13 +46,13 @@ def test_silent_on_an_independent_axis(measured: Path) -> None:
 
 
 def spoilt(log: Log, column: str, factor: float) -> Log:
-    return replace(log, frame=log.frame.assign(**{column: log.frame[column] * factor}))
+    return replace(log, rows=log.frame.assign(**{column: log.frame[column] * factor}))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_current_without_its_sign(session: list[Log], sign: float) -> None:
     for log in session[1:]:
-        bad = replace(log, frame=log.frame.assign(current_a=sign * log.frame["current_a"].abs()))
+        bad = replace(log, rows=log.frame.assign(current_a=sign * log.frame["current_a"].abs()))
         (said,) = record([bad]).wiring[0]
         assert said.endswith('"current_a" was recorded without its sign.')
 
@@ -72,7 +72,7 @@ def test_a_current_that_was_computed(session: list[Log], column: str) -> None:
 
 
 def spoilt_by(log: Log, current: pd.Series) -> Log:
-    return replace(log, frame=log.frame.assign(current_a=current))
+    return replace(log, rows=log.frame.assign(current_a=current))
 
 
 @pytest.mark.parametrize(
@@ -125,9 +125,7 @@ def test_a_torque_constant_that_no_motor_has(
     bad = replace(
         log,
         axis=replace(log.axis, torque_constant=factor * log.axis.torque_constant),
-        frame=log.frame.drop(columns=columns).assign(
-            **{} if supply is None else {"supply_voltage_v": supply}
-        ),
+        rows=log.frame.drop(columns=columns).assign(**{} if supply is None else {"supply_voltage_v": supply}),
     )
     (said,) = record([bad]).wiring[0]
     why = "no drive is fed with" if supply is None else "its supply of 12 V does not give"
@@ -146,7 +144,7 @@ def test_another_payload_while_the_axis_moves(session: list[Log]) -> None:
     frame = session[0].frame
     rows = np.flatnonzero(np.abs(frame["velocity_rad_s"]) > 0.1)
     frame = frame.assign(payload_kg=np.where(frame.index >= rows[50], frame["payload_kg"] + 0.5, 0.0))
-    (said,) = record([replace(session[0], frame=frame)]).wiring[0]
+    (said,) = record([replace(session[0], rows=frame)]).wiring[0]
     place = session[0].place(int(rows[50]))
     assert f"another payload is told while the axis moves, first on {place} (1 such)" in said
 
@@ -163,7 +161,7 @@ def test_a_torque_without_its_sign_where_inertia_or_gravity_outweigh_friction(
     measured: Path, name: str, effort: str
 ) -> None:
     log = import_recording(measured / name, **RECORDINGS[name]).log
-    (said,) = record([replace(log, frame=log.frame.assign(**{effort: log.frame[effort].abs()}))]).wiring[0]
+    (said,) = record([replace(log, rows=log.frame.assign(**{effort: log.frame[effort].abs()}))]).wiring[0]
     assert said.endswith(f'"{effort}" was recorded without its sign.')
 
 
@@ -171,7 +169,7 @@ def test_another_tilt_while_the_axis_moves(session: list[Log]) -> None:
     frame = session[0].frame
     row = int(np.flatnonzero(np.abs(frame["velocity_rad_s"]) > 0.1)[50])
     moved = np.where(frame.index == row, 1.2, 0.01 * np.sin(frame.index / 300.0))
-    (said,) = record([replace(session[0], frame=frame.assign(tilt_alpha_rad=moved))]).wiring[0]
+    (said,) = record([replace(session[0], rows=frame.assign(tilt_alpha_rad=moved))]).wiring[0]
     assert f"another tilt is told while the axis moves, first on {session[0].place(row)} (2 such)" in said
 
 
