@@ -30,6 +30,8 @@ SPEED_UP_S = 0.25
 _STILL_SHARE = 0.01
 #: Waypoints follow the path to within this share of its whole way.
 _WAYPOINT_SHARE = 0.005
+#: No path takes longer, s: a shift. A clock that counts something else does.
+_LONGEST_S = 8.0 * 3600.0
 #: No file of waypoints is larger, bytes.
 _LARGEST = 10_000_000
 
@@ -72,7 +74,7 @@ def read_path(file: Path) -> tuple[TaughtPath, Axis]:
     """A taught log, or a file of waypoints (`.toml`).
 
     Raises:
-        InputError: it is neither, or the axis does not move in it.
+        InputError: it is neither, the axis does not move in it, or for longer than a shift.
     """
     if file.suffix == ".toml":
         return read_waypoints(file)
@@ -89,7 +91,18 @@ def read_path(file: Path) -> tuple[TaughtPath, Axis]:
     if way == 0.0 or not len(moved) or not len(going):
         raise InputError("the axis does not move in it", file=file, remedy="teach it a path first")
     part = slice(max(int(moved[0]) - 1, 0), min(int(going[-1]) + 2, len(time)))
+    _refuse_long(time[part], file)
     return smoothed(time[part] - time[part][0], position[part], log.axis.kind), log.axis
+
+
+def _refuse_long(time: Array, file: Path) -> None:
+    lasts = float(time[-1]) - float(time[0])
+    if lasts > _LONGEST_S:
+        raise InputError(
+            f"the path lasts {lasts:.3g} s, longer than the {_LONGEST_S:g} s that a path may",
+            file=file,
+            remedy="its time must count seconds (`ffc-id import --unit time=ms` converts), without a pause",
+        )
 
 
 def smoothed(time: Array, position: Array, kind: str, width: float = SMOOTHING_S) -> TaughtPath:
@@ -182,7 +195,8 @@ def read_waypoints(file: Path) -> tuple[TaughtPath, Axis]:
     """A path from a file of waypoints.
 
     Raises:
-        InputError: not such a file, fewer than two points, times that do not rise, a number that is none.
+        InputError: not such a file, fewer than two points, times that do not rise or last longer than a
+            shift, a number that is none.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -206,6 +220,7 @@ def read_waypoints(file: Path) -> tuple[TaughtPath, Axis]:
     time, position = numbers.T
     if not np.all(np.diff(time) > 0.0):
         raise InputError("the times do not rise", file=file, place="points", remedy="put them in order")
+    _refuse_long(time, file)
     grid = np.arange(0.0, time[-1] - time[0] + STEP_S, STEP_S)
     even = PchipInterpolator(time - time[0], position)(np.minimum(grid, time[-1] - time[0]))
     return smoothed(grid, np.asarray(even, dtype=float), axis.kind, WAYPOINT_SMOOTHING_S), axis

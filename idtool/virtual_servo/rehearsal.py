@@ -31,6 +31,10 @@ COMMANDS = {
 }
 
 
+#: The heaviest payload, kg, and the strongest hand, N m: those of a recipe and beyond any servo.
+_HEAVIEST, _STRONGEST = 1e4, 1e4
+
+
 class Rehearsal:
     """A virtual servo in real or scaled time. Use it as a context manager.
 
@@ -46,7 +50,8 @@ class Rehearsal:
         seed: of noise and of faults.
 
     Raises:
-        InputError: a fault that is none, a model that is not known, or a baud rate that the servo has not.
+        InputError: a fault that is none, a model that is not known, a baud rate that the servo has not, or a
+            payload that no axis carries.
     """
 
     def __init__(
@@ -63,6 +68,7 @@ class Rehearsal:
         seed: int = 0,
     ) -> None:
         self._setup = setup or TrialSetup()
+        _check_payload(self._setup.payload_kg)
         self._clock = clock = HostClock(scale)
         servo = virtual_servo(
             kind, plant, id=id, model=model, baud=baud, now=clock.now(), seed=seed, setup=self._setup
@@ -109,8 +115,7 @@ class Rehearsal:
 
     def _payload(self, words: list[str]) -> str:
         (payload,) = _numbers(words, 1, "payload")
-        if payload < 0.0:
-            raise InputError("a payload is no less than 0 kg", remedy="write payload 0.4")
+        _check_payload(payload)
         return self._load(replace(self._setup, payload_kg=payload))
 
     def _tilt_deg(self, words: list[str]) -> str:
@@ -129,6 +134,8 @@ class Rehearsal:
 
     def _hand(self, words: list[str]) -> str:
         (torque,) = _numbers(words, 1, "hand")
+        if abs(torque) > _STRONGEST:
+            raise InputError(f"no hand pushes with {torque:g} N m", remedy="write hand 0.2")
         self._terminal.servo.axis.hand_nm = torque
         return f"the hand pushes with {torque:g} N m"
 
@@ -199,6 +206,12 @@ def virtual_servo(
         known = ", ".join(map(str, FAMILIES))
         raise InputError(f"no virtual servo has model number {model}", remedy=f"take one of {known}")
     return dynamixel.VirtualDynamixel(axis, id=id, model=model, baud=baud, now=now)
+
+
+def _check_payload(payload: float) -> None:
+    if not 0.0 <= payload <= _HEAVIEST:
+        said = f"a payload is 0 to {_HEAVIEST:g} kg, not {payload:g} kg"
+        raise InputError(said, remedy="give kilograms, such as 0.4")
 
 
 def _numbers(words: list[str], count: int, command: str) -> list[float]:

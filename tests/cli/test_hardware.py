@@ -234,6 +234,9 @@ def test_what_it_does_not_understand(servo: Servo) -> None:
     assert servo.do("paylod 1") == 'no command "paylod"; did you mean "payload"?'
     assert servo.do("payload").startswith("payload takes 1 number")
     assert servo.do("payload nan").startswith("payload takes 1 number")
+    assert servo.do("payload 1e300").startswith("a payload is 0 to 10000 kg, not 1e+300 kg; ")
+    assert servo.do("payload -1").startswith("a payload is 0 to 10000 kg, not -1 kg; ")
+    assert servo.do("hand -1e300").startswith("no hand pushes with -1e+300 N m; ")
     assert servo.do("tilt-deg 90 0") == servo.do("tilt 1.5707963 0") == "payload 0 kg, tilt 90° and 0°"
     assert servo.do("tilt-deg 0 0") == "payload 0 kg, tilt 0° and 0°"
     assert servo.do("fault lost=0.5") == "as you wish"
@@ -247,6 +250,7 @@ def test_what_it_does_not_understand(servo: Servo) -> None:
         (["--plant", "papr"], 2, 'did you mean "paper"'),
         (["--fault", "silent"], 3, "silent@SECONDS"),
         (["--baud", "12"], 3, "no baud rate 12"),
+        (["--payload", "1e300"], 3, "a payload is 0 to 10000 kg, not 1e+300 kg"),
         (["--link", "/proc/servo"], 3, "/proc/servo: cannot be written"),
     ],
 )

@@ -108,6 +108,11 @@ def test_waypoints_are_few_and_come_back(tmp_path: Path) -> None:
             "points = [{time_s = 0.0, position_rad = 0.0}, {time_s = 1.0, position_rad = nan}]",
             r"points\[1\].position_rad",
         ),
+        (
+            'schema = "ffc-id/waypoints/1"\naxis = {kind = "rotary"}\n'
+            "points = [{time_s = 0.0, position_rad = 0.0}, {time_s = 1e300, position_rad = 1.0}]",
+            r"lasts 1e\+300 s, longer than the 28800 s",
+        ),
     ],
 )
 def test_a_file_of_waypoints_that_is_none(text: str, words: str, tmp_path: Path) -> None:
@@ -119,6 +124,15 @@ def test_a_file_of_waypoints_that_is_none(text: str, words: str, tmp_path: Path)
 def test_an_axis_that_never_moved_is_no_path(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="does not move"):
         read_path(taught(tmp_path / "taught.csv", 0 * TIME))
+
+
+def test_a_clock_that_counts_no_seconds_is_no_path(tmp_path: Path) -> None:
+    file = taught(tmp_path / "taught.csv", hand())
+    frame = Log.read(file).frame
+    nanoseconds = replace(Log.read(file), rows=frame.assign(time_s=1e9 * frame["time_s"]))
+    nanoseconds.write(tmp_path / "ns.csv")
+    with pytest.raises(InputError, match=r"ns\.csv: the path lasts .* its time must count seconds"):
+        read_path(tmp_path / "ns.csv")
 
 
 def straight() -> TaughtPath:
