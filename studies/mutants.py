@@ -69,7 +69,7 @@ MODULES = (
     ),
     Module("load", "the model's torque", f"{_CONTROL}/test_online.py"),
     Module("online", "the model, sample by sample", f"{_CONTROL}/test_online.py"),
-    Module("law", "what both laws share", f"{_CONTROL}/test_button.py {_CONTROL}/test_sensing.py"),
+    Module("law", "what both laws share", f"{_CONTROL}/test_law.py"),
     Module(
         "enabling", "the button around the law", f"{_CONTROL}/test_button.py {_CONTROL}/test_rest_load.py"
     ),

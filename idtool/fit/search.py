@@ -35,6 +35,8 @@ OPTIMIZERS = {
     "isres": nlopt.GN_ISRES,
     "esch": nlopt.GN_ESCH,
 }
+#: NLopt tells so many seeds apart; a larger one counts on from the first.
+_SEEDS = 2**32
 _SEARCHED = ("bend", "ratio", "stribeck_velocity")
 #: The level ratio static / coulomb lies within this and its inverse.
 _STEEPEST = 6.0
@@ -325,7 +327,7 @@ def search(
         lambda done: progress(min(done, most), most) if progress is not None else None,
     )
     if free:
-        nlopt.srand(seed + 1)
+        nlopt.srand((seed + 1) % _SEEDS)
         best = state.polish(state.run(OPTIMIZERS[optimizer], 0.5 * (low + high), evaluations))
         for start in state.other_basins(best):
             state.polish(start)

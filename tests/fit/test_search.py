@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.sessions import truth
 from idtool.fit.model import JointModel
-from idtool.fit.search import Projection
+from idtool.fit.search import Projection, search
 from tests.fit.test_fit_model import model, rested
 
 
@@ -40,3 +40,10 @@ def test_cost_is_that_of_the_model(stretches: str, held: bool) -> None:
             other = joint.coordinates({n: values[n] * (factor if n == name else 1.0) for n in joint.names})
             worse = joint.evaluate(other, bend).stacked
             assert float(worse @ worse) > 0.999 * cost
+
+
+def test_any_whole_number_is_a_seed() -> None:
+    joint = model()
+    best = [search(joint, optimizer="esch", evaluations=5, seed=seed)[0] for seed in (7, 2**32 + 7, 10**40)]
+    assert best[0].cost == best[1].cost
+    assert best[2].cost > 0.0
