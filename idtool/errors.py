@@ -110,11 +110,18 @@ def misspelt(wanted: Iterable[str], given: Iterable[str]) -> tuple[str, str] | N
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """A remedy for a misspelt name: the nearest known one, or the whole list.
+    """A remedy for a misspelt name: the nearest known one, those with a part that is near, or the whole list.
 
     >>> nearest("clam", ["calm", "storm"])
     'did you mean "calm"'
+    >>> nearest("riple", ["position_ripple", "backlash"])
+    'did you mean "position_ripple"'
     """
     names = sorted(known)
     close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
-    return f'did you mean "{close[0]}"' if close else "known are " + ", ".join(names)
+    if not close:
+        parts = [part for name in names for part in name.split("_")]
+        near = difflib.get_close_matches(word, parts, n=1, cutoff=0.8)
+        close = [name for name in names if set(near) & set(name.split("_"))]
+    told = " or ".join(f'"{name}"' for name in close)
+    return f"did you mean {told}" if close else "known are " + ", ".join(names)

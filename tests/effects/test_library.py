@@ -119,6 +119,11 @@ def test_says_which_column_it_lacks(effect: Effect, motion: Motion) -> None:
 def test_unknown_effect_suggests_the_nearest() -> None:
     with pytest.raises(InputError, match='did you mean "position_ripple"'):
         registry.get("position_riple")
+    with pytest.raises(InputError, match='did you mean "position_ripple"'):
+        registry.get("riple")  # a word of the name
+    expected = 'did you mean "load_dependent_friction" or "position_dependent_friction"'
+    with pytest.raises(InputError, match=expected):
+        registry.get("dependent")
 
 
 PLAIN = {name: {name: NUMBERS[name]} for case in RICHER.values() for name in case}
