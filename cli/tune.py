@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     "--hand-force",
     required=True,
     metavar="N",
-    type=NumberRange(0.0, 1e3, min_open=True),
+    type=NumberRange(1e-3, 1e3),
     help="Force of the hand at the moving part.",
 )
 @click.option(
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     default=19.2,
     show_default=True,
     metavar="MM_S",
-    type=NumberRange(0.0, 1e4, min_open=True),
+    type=NumberRange(1e-3, 1e4),
     help="Speed that it shall give there.",
 )
 @click.option(

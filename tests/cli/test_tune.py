@@ -60,6 +60,14 @@ def test_refuses_and_leaves_the_file_alone(params: Path) -> None:
     assert params.read_bytes() == before
 
 
+@pytest.mark.parametrize("wanted", [("--hand-force", "1e-300"), ("--hand-force", "2", "--speed", "1e-300")])
+def test_a_feel_that_no_hand_could_tell_is_refused(params: Path, wanted: tuple[str, ...]) -> None:
+    """Its gains would be zero or beyond every float, and so would the margins."""
+    done = ffc_id("tune", "-p", params, *wanted)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "1e-300 is not in the range 0.001<=x<=" in done.stderr
+
+
 def test_shows_before_it_writes(params: Path) -> None:
     """Nobody to ask and no --write: shown, and the file as it was."""
     before = params.read_bytes()
