@@ -76,7 +76,7 @@ MODULES = (
     Module(
         "force_free",
         "the controller around all of them",
-        f"{_CONTROL}/test_force_free.py {_CONTROL}/test_sensing.py {_CONTROL}/test_button.py",
+        f"{_CONTROL}/test_controller.py {_CONTROL}/test_sensing.py {_CONTROL}/test_force_free.py",
     ),
 )
 

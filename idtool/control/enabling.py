@@ -72,13 +72,6 @@ class EnabledLaw:
         return not self._hold.stopping and self.law.ready
 
     @property
-    def calm(self) -> bool:
-        """Whether what the law feels is a hand's, and neither of a brake nor of a tare."""
-        return (
-            self.enabled and not self._hold.stopping and (self.law.ready or self.law.state is State.GUIDING)
-        )
-
-    @property
     def load_offset(self) -> float:
         """Load that nobody told of and that is taken in, N m (N)."""
         return self._rest.offset

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -10,7 +11,6 @@ import pytest
 
 from idtool.control import ForceFreeController, Limits, Reason, State
 from idtool.control.button import BRAKE_S
-from idtool.control.enabling import PATIENCE
 from idtool.control.rest_load import STEADY_WINDOWS, RestLoad, Uncertainty
 from idtool.parameters import Controller, Parameter, Parameters
 from idtool.rig.base import TrialSetup
@@ -164,7 +164,8 @@ def test_a_typed_gravity_is_a_fault_before_anything_moves(mode: str, values: dic
     assert "gravity of the parameter file" in fault.message
     assert s.moved(0.1, 3.0) < 6 * COUNT
     assert State.GUIDING not in s.states
-    assert s.time[s.states.index(State.FAULT)] == pytest.approx(0.2 * PATIENCE, abs=0.2)
+    assert re.search(r"\(as -1\.[45] kg would\)", fault.message)
+    assert s.time[s.states.index(State.FAULT)] == pytest.approx(1.0, abs=0.08), "five listenings of 0.2 s"
 
 
 @MODES
