@@ -17,7 +17,7 @@ from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect, derivative
 from idtool.effects.hysteresis import carried_of_friction, reaches
 from idtool.fit import noise
-from idtool.fit.basis import orthonormal
+from idtool.fit.basis import beyond, orthonormal
 from idtool.fit.identifiability import stribeck_seen
 from idtool.fit.joint import JointFit, kept, refit, torque_of
 from idtool.fit.left_out import left_out_error
@@ -33,10 +33,11 @@ LEAST_GAIN = 0.01
 WORTH = 0.01
 #: ... and one that is in is nothing any more below this share of it.
 _NOTHING = 0.2 * WORTH
-#: The bristle has forgotten a reversal after so many of its bends (3e-4 is left). What rows beyond it say of
-#: a curve of sliding has to be as sure as every effect: a chance of 0.01 in a library of twenty.
+#: What is said of an effect that is in has to be as sure as every effect: a chance of 0.01 in a library of
+#: twenty.
+CHANCE = 5e-4
+#: The bristle has forgotten a reversal after so many of its bends (3e-4 is left).
 _SETTLED = 8.0
-_CHANCE_IN_SLIDING = 5e-4
 #: Highest frequency that filtered rows show, as a share of their rate.
 _NYQUIST = 0.45
 #: What beats from outside has no regard for the motion: a wave of which the motion explains more than half
@@ -373,24 +374,32 @@ def _within_reach(
     return extra
 
 
-def chance_of(fit: JointFit, effect: Effect, rows: NDArray[np.bool_] | None = None) -> float:
+def chance_of(
+    fit: JointFit, effect: Effect, rows: NDArray[np.bool_] | None = None, beside: Sequence[Array] = ()
+) -> float:
     """P-value of an effect that is in a model: of no relation to what the rest of the model leaves.
 
     Args:
         fit: with the effect.
         effect: it.
         rows: the filtered rows to ask; None is all.
+        beside: columns that could stand for it too, shape (filtered rows, n) each.
     """
     own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
     chosen = np.arange(len(fit.residual)) if rows is None else np.flatnonzero(rows)
     jacobian, left = fit.jacobian[chosen], fit.residual[chosen]
-    basis = orthonormal(jacobian[:, ~own])  # what sits at a bound for the effect's sake could stand for it
+    # what sits at a bound for the effect's sake could stand for it
+    basis = orthonormal(np.hstack([jacobian[:, ~own], *(columns[chosen] for columns in beside)]))
     columns = jacobian[:, own]  # of minus the residual
     # one number alone says where the effect vanishes; among several that of a shape says nothing
     coordinates = effect.active(fit.model.recording.motion)
     without = left + columns @ (fit.x[own] - (coordinates[0].null if len(coordinates) == 1 else 0.0))
     trial = fit.model.recording.filtered_trial[chosen]
-    return noise.p_value(left, trial, without - basis @ (basis.T @ without), basis, columns)
+    without -= basis @ (basis.T @ without)
+    if beside:  # the fit left out of account what they take
+        more = beyond(basis, columns)
+        left = without - more @ (more.T @ without)
+    return noise.p_value(left, trial, without, basis, columns)
 
 
 def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
@@ -404,7 +413,7 @@ def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
     travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
     # the element slips on when it has turned round, a reach back and one on
     settled = travel > max(_SETTLED * own / friction.bristle_stiffness, 2.0 * max(reaches(values)))
-    return bool(settled.any()) and chance_of(fit, effect, settled) < _CHANCE_IN_SLIDING
+    return bool(settled.any()) and chance_of(fit, effect, settled) < CHANCE
 
 
 def _unseen_in_turns(fit: JointFit, effect: Effect) -> str | None:

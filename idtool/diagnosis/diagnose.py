@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from idtool.diagnosis.candidates import LEAST_GAIN, Selection
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
-from idtool.diagnosis.pruning import drop_impossible, of_the_readings, veto
+from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation, test_residual
 from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
@@ -338,11 +338,16 @@ def diagnose(
         # nothing was added: one model, of which the search may have found a better minimum
         base = selection.fit
     tell(FINAL)
-    final = _finished(selection, recording)
-    while drop_impossible(selection, final):
-        # what one effect had in common with others is theirs then, and may make them what they were not
-        veto(selection, partial(held_out_squares, parts=parts, beside=selection.fit), tell)
+    followed = [variable for shape in unnamed for variable in shape.follows]
+    while True:
         final = _finished(selection, recording)
+        tests = test_residual(final)
+        left = None if good_enough(final, tolerance) else remainder(final, tests, followed)
+        if drop_impossible(selection, final):
+            # what one effect had in common with others is theirs then, and may make them what they were not
+            veto(selection, partial(held_out_squares, parts=parts, beside=selection.fit), tell)
+        elif given or not drop_what_may_be_unknown(selection, final, left):
+            break
     if shown.blocks:
         notes.append(
             "there are too few trials to hold some out, so contiguous blocks of time stand in for trials: "
@@ -356,15 +361,22 @@ def diagnose(
     notes += filter(None, (of_the_readings(final, effect) for effect in final.model.spec.effects))
     notes += _not_compared(shown.recording)
     next_experiment = _next_experiment(selection, final, tell)
-    tests = test_residual(base), test_residual(final)
-    followed = [variable for shape in unnamed for variable in shape.follows]
-    left = None if good_enough(final, tolerance) else remainder(final, tests[1], followed)
     if left and unnamed:
         notes.append(f"{LOOKS_LIKE}: {'; '.join(unnamed.values())}.")
     # who chose the model has its numbers with its own errors
     stated = final if given else doubted(final, left)
     return Diagnosis(
-        shown, base, selection, stated, *tests, next_experiment, left, place, notes, stepped_down
+        shown,
+        base,
+        selection,
+        stated,
+        test_residual(base),
+        tests,
+        next_experiment,
+        left,
+        place,
+        notes,
+        stepped_down,
     )
 
 

@@ -8,16 +8,20 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from idtool.diagnosis.candidates import (
+    CHANCE,
     LEAST_GAIN,
     NEAR,
     Selection,
     best_start,
+    chance_of,
     impossible,
     swap,
     ties,
     try_effect,
     worth_beside,
 )
+from idtool.diagnosis.remainder import Remainder
+from idtool.diagnosis.residual import columns_followed
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.basis import orthonormal
@@ -33,6 +37,8 @@ _SURELY = 1.2
 _THE_SAME = 2e-3
 #: Standard errors over blocks within which held-out rows contradict nothing.
 _CLEAR = 2.0
+#: An arm's load is a function of its position: one variable.
+_OF_AN_ARM = {"position", "load"}
 #: Evaluations for a model that lacks an effect.
 _SPENT = 12
 
@@ -69,6 +75,34 @@ def drop_impossible(selection: Selection, fit: JointFit) -> list[Effect]:
             drop(selection, effect, without(selection.fit, effect), why)
             return [effect]
     return []
+
+
+def drop_what_may_be_unknown(selection: Selection, fit: JointFit, left: Remainder | None) -> list[Effect]:
+    """Drop the least sure of the effects that something unknown, which shows in another variable than theirs,
+    may be all of; what was dropped. In a variable of its own an effect names what is known of what is there.
+
+    Args:
+        selection: on the training rows.
+        fit: its model on all trials.
+        left: the structure in that fit's residual.
+    """
+    found: list[tuple[float, str, Effect]] = []
+    for effect in fit.model.spec.effects:
+        if effect.name == "inertia" or of_the_readings(fit, effect):
+            continue
+        own = set(effect.follows)
+        if fit.model.spec.gravity == "arm" and own & _OF_AN_ARM:
+            own |= _OF_AN_ARM
+        for name in left.depends_on if left else ():
+            if name not in own:
+                chance = chance_of(fit, effect, beside=columns_followed(fit, [name]))
+                found.append((chance, name, effect))
+    chance, name, unsure = max(found, key=lambda item: item[0], default=(0.0, "", None))
+    if unsure is None or chance <= CHANCE:
+        return []
+    why = f"may be part of what is left, which depends on {name}"
+    drop(selection, unsure, without(selection.fit, unsure), why)
+    return [unsure]
 
 
 def veto(

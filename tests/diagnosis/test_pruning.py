@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from idtool.diagnosis.candidates import impossible
-from idtool.diagnosis.pruning import simplify, veto
+from idtool.diagnosis.pruning import drop_what_may_be_unknown, simplify, veto
+from idtool.diagnosis.remainder import Remainder
 from idtool.diagnosis.selection import begun
 from idtool.effects import registry
 from idtool.fit.choose import with_load
@@ -18,7 +19,7 @@ from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 from idtool.signals import record
 from idtool.verbs.identify import begin
-from testbench.plants import Plant, record_session
+from testbench.plants import TORQUE_CONSTANT, Plant, record_session
 
 #: As `Case("several effects", 3150358905, ...)` of the study of the diagnosis draws it.
 OFFSET = -0.0493553
@@ -149,3 +150,27 @@ def test_when_the_readings_were_taken_needs_no_prediction(
         monkeypatch.setattr(type(friction), "of_the_readings", lambda *_, why=why: why)
         gone = veto(begun(soft, [friction]), held_out, lambda _: None)
         assert (friction in gone) == (why is None)
+
+
+@pytest.mark.parametrize(
+    ("follows", "true", "kept"),
+    [("time", False, False), ("time", True, True), ("position", False, True), ("", False, True)],
+)
+def test_what_something_unknown_may_be_all_of(follows: str, true: bool, kept: bool) -> None:
+    """A drift in time that goes as the position does, as far as it can, looks like a spring."""
+    axis = Plant(0.080, 0.115, 0.080, 0.120, 8.0, 0.20, 0.008, 0.20, 0.42)
+    spring = {"position_stiffness": {"stiffness_nm_per_rad": 0.05, "neutral_rad": 0.0}}
+    (log,) = record_session(replace(axis, effects=spring if true else {}), "lab", 3, ("sweep",))
+    q = log.frame["position_rad"].to_numpy()
+    bends = np.cos(np.pi * np.outer(np.linspace(0.0, 1.0, len(q)), np.arange(1, 6)))
+    drift = 0.2 * bends @ np.linalg.lstsq(bends, q)[0]
+    log = replace(log, frame=log.frame.assign(current_a=log.frame["current_a"] + drift / TORQUE_CONSTANT))
+    starts, *_ = begin(record([log]), "lugre", "auto")
+    spec = starts[0].model.spec.adding(registry.get("position_stiffness"))
+    model = JointModel.build(starts[0].model.recording, spec, starts[0].model.constants)
+    nothing = {"position_stiffness.stiffness": 0.0, "position_stiffness.pull": 0.0}
+    selection = begun(refit(starts[0], model, nothing), registry.library())
+    left = Remainder(0.5, (follows,)) if follows else None
+    dropped = drop_what_may_be_unknown(selection, selection.fit, left)
+    assert [effect.name for effect in dropped] == ([] if kept else ["position_stiffness"])
+    assert ("position_stiffness.stiffness" in selection.fit.model.names) == kept

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Callable
 from dataclasses import replace
+from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
@@ -108,3 +110,28 @@ def test_logs_that_determine_nothing_say_so_first(tmp_path: Path) -> None:
 def test_logs_that_determine_something_do_not(tmp_path: Path) -> None:
     notes = identify([record(SINE, tmp_path / "sine.csv")]).diagnosis["notes"]
     assert not any("no parameter at all" in note for note in notes)
+
+
+def test_payload_steps_alone_of_a_soft_bristle() -> None:
+    """What such a bristle leaves in time, where no static curve has it, is no spring; intervals hold."""
+    with as_file(files("idtool.data")) as data:
+        result = identify(data / "session" / "gravity.csv.gz")
+        plant = tomllib.loads((data / "demo_rig.toml").read_text(encoding="utf-8"))
+    names = [effect["name"] for effect in result.diagnosis["effects"]]
+    assert [name for name in names if name != "inertia"] == ["position_ripple"]
+    (spring,) = (c for c in result.diagnosis["candidates"] if c["name"] == "position_stiffness")
+    assert not spring["accepted"]
+    assert spring["why"] == "may be part of what is left, which depends on time"
+    (ripple,) = plant["effects"]
+    truth = {
+        "base": plant["gravity"]["base_nm"],
+        "per_payload": plant["gravity"]["per_payload_nm_per_kg"],
+        "cycles": ripple["cycles_per_turn"],
+        "amplitude_1": ripple["amplitude_1_nm"],
+        "amplitude_2": ripple["amplitude_2_nm"],
+    }
+    found = parts_of(result)
+    for name, value in truth.items():
+        interval = found[name].ci95
+        assert interval is not None
+        assert interval[0] < value < interval[1], name
