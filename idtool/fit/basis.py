@@ -8,13 +8,17 @@ from idtool.model.motion import Array
 
 #: A direction this much shorter than the longest, all columns scaled to one length, is rounding.
 _SHORTEST = 1e-6
+#: Where the shortest direction's square is this share of the longest's, rounding leaves the basis orthonormal
+#: to 2e-9, which no p-value notices.
+_ONCE = 1e-7
 
 
 def orthonormal(columns: Array) -> Array:
     """An orthonormal basis of what columns span, shape (rows, rank).
 
-    By the eigenvectors of their products, twice: as exact as a singular value decomposition where it keeps
-    a direction, and many times faster where there are many rows (CholeskyQR2: Fukaya et al., ScalA 2014).
+    By the eigenvectors of their products, twice where once is not enough: as good as a singular value
+    decomposition where it keeps a direction, and many times faster where there are many rows (CholeskyQR2:
+    Fukaya et al., ScalA 2014).
     Where no direction is lost it is the basis that is closest to the columns (Loewdin, J. Chem. Phys. 18,
     1950), which rounding does not turn as it turns eigenvectors of equal values.
 
@@ -34,6 +38,8 @@ def orthonormal(columns: Array) -> Array:
     if np.count_nonzero(kept) == np.count_nonzero(there):
         axes = (axes @ vectors[:, kept].T)[:, there]
     basis = columns @ (axes / scale[:, None])
+    if values[kept].min() > _ONCE * values[-1]:
+        return np.asarray(basis)
     values, vectors = np.linalg.eigh(basis.T @ basis)
     return np.asarray(basis @ (vectors / np.sqrt(values) @ vectors.T))
 

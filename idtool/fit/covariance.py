@@ -146,7 +146,8 @@ def _at_lag(values: Array, bounds: NDArray[np.intp], lag: int) -> tuple[float, i
     products, pairs = 0.0, 0
     for number in range(len(bounds) - 1):
         begin, end = bounds[number], bounds[number + 1]
-        pairs += max(end - begin - lag, 0)
-        for k in range(begin + lag, end):
-            products += values[k] * values[k - lag]
+        late, early = values[begin + lag : end], values[begin : max(end - lag, begin)]
+        pairs += len(late)
+        for k in range(len(late)):  # from zero, as an index that may be negative keeps vector units idle
+            products += late[k] * early[k]
     return products, pairs
