@@ -19,7 +19,8 @@ from typing import Any
 
 import click
 
-from idtool.diagnosis.diagnose import Diagnosis, diagnose
+from idtool.diagnosis.diagnose import diagnose
+from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.effects import registry
 from idtool.effects.base import Effect, EffectParameter
 from idtool.experiment.recipe import parse_recipe, read_recipe

@@ -18,7 +18,8 @@ from pathlib import Path
 import click
 import numpy as np
 
-from idtool.diagnosis.diagnose import Diagnosis, diagnose
+from idtool.diagnosis.diagnose import diagnose
+from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.log import Log

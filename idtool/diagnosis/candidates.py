@@ -180,7 +180,7 @@ def best_start(fit: JointFit, effect: Effect) -> Start:
     """
     background = background_of(fit)
     if isinstance(effect, Unnamed):
-        return _best_shape(background, effect)
+        return _best_shape(fit, effect)
     model = fit.model
     motion = model.recording.motion
     has = {name.partition(".")[2] for name in model.names if name.startswith(f"{effect.name}.")}
@@ -269,12 +269,12 @@ def _named(effect: Effect, values: Mapping[str, float]) -> dict[str, float]:
     return {f"{effect.name}.{name}": value for name, value in values.items()}
 
 
-def _best_shape(background: Background, effect: Unnamed) -> Start:
+def _best_shape(fit: JointFit, effect: Unnamed) -> Start:
     """All places and widths of a local shape at once, then closer and closer around the best: rows are close
     enough to the filtered ones for that."""
-    recording = background.fit.model.recording
+    background, recording = background_of(fit), fit.model.recording
     motion, row = recording.motion, recording.row
-    turned = _more_friction(background.fit) if effect.of_friction else np.ones(len(row))
+    turned = _more_friction(fit) if effect.of_friction else np.ones(len(row))
     variable = effect.variable(motion)[row]
     residual, basis = background.residual[: len(row)], background.basis[: len(row)]
     starts = effect.starts(motion)

@@ -10,13 +10,15 @@ from idtool.fit import noise
 from idtool.fit.basis import beyond
 from idtool.fit.joint import JointFit, kept
 from idtool.model.motion import Array
+from idtool.signals import Recording
 
 
 @dataclass(frozen=True)
 class Background:
-    """What a fit has already used: an orthonormal basis of its Jacobian, and its residual."""
+    """What a fit has already used: an orthonormal basis of its Jacobian, and its residual. The fit keeps it,
+    so that it must not keep the fit: neither would be let go."""
 
-    fit: JointFit
+    recording: Recording
     basis: Array
     residual: Array
 
@@ -27,7 +29,7 @@ class Background:
             left: what they leave of `residual`, shape (filtered rows or more,).
             columns: shape (filtered rows or more, n).
         """
-        trial = self.fit.model.recording.filtered_trial
+        trial = self.recording.filtered_trial
         n = len(trial)
         return noise.p_value(left[:n], trial, self.residual[:n], self.basis[:n], columns[:n])
 
@@ -37,7 +39,7 @@ class Background:
         padded = np.vstack([columns, np.zeros((rows - n, columns.shape[1]))])
         more = beyond(self.basis, padded)
         basis = np.hstack([self.basis, more])
-        return Background(self.fit, basis, self.residual - more @ (more.T @ self.residual))
+        return Background(self.recording, basis, self.residual - more @ (more.T @ self.residual))
 
     def free_of_fit(self, columns: Array) -> Array:
         """Columns with what the fit's own parameters could do taken out."""
@@ -48,7 +50,8 @@ class Background:
 def background_of(fit: JointFit) -> Background:
     """What the tests of a fit need."""
     stacked = np.concatenate([fit.residual, fit.penalty])
-    return Background(fit, fit.basis, stacked - fit.basis @ (fit.basis.T @ stacked))
+    basis = fit.basis
+    return Background(fit.model.recording, basis, stacked - basis @ (basis.T @ stacked))
 
 
 @dataclass(frozen=True)

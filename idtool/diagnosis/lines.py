@@ -44,7 +44,7 @@ def strongest_line(
         part: rows with one number share a phase, shape (filtered rows,); None: all do.
     """
     n = len(of)
-    size = size * background.fit.model.recording.row_weight
+    size = size * background.recording.row_weight
     residual = size * background.residual[:n]
     parts = [slice(None)] if part is None else [part == k for k in np.unique(part)]
     from_zero = of.copy()

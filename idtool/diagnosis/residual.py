@@ -140,7 +140,7 @@ def motion_columns(fit: JointFit) -> Array:
 
 def _line_test(background: Background, name: str, values: Array) -> ResidualTest:
     """The strongest sine of a variable, from one period over its range to what the rows resolve."""
-    recording = background.fit.model.recording
+    recording = background.recording
     values = values[recording.row]
     if np.ptp(values) <= 0.0:
         return ResidualTest(name, 0.0, 1.0)
@@ -164,7 +164,7 @@ def _frequency_test(background: Background) -> ResidualTest:
     A ringing that every trial starts anew has no common phase, but the power of all trials together
     stands out at its frequency.
     """
-    recording = background.fit.model.recording
+    recording = background.recording
     n = len(recording.row)
     residual, trial = background.residual[:n], recording.filtered_trial
     size = fast_length(int(np.max(np.bincount(trial))))

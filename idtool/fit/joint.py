@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, wraps
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ from idtool.model.torque import predict
 
 #: A coordinate closer to its bound than this share of the range (or of 1, if open) sits at it.
 _AT_BOUND = 1e-4
+#: Stands for the fit itself in what is kept of it.
+_ITSELF = object()
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
 
@@ -223,9 +225,10 @@ def kept(function: Callable[Concatenate[JointFit, _P], _T]) -> Callable[Concaten
     def asked(fit: JointFit, /, *args: _P.args, **options: _P.kwargs) -> _T:
         key = (function, args, tuple(options.items()))
         if key not in fit.known:
-            fit.known[key] = function(fit, *args, **options)
-        known: _T = fit.known[key]
-        return known
+            found = function(fit, *args, **options)
+            fit.known[key] = _ITSELF if found is fit else found  # or it would never be let go
+        known: Any = fit.known[key]
+        return cast("_T", fit if known is _ITSELF else known)
 
     return asked
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from idtool.diagnosis.diagnose import Diagnosis
+from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.diagnosis.next_experiment import NextExperiment
 from idtool.experiment.recipe import document_of_command
 from idtool.fit.identifiability import shortcomings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import tomllib
 from collections.abc import Callable
@@ -14,6 +15,7 @@ import pandas as pd
 import pytest
 
 from idtool import identify
+from idtool.fit.joint import JointFit
 from idtool.parameters import Parameter
 from idtool.verbs.identification import Identification
 
@@ -135,3 +137,17 @@ def test_payload_steps_alone_of_a_soft_bristle() -> None:
         interval = found[name].ci95
         assert interval is not None
         assert interval[0] < value < interval[1], name
+
+
+def test_what_was_tried_is_let_go() -> None:
+    """Fits are large, and the collector of cycles counts objects, not bytes: no cycle may keep one."""
+    gc.collect()
+    gc.disable()
+    try:
+        with as_file(files("idtool.data")) as data:
+            result = identify(data / "session" / "gravity.csv.gz")
+        assert any(isinstance(one, JointFit) for one in gc.get_objects())
+        del result
+        assert not any(isinstance(one, JointFit) for one in gc.get_objects())
+    finally:
+        gc.enable()
