@@ -54,7 +54,7 @@ def base(log: Log) -> JointFit:
 def test_a_line_between_two_of_the_spectrum(tmp_path: Path) -> None:
     """Half a wave off over the session it would leave beats, which make its own evidence look like chance."""
     background = background_of(base(session(tmp_path / "log.csv", AMPLITUDE, 0.0)))
-    recording = background.fit.model.recording
+    recording = background.recording
     wave = registry.get("external_periodic").wave(recording.motion)
     assert wave is not None
     of = wave.of[recording.row]
