@@ -12,7 +12,7 @@
 #                outputs and pictures of docs/tutorial.md
 #   make package wheel and sdist into dist/, checked and tried in fresh environments of every Python that there is
 #   make fuzz    coverage-guided fuzzing of every reader, a minute each (Linux)
-#   make mutants mutation testing of what keeps a hand safe, into docs/reliability.md (20 minutes)
+#   make mutants mutation testing of what keeps a hand safe, into docs/reliability.md (half an hour)
 #   make bench   the benchmarks, into docs/benchmarks.md (some minutes, 6 GB of memory)
 PYTHON ?= python3
 VENV   ?= .venv

@@ -156,34 +156,43 @@ def _cosmic_ray(folder: Path, command: str, *files: Path) -> None:
 _INTRODUCTION = """
 ## Do the tests notice a change to what keeps a hand safe?
 
-Made by `make mutants` (cosmic-ray; one core, 20 minutes): of each module a random sample of changes is tried,
-a number by one, a sign, a sum for a difference, a comparison or a condition turned round, each against that
-module's own quick tests alone. Longer tests on simulated axes come on top of these in `make test` and `make
-test-long`. What is left is shown by the command; some of it changes nothing that can be seen (the size of a
-spare array).
+Made by `make mutants` (cosmic-ray; one core, half an hour): of each module a random sample of changes is
+tried, a number by one, a sign, a sum for a difference, a comparison or a condition turned round, each against
+that module's own quick tests alone. Longer tests on simulated axes come on top of these in `make test` and
+`make test-long`. What is left is shown by the command; some of it changes nothing that can be seen (the size
+of a spare array).
 
 """
 
 
-def table(scores: list[Score]) -> str:
-    """The scores as Markdown."""
-    lines = ["| `idtool/control/` | what it is | mutants | tried | noticed | |", "|---|---|---|---|---|---|"]
+#: Columns of the table, and a module's row of it.
+_HEAD = "| `idtool/control/` | what it is | mutants | tried | noticed | |\n|---|---|---|---|---|---|\n"
+_ROW = re.compile(r"^\| `(?P<path>[\w/]+)\.py` \| .* \| (\d+) \| (\d+) \| (\d+) \| \d+ % \|$", re.MULTILINE)
+
+
+def table(scores: list[Score], page: str = "") -> str:
+    """The scores as Markdown; modules that were not tried keep their row of `page`."""
+    counts = {found["path"]: tuple(map(int, found.groups()[1:])) for found in _ROW.finditer(page)}
     for one in scores:
-        noticed = one.tried - len(one.survived)
-        share = f"{100 * noticed / one.tried:.0f} %"
-        cells = (f"`{one.module.path}.py`", one.module.what, one.possible, one.tried, noticed, share)
-        lines.append("| " + " | ".join(map(str, cells)) + " |")
-    tried = sum(one.tried for one in scores)
-    noticed = tried - sum(len(one.survived) for one in scores)
-    lines.append(f"| together | | {sum(one.possible for one in scores)} | {tried} | {noticed} | "
-                 f"{100 * noticed / tried:.0f} % |")  # fmt: skip
-    return "\n".join(lines) + "\n"
+        counts[one.module.path] = one.possible, one.tried, one.tried - len(one.survived)
+    known = [(module, counts[module.path]) for module in MODULES if module.path in counts]
+    rows = [_row(f"`{module.path}.py`", module.what, *count) for module, count in known]
+    together = (sum(count[k] for _, count in known) for k in range(3))
+    return "".join([_HEAD, *rows, _row("together", "", *together)])
+
+
+def _row(name: str, what: str, possible: int, tried: int, noticed: int) -> str:
+    return f"| {name} | {what} | {possible} | {tried} | {noticed} | {100 * noticed / tried:.0f} % |\n"
 
 
 @click.command()
 @click.option("--most", default=24, show_default=True, help="Mutants of a module to try.")
 @click.option("--module", "names", multiple=True, help="Modules to try, all if none is named.")
-@click.option("--out", type=click.Path(path_type=Path), help="Page to write the scores into.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Page to write the scores into; modules that are not tried keep theirs.",
+)
 def main(most: int, names: tuple[str, ...], out: Path | None) -> None:
     """Run the study, show the changes that survived, and write the scores."""
     scores = []
@@ -204,7 +213,7 @@ def main(most: int, names: tuple[str, ...], out: Path | None) -> None:
     if out is not None:
         page = out.read_text(encoding="utf-8")
         out.write_text(
-            with_made(page, "mutants", f"{_INTRODUCTION}{table(scores)}\n", "mutants"), encoding="utf-8"
+            with_made(page, "mutants", f"{_INTRODUCTION}{table(scores, page)}\n", "mutants"), encoding="utf-8"
         )
 
 

@@ -13,6 +13,7 @@ from idtool.control import ForceFreeController, Limits, Reason, State
 from idtool.control.button import BRAKE_S
 from idtool.control.rest_load import STEADY_WINDOWS, RestLoad, Uncertainty
 from idtool.parameters import Controller, Parameter, Parameters
+from idtool.parameters.axis import Axis
 from idtool.rig.base import TrialSetup
 
 from .double import BENCH, PAPER, Double, parameters
@@ -166,6 +167,29 @@ def test_a_typed_gravity_is_a_fault_before_anything_moves(mode: str, values: dic
     assert State.GUIDING not in s.states
     assert re.search(r"\(as -1\.[45] kg would\)", fault.message)
     assert s.time[s.states.index(State.FAULT)] == pytest.approx(1.0, abs=0.08), "five listenings of 0.2 s"
+
+
+@pytest.mark.parametrize(("kind", "unit"), [("rotary", "N m"), ("linear", "N")])
+def test_a_mismatch_is_told_in_the_units_of_the_axis(kind: str, unit: str) -> None:
+    wrong = {"base": Parameter(0.9), "per_payload": Parameter(0.4455)}
+    told = replace(file("paper"), gravity=wrong, axis=Axis(kind, 2.67))
+    s = Session("paper", parameters=told).run(2.0, lambda t: True)
+    fault = s.controller.status.fault
+    assert fault is not None
+    assert re.search(rf"carries -0\.\d+ {unit} beside its model .* explain 0\.\d+ {unit}: ", fault.message)
+
+
+@MODES
+def test_a_torque_that_an_effect_of_the_file_explains_is_no_mismatch(mode: str) -> None:
+    """As large as the weight of a kilogram; without the effect it is one."""
+    truth = PAPER | {"base": PAPER["base"] + 0.45}
+    known = file(mode, PAPER, torque_offset={"offset": 0.45})
+    s = Session(mode, truth, parameters=known).run(2.0, lambda t: True)
+    assert s.controller.status.fault is None
+    assert not any("beside its model" in note for note in s.controller.status.notes)
+    assert s.moved(0.1, 2.0) < 6 * COUNT
+    s = Session(mode, truth, parameters=file(mode, PAPER)).run(2.0, lambda t: True)
+    assert s.controller.status.fault is not None
 
 
 @MODES

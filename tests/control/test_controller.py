@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from idtool.control import ForceFreeController, Limits, Reason, State
+from idtool.control.admittance import kernel
 from idtool.control.admittance.law import AdmittanceLaw
 from idtool.control.paper import PaperLaw
 from idtool.errors import InputError
@@ -229,3 +232,19 @@ def test_only_the_admittance_law_learns_and_tares() -> None:
     for _ in range(60):
         held.step(0.5, 0.0, HOLDS, 0.4, enabled=False)
     assert not held.tare(), "the button is up"
+
+
+def test_what_is_compiled_is_loaded_before_a_servo_waits_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A first call that compiles or loads takes longer than a bus may be silent, and its watchdog trips."""
+    ForceFreeController(file(mode="light"))  # from here on no call compiles, which a double would be in
+    names = set(re.findall(r"\bkernel\.([a-z_]+)\(", inspect.getsource(AdmittanceLaw)))
+    assert names >= {"act_in", "watch_in", "hold_in", "tare", "told"}
+    called: list[str] = []
+
+    def counted(name: str, function: Callable[..., object]) -> Callable[..., object]:
+        return lambda *given: (called.append(name), function(*given))[1]
+
+    for name in names:
+        monkeypatch.setattr(kernel, name, counted(name, getattr(kernel, name)))
+    ForceFreeController(file(mode="light"))
+    assert set(called) == names

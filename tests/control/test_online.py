@@ -16,6 +16,7 @@ from idtool.model.contribution import Contribution, combine
 from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
 from idtool.parameters import Parameter, Parameters
+from idtool.parameters.axis import Axis
 from idtool.parameters.correction import Correction
 from testbench.effect_numbers import NUMBERS, RICHER
 
@@ -140,8 +141,6 @@ def test_an_arm_carries_its_weight_whatever_the_tilt_columns_say() -> None:
 
 @pytest.mark.parametrize("missing", ["axis", "gravity", "static"])
 def test_what_a_controller_cannot_do_without_is_said(missing: str) -> None:
-    from idtool.parameters.axis import Axis
-
     file = parameters()
     file = replace(file, **({"axis": Axis()} if missing == "axis" else {missing: {}}))
     with pytest.raises(InputError, match=r"torque constant|gravity model|friction model"):
@@ -245,3 +244,17 @@ def test_what_a_file_does_not_hold_is_nothing() -> None:
 def test_a_correction_over_the_temperature_needs_one(variable: str) -> None:
     correction = Correction(variable, False, np.array([20.0, 30.0]), np.array([0.01, 0.02]))
     assert OnlineModel(parameters(BENCH), correction).needs_temperature is (variable == "temperature")
+
+
+def test_the_back_emf_is_taken_off_a_reading_of_the_voltage_alone() -> None:
+    """K / R = 0.5 N m/V and R = 2 ohm: a motor that turns at 0.3 rad/s takes 0.3 V more for its torque."""
+    volts = OnlineModel(replace(parameters(BENCH), axis=Axis(torque_per_volt=0.5, resistance=2.0)))
+    assert (volts.torque_constant, volts.back_emf) == (0.5, pytest.approx(1.0))
+    assert volts.torque(2.0, 0.3) == pytest.approx(0.5 * (2.0 - 0.3))
+    amperes = OnlineModel(replace(parameters(BENCH), axis=Axis(torque_constant=2.67, resistance=2.0)))
+    assert (amperes.torque_constant, amperes.back_emf) == (2.67, 0.0)
+    assert amperes.torque(2.0, 0.3) == pytest.approx(2.0 * 2.67)
+    own = OnlineModel(
+        replace(parameters(BENCH), axis=Axis(torque_per_volt=0.5, resistance=2.0, effort="voltage"))
+    )
+    assert (own.torque_constant, own.back_emf) == (1.0, 0.0)

@@ -84,7 +84,19 @@ class AdmittanceLaw(Law):
         self._constants, self._states = np.array([self.constants]), np.zeros(1, kernel.STATE)
         self._s: Any = self._states[0]
         self._remainder = Remainder(model, period)
+        self._load()
         self.reset()
+
+    def _load(self) -> None:
+        """Call once what is compiled: a first call compiles or loads it, and no servo waits for that."""
+        states = np.zeros(1, kernel.STATE)
+        state: Any = states[0]
+        kernel.reset(self.constants, state)
+        kernel.begin(self.constants, state, 0.0)
+        kernel.watch_in(self._constants, states, 0.0)
+        kernel.act_in(self._constants, states, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+        kernel.tare(self.constants, state)
+        kernel.hold_in(states)
 
     def reset(self) -> None:
         """What was learned and trimmed is forgotten too."""
