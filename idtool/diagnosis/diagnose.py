@@ -14,7 +14,7 @@ from idtool.diagnosis.held_out import held_out_squares, predicts_worse
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
-from idtool.diagnosis.residual import ResidualTest, test_residual
+from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
 from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.split import Split, split
@@ -74,7 +74,7 @@ def diagnose(
         selection=selection,
         # who chose the model has its numbers with its own errors
         final=final if given else doubted(final, left),
-        tests_before=test_residual(base),
+        tests_before=test_residual(base, 0.0),
         tests_after=tests,
         next_experiment=_next_experiment(selection, final, tell),
         remainder=left,
@@ -155,7 +155,7 @@ class _Search:
                 if not alone.hopeless and left_out_error(alone.fit) <= left_out_error(complete):
                     selection, unnamed = alone, {}
             fit = selection.fit
-            done = not unnamed and not any(test.depends for test in test_residual(fit))
+            done = not unnamed and not any(test.depends for test in test_residual(fit, DEPENDS))
             if (
                 best is None
                 or (done and not predicts_better(best.base, fit))
@@ -223,7 +223,7 @@ class _Search:
         followed = [variable for shape in found.unnamed for variable in shape.follows]
         while True:
             final = _finished(selection, self.parts.recording)
-            tests = test_residual(final)
+            tests = test_residual(final, 0.0)
             left = None if good_enough(final, self.tolerance) else remainder(final, tests, followed)
             if drop_impossible(selection, final):
                 # what one effect had in common with others is theirs then, and may make them what they

@@ -9,7 +9,13 @@ import numpy as np
 
 from idtool.diagnosis.candidates import WORTH
 from idtool.diagnosis.repeatability import repeatability
-from idtool.diagnosis.residual import ResidualTest, autocorrelation, columns_followed, test_residual
+from idtool.diagnosis.residual import (
+    DEPENDS,
+    ResidualTest,
+    autocorrelation,
+    columns_followed,
+    test_residual,
+)
 from idtool.fit.joint import JointFit
 
 #: A residual this much above the sensor noise holds something if it is correlated over this many rows, or
@@ -64,7 +70,7 @@ def remainder(
         unnamed: variables that a shape without a name was found to follow.
     """
     matters = WORTH * fit.model.friction_sizes[0]
-    found = test_residual(fit) if tests is None else tests
+    found = test_residual(fit, DEPENDS) if tests is None else tests
     large = [test for test in found if np.sqrt(test.share) * fit.rmse > matters]
     depends = [test for test in large if test.depends or test.variable in unnamed]
     if depends:

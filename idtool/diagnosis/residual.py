@@ -55,15 +55,21 @@ class ResidualTest:
         return self.share > DEPENDS and self.p_value < _HARDLY_CHANCE
 
 
-def test_residual(fit: JointFit) -> list[ResidualTest]:
-    """Test the residual of a fit against everything that was measured."""
+def test_residual(fit: JointFit, least: float) -> list[ResidualTest]:
+    """Test the residual of a fit against everything that was measured.
+
+    Args:
+        fit: any fit.
+        least: share of the variance that is of interest; the chance of a smaller one is left at 1, which
+            saves most of the time.
+    """
     background = background_of(fit)
     tests = []
     for name, columns in generic_columns(fit).items():
-        found = [_test(background, name, columns)]
+        found = [_test(background, name, columns, least)]
         # a residual can also beat in time or ripple over the angle, which no smooth function shows
         if name == "position":
-            found.append(_line_test(background, name, fit.model.recording.motion.position))
+            found.append(_line_test(background, name, fit.model.recording.motion.position, least))
         if name == "time":
             found.append(_frequency_test(background))
         tests.append(max(found, key=lambda test: test.share))
@@ -138,7 +144,7 @@ def motion_columns(fit: JointFit) -> Array:
     return np.hstack([generic[name] for name in ("position", "velocity", "acceleration") if name in generic])
 
 
-def _line_test(background: Background, name: str, values: Array) -> ResidualTest:
+def _line_test(background: Background, name: str, values: Array, least: float) -> ResidualTest:
     """The strongest sine of a variable, from one period over its range to what the rows resolve."""
     recording = background.recording
     values = values[recording.row]
@@ -147,7 +153,7 @@ def _line_test(background: Background, name: str, values: Array) -> ResidualTest
     frequency, looked_at = _line(background, values)
     angle = frequency * values
     wave = np.column_stack([np.sin(angle), np.cos(angle)])
-    test = _test(background, name, recording.row_weight[:, None] * wave)
+    test = _test(background, name, recording.row_weight[:, None] * wave, least)
     return ResidualTest(name, test.share, min(1.0, test.p_value * looked_at))
 
 
@@ -190,7 +196,7 @@ def _frequency_test(background: Background) -> ResidualTest:
     return ResidualTest("time", share, min(1.0, single * len(power)))
 
 
-def _test(background: Background, name: str, columns: Array) -> ResidualTest:
+def _test(background: Background, name: str, columns: Array, least: float) -> ResidualTest:
     n = len(columns)
     residual = background.residual[:n]
     span = beyond(background.basis[:n], columns)
@@ -198,4 +204,4 @@ def _test(background: Background, name: str, columns: Array) -> ResidualTest:
         return ResidualTest(name, 0.0, 1.0)
     left = residual - span @ (span.T @ residual)
     share = max(float(1.0 - left @ left / (residual @ residual)), 0.0)
-    return ResidualTest(name, share, background.chance(left, span))
+    return ResidualTest(name, share, background.chance(left, span) if share >= least else 1.0)

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from idtool.diagnosis.evidence import Background
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
+from idtool.diagnosis.residual import DEPENDS, test_residual
 from idtool.fit.joint import refit
 from idtool.fit.model import JointModel
 from idtool.fit.staged import StaticFit, fit_static
@@ -47,6 +49,24 @@ def test_silent_and_without_a_doubt_where_nothing_is_lacking(seed: int) -> None:
     fit = static(CLEAN, seed).fit
     assert remainder(fit) is None
     assert doubted(fit, None) is fit
+
+
+def test_the_chance_of_small_shares_is_not_computed_and_changes_no_answer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It takes most of the time of these tests."""
+    fit = static(replace(CLEAN, effects=LACKING["ripple"]), 5).fit
+    chances: list[int] = []
+    chance = Background.chance
+    monkeypatch.setattr(Background, "chance", lambda *given: chances.append(1) or chance(*given))
+    all_of_them = test_residual(fit, 0.0)
+    whole = len(chances)
+    large = test_residual(fit, DEPENDS)
+    assert 0 < len(chances) - whole < whole
+    for one, other in zip(all_of_them, large, strict=True):
+        assert (one.variable, one.share) == (other.variable, other.share)
+        assert (one.depends, one.may_depend) == (other.depends, other.may_depend)
+    assert any(test.depends for test in large)
 
 
 @pytest.mark.parametrize(
