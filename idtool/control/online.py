@@ -83,9 +83,8 @@ class OnlineModel:
         Raises:
             InputError: the file lacks the torque constant, gravity or static friction.
         """
-        check_complete(parameters)
         self.axis = parameters.axis
-        self.torque_constant = float(parameters.axis.per_reading or 0.0)
+        self.torque_constant = check_complete(parameters)
         self.back_emf = 0.0
         if self.axis.reading == "voltage" and self.axis.effort == "torque":
             self.back_emf = self.axis.back_emf_damping / self.torque_constant
@@ -116,8 +115,9 @@ class OnlineModel:
         self._blind = _Row(self.torque_constant, with_temperature=False)
         self.load = Load()
         # compiled code is loaded at its first call, which takes longer than many periods of a real servo
-        self.gravity(0.0, 0.0)
-        self.update(Instant(0.0, 0.0, 0.0, 0.0))
+        nowhere = Instant(*np.zeros(len(Instant._fields)))
+        self.gravity(nowhere.position, nowhere.payload)
+        self.update(nowhere)
         self.load = Load()
         self.reset()
 
@@ -284,13 +284,14 @@ def _number(term: Term) -> float:
     return term if isinstance(term, float) else float(np.asarray(term).flat[0])
 
 
-def check_complete(parameters: Parameters, file: Path | None = None) -> None:
-    """Raise where the file lacks what a controller needs, or a contact is felt by.
+def check_complete(parameters: Parameters, file: Path | None = None) -> float:
+    """Raise where the file lacks what a controller needs, or a contact is felt by; else its torque constant.
 
     Raises:
         InputError: no torque constant, gravity or static friction.
     """
-    if parameters.axis.per_reading is None:
+    constant = parameters.axis.per_reading
+    if constant is None:
         raise InputError(
             "the parameter file has no torque constant",
             file=file,
@@ -311,3 +312,4 @@ def check_complete(parameters: Parameters, file: Path | None = None) -> None:
             place="[friction.static]",
             remedy="add it with `ffc-id fit-static` or `ffc-id identify`",
         )
+    return float(constant)

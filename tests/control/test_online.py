@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from idtool.control.load import Instant, compiled
-from idtool.control.online import OnlineModel
+from idtool.control.online import Load, OnlineModel
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.model import gravity
@@ -258,3 +258,23 @@ def test_the_back_emf_is_taken_off_a_reading_of_the_voltage_alone() -> None:
         replace(parameters(BENCH), axis=Axis(torque_per_volt=0.5, resistance=2.0, effort="voltage"))
     )
     assert (own.torque_constant, own.back_emf) == (1.0, 0.0)
+
+
+def test_a_correction_over_a_temperature_that_nobody_measures_is_none() -> None:
+    correction = Correction("temperature", False, np.array([20.0, 30.0]), np.array([0.05, 0.05]))
+    model = OnlineModel(parameters(BENCH), correction)
+    assert model.update(Instant(0.0, 0.01, 0.1, 0.0)).effects == 0.0
+    assert model.update(Instant(0.01, 0.01, 0.1, 0.0, temperature=25.0)).effects == pytest.approx(0.05)
+
+
+def test_what_arrives_of_the_motor_s_torque() -> None:
+    """A tenth less at 2 N m and 5 % more at any."""
+    load = Load(saturation=0.05, gain=0.05)
+    assert load.arriving(2.0) == pytest.approx(2.0 * (1.0 + 0.05 - 0.1))
+    assert load.arriving(-2.0) == pytest.approx(-1.9)
+    assert Load().arriving(2.0) == 2.0
+    assert (Load().total, Load().friction, Load().kept) == (0.0, 0.0, 1.0)
+    parts = Load(gravity=0.1, elastic=0.02, damping=0.003, effects=-0.04)
+    assert (parts.total, parts.friction) == pytest.approx((0.083, 0.023))
+    with pytest.raises(AttributeError):
+        load.satturation = 1.0  # type: ignore[attr-defined]
