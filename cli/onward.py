@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import re
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,11 +38,13 @@ def logs_of(*files: Parameters) -> list[Path]:
 
 
 def _experiment(path: Path) -> str:
-    """What the head of a log says it is; "" of anything else."""
+    """What the head of a log says it is; "" of anything else, a pipe that would be waited for among it."""
+    if not path.is_file():
+        return ""
     try:
         with (gzip.open if path.suffix == ".gz" else open)(path, "rb") as stream:
             head = stream.read(_HEAD)
-    except (OSError, EOFError):
+    except (OSError, EOFError, zlib.error):
         return ""
     said = _EXPERIMENT.search(head) if head.startswith(b"# ffc-id-log") else None
     return said[1].decode() if said else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from idtool.cli.commands import ffc_id as program
+from idtool.cli.onward import logs_beside
 
 from idtool import Axis, Log, Parameters
 from idtool.parameters import EffectEntry, Parameter
@@ -133,3 +135,16 @@ def test_what_a_session_lacks_is_run_on_its_rig(session: Path) -> None:
 def test_a_report_drawn_again(folder: Path) -> None:
     assert ffc_id("identify", "sine.csv", "-o", "result", *COULOMB, cwd=folder).returncode == 0
     assert last("report", "result", cwd=folder)[0] in ("run", "predict", "tune")
+
+
+def test_what_lies_beside_a_log_and_is_none_stops_nothing(tmp_path: Path) -> None:
+    """A damaged archive, a folder, and a pipe that nobody writes into."""
+    head = b'# ffc-id-log = 1\n# experiment = "sine"\n'
+    (tmp_path / "sine.csv").write_bytes(head)
+    damaged = bytearray(gzip.compress(head * 100))
+    damaged[12:20] = b"\xff" * 8
+    (tmp_path / "bad.csv.gz").write_bytes(damaged)
+    (tmp_path / "cut.csv.gz").write_bytes(gzip.compress(head)[:14])
+    (tmp_path / "folder.csv").mkdir()
+    os.mkfifo(tmp_path / "pipe.csv")
+    assert logs_beside([tmp_path / "given.csv"], ["sine"]) == [tmp_path / "sine.csv"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from idtool.control.load import Instant, compiled
-from idtool.control.online import Load, OnlineModel
+from idtool.control.online import Load, OnlineModel, _Row
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.model import gravity
@@ -273,8 +273,18 @@ def test_what_arrives_of_the_motor_s_torque() -> None:
     assert load.arriving(2.0) == pytest.approx(2.0 * (1.0 + 0.05 - 0.1))
     assert load.arriving(-2.0) == pytest.approx(-1.9)
     assert Load().arriving(2.0) == 2.0
-    assert (Load().total, Load().friction, Load().kept) == (0.0, 0.0, 1.0)
+    assert Load() == Load(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     parts = Load(gravity=0.1, elastic=0.02, damping=0.003, effects=-0.04)
     assert (parts.total, parts.friction) == pytest.approx((0.083, 0.023))
     with pytest.raises(AttributeError):
         load.satturation = 1.0  # type: ignore[attr-defined]
+
+
+def test_an_effect_from_outside_is_asked_about_the_sample_as_it_is() -> None:
+    row = _Row(2.67, with_temperature=True)
+    row.fill(*range(1, 12))
+    names = ("time", "position", "velocity", "acceleration", "payload", "gravity_factor", "tilt_alpha",
+             "tilt_beta", "temperature", "load", "load_upright")  # fmt: skip
+    assert [float(getattr(row.motion, name)[0]) for name in names] == list(range(1, 12))
+    assert row.motion.torque_constant == 2.67
+    assert _Row(2.67, with_temperature=False).motion.temperature is None
