@@ -164,7 +164,7 @@ def test_what_something_unknown_may_be_all_of(follows: str, true: bool, kept: bo
     q = log.frame["position_rad"].to_numpy()
     bends = np.cos(np.pi * np.outer(np.linspace(0.0, 1.0, len(q)), np.arange(1, 6)))
     drift = 0.2 * bends @ np.linalg.lstsq(bends, q)[0]
-    log = replace(log, frame=log.frame.assign(current_a=log.frame["current_a"] + drift / TORQUE_CONSTANT))
+    log = replace(log, rows=log.frame.assign(current_a=log.frame["current_a"] + drift / TORQUE_CONSTANT))
     starts, *_ = begin(record([log]), "lugre", "auto")
     spec = starts[0].model.spec.adding(registry.get("position_stiffness"))
     model = JointModel.build(starts[0].model.recording, spec, starts[0].model.constants)
