@@ -288,3 +288,27 @@ def test_an_effect_from_outside_is_asked_about_the_sample_as_it_is() -> None:
     assert [float(getattr(row.motion, name)[0]) for name in names] == list(range(1, 12))
     assert row.motion.torque_constant == 2.67
     assert _Row(2.67, with_temperature=False).motion.temperature is None
+
+
+@pytest.mark.parametrize(
+    ("elastic", "level", "share"),
+    [(0.0, 0.0, 0.0), (0.3, 0.1, 1.0), (-0.3, 0.1, -1.0), (-0.05, 0.1, -0.5), (0.05, 0.1, 0.5)],
+)
+def test_a_correction_with_a_direction_is_never_more_than_itself(
+    elastic: float, level: float, share: float
+) -> None:
+    """A falling friction level leaves the bristle too far bent; before any sample there is no direction."""
+    correction = Correction("position", True, np.array([-1.0, 0.0, 1.0]), np.array([0.05, 0.05, 0.05]))
+    model = OnlineModel(parameters(BENCH), correction)
+    model.load.elastic, model.load.level = elastic, level
+    assert model.update(Instant(0.0, 0.01, 0.1, 0.0)).effects == pytest.approx(0.05 * share)
+
+
+def test_what_is_reset_carries_nothing() -> None:
+    model = OnlineModel(parameters(BENCH, torque_offset={"offset": 0.07}))
+    for k in range(5):
+        load = model.update(Instant(0.01 * k, 0.01, 0.003 * k, 0.3))
+    assert min(map(abs, (load.gravity, load.elastic, load.damping, load.effects))) > 0.001
+    model.reset()
+    assert (load.gravity, load.elastic, load.damping, load.effects) == (0.0, 0.0, 0.0, 0.0)
+    assert model.bristle == 0.0
