@@ -8,6 +8,7 @@ from dataclasses import replace
 from benchmarks.table import Goal, Section, seconds
 from benchmarks.timing import once
 from idtool import Log
+from idtool.diagnosis.summary import found
 from idtool.verbs.identification import Identification
 from idtool.verbs.identify import identify
 from testbench.cases import disturb
@@ -62,7 +63,7 @@ def measure(sizes: tuple[int, ...] = (_ROWS, _MORE_ROWS)) -> Section:
             took = once(lambda logs=logs, done=done: done.append(identify(logs)))  # type: ignore[misc]
             clean = clean or took
             told = done[0].diagnosis
-            named = ", ".join(e["name"] for e in told["effects"]) or "none"
+            named = ", ".join(e["name"] for e in found(told)) or "none"
             exact = sum(len(log.frame) for log in logs)
             section.add(axis, f"{exact:,}", seconds(took), f"{took / clean:.1f}", named, told["verdict"])
         if rows in (_ROWS, _MORE_ROWS):

@@ -21,6 +21,7 @@ import click
 
 from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.diagnosis import Diagnosis
+from idtool.diagnosis.summary import found as found_effects
 from idtool.effects import registry
 from idtool.effects.base import Effect, EffectParameter
 from idtool.experiment.recipe import parse_recipe, read_recipe
@@ -143,7 +144,7 @@ def _outcome(found: Diagnosis, case: Case) -> dict[str, Any]:
     held = document["error"]["held_out"]
     return {
         "verdict": document["verdict"],
-        "effects": [effect["name"] for effect in document["effects"]],
+        "effects": [effect["name"] for effect in found_effects(document)],
         "alternatives": sorted({other for e in document["effects"] for other in e["alternatives"]}),
         "before_mnm": round(1e3 * held["before"], 2),
         "after_mnm": round(1e3 * held["after"], 2),
@@ -152,7 +153,7 @@ def _outcome(found: Diagnosis, case: Case) -> dict[str, Any]:
             key: float(f"{one['value']:.3g}")
             for effect in document["effects"]
             for key, one in effect["parameters"].items()
-            if key in case.numbers.keys() - _SET_BY_DATA
+            if key in case.numbers.keys() - _SET_BY_DATA and effect["name"] != "inertia"
         },
     }
 

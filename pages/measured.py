@@ -81,10 +81,12 @@ def unnamed(one: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _large(one: dict[str, Any]) -> list[dict[str, Any]]:
-    """What counts; columns that the same effects stand for are one."""
+    """What counts (inertia, which is in every model, does not); columns that the same effects stand for are
+    one."""
     alike: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     for term in one["regression"]["found"]:
-        alike.setdefault(STANDS_FOR[term["name"]], []).append(term)
+        if term["name"] != "inertia":
+            alike.setdefault(STANDS_FOR[term["name"]], []).append(term)
     joined = [
         terms[0]
         | {

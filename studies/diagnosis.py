@@ -20,6 +20,7 @@ import numpy as np
 
 from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.diagnosis import Diagnosis
+from idtool.diagnosis.summary import found as found_effects
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.log import Log
@@ -73,7 +74,7 @@ def _judged(
 ) -> Result:
     document = found.to_document()
     held = document["error"]["held_out"]
-    effects = document["effects"]
+    effects = found_effects(document)
     parameters = parameters_of(found.final)
     error, most = _on(fresh, found)
     level = parameters.static["coulomb"]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from idtool.api.logs import Logs, read_logs
 from idtool.api.progress import by_count, told
-from idtool.diagnosis.summary import summary_lines
+from idtool.diagnosis.summary import found, summary_lines
 from idtool.errors import InputError, nearest
 from idtool.parameters import EffectEntry
 from idtool.simulation.stage import Source
@@ -59,7 +59,7 @@ class Result(Identification):
     @property
     def effects(self) -> Mapping[str, EffectEntry]:
         """What was found beyond the base model: name -> entry of the parameter file."""
-        names = [effect["name"] for effect in self.diagnosis["effects"]]
+        names = [effect["name"] for effect in found(self.diagnosis)]
         return {entry.name: entry for entry in self.parameters.effects if entry.name in names}
 
     @cached_property

@@ -133,7 +133,8 @@ class Diagnosis:
         kind = self.split.recording.axis.units
         before, after = self.before, self.after
         effects = []
-        for effect in self.effects:
+        inertia = tuple(effect for effect in self.final.model.spec.effects if effect.name == "inertia")
+        for effect in (*self.effects, *inertia):  # every program that reads this knows it among them
             entry = effect_entry(self.final, effect)
             dimensions = {p.name: p.dimension for p in effect.parameters}
             effects.append(

@@ -79,7 +79,8 @@ def drop_impossible(selection: Selection, fit: JointFit) -> list[Effect]:
 
 def drop_what_may_be_unknown(selection: Selection, fit: JointFit, left: Remainder | None) -> list[Effect]:
     """Drop the least sure of the effects that something unknown, which shows in another variable than theirs,
-    may be all of; what was dropped. In a variable of its own an effect names what is known of what is there.
+    may be all of; what was dropped. In a variable of its own an effect names what is known of what is there,
+    and one without which the left-out trials would be predicted much worse is kept for what it predicts.
 
     Args:
         selection: on the training rows.
@@ -97,12 +98,13 @@ def drop_what_may_be_unknown(selection: Selection, fit: JointFit, left: Remainde
             if name not in own:
                 chance = chance_of(fit, effect, beside=columns_followed(fit, [name]))
                 found.append((chance, name, effect))
-    chance, name, unsure = max(found, key=lambda item: item[0], default=(0.0, "", None))
-    if unsure is None or chance <= CHANCE:
-        return []
-    why = f"may be part of what is left, which depends on {name}"
-    drop(selection, unsure, without(selection.fit, unsure), why)
-    return [unsure]
+    found = [item for item in found if item[0] > CHANCE]
+    for _, name, unsure in sorted(found, key=lambda item: -item[0]):
+        smaller = without(selection.fit, unsure)
+        if left_out_error(smaller) <= _SURELY * left_out_error(selection.fit):
+            drop(selection, unsure, smaller, f"may be part of what is left, which depends on {name}")
+            return [unsure]
+    return []
 
 
 def veto(

@@ -27,7 +27,7 @@ def summary_lines(diagnosis: Mapping[str, Any]) -> list[str]:
         Lines without indentation; the first is the verdict.
     """
     lines = [f"verdict: {diagnosis['verdict']} ({_VERDICTS[diagnosis['verdict']]})"]
-    lines += [_effect_line(effect) for effect in diagnosis["effects"]]
+    lines += [_effect_line(effect) for effect in found(diagnosis)]
     lines.append(_left_line(diagnosis))
     error = diagnosis["error"]
     unit, held_out = unit_of(diagnosis), error["held_out"]
@@ -44,6 +44,11 @@ def summary_lines(diagnosis: Mapping[str, Any]) -> list[str]:
     if diagnosis["next_experiment"]:
         lines.append(f"next experiment: {diagnosis['next_experiment']['why']}")
     return [*lines, *(f"note: {note}" for note in diagnosis["notes"])]
+
+
+def found(diagnosis: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The accepted effects; inertia belongs to the base model."""
+    return [effect for effect in diagnosis["effects"] if effect["name"] != "inertia"]
 
 
 def unit_of(diagnosis: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from typing import Any, Generic, Literal, TypeVar
 
 import msgspec
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, field
 
 from idtool.errors import InputError
 from idtool.model.motion import Array
@@ -120,13 +120,18 @@ class Diagnosis(Struct, frozen=True):
 
     schema: str
     verdict: Verdict
-    effects: tuple[Found, ...] = ()
+    accepted: tuple[Found, ...] = field(default=(), name="effects")
     error: Errors = Errors()
     unexplained: Unexplained | None = None
     left: Left = Left()
     candidates: tuple[Candidate, ...] = ()
     next_experiment: NextExperiment | None = None
     validation: Validation | None = None
+
+    @property
+    def effects(self) -> tuple[Found, ...]:
+        """The effects that were found; inertia, which is among them in the file, is the base model's."""
+        return tuple(effect for effect in self.accepted if effect.name != "inertia")
 
     @property
     def tried(self) -> tuple[Candidate, ...]:

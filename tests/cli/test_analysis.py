@@ -64,7 +64,7 @@ def test_identify_leaves_a_whole_folder(result: Path) -> None:
     diagnosis = json.loads((result / "diagnosis.json").read_text())
     assert diagnosis["schema"] == "ffc-id/diagnosis/1"
     assert diagnosis["verdict"] == "adequate"
-    assert [effect["name"] for effect in diagnosis["effects"]] == []
+    assert [effect["name"] for effect in diagnosis["effects"]] == ["inertia"]
     assert diagnosis["error"]["metric"] == "rmse_nm"
     assert set(diagnosis["error"]["by_experiment"]) == {"gravity", "sweep", "sine"}
     assert all(candidate["why"] for candidate in diagnosis["candidates"])
@@ -247,7 +247,7 @@ def test_demo_shows_the_whole_loop(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
     assert max(abs(row["off_percent"]) for row in document["recovered"]) < 5.0
-    assert [effect["name"] for effect in document["diagnosis"]["effects"]] == ["position_ripple"]
+    assert [effect["name"] for effect in document["diagnosis"]["effects"]] == ["position_ripple", "inertia"]
     held_out = document["diagnosis"]["error"]["held_out"]
     assert held_out["after"] < 0.6 * held_out["before"]
     for figures in document["teach"].values():

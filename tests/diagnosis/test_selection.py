@@ -61,7 +61,7 @@ def test_a_cable_in_a_slow_sweep(tmp_path: Path) -> None:
     frame = pd.DataFrame({"trial": 0, "time_s": t, "position_rad": np.round(q, 5), "torque_nm": torque})
     frame.to_csv(tmp_path / "sweep.csv", index=False)
     found = identify([Log.read(tmp_path / "sweep.csv")]).diagnosis
-    assert [effect["name"] for effect in found["effects"]] == ["position_stiffness"]
+    assert [effect["name"] for effect in found["effects"]] == ["position_stiffness", "inertia"]
     assert found["error"]["held_out"]["after"] < 0.0022
 
 

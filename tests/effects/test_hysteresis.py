@@ -66,7 +66,7 @@ def test_a_presliding_that_bends_smoothly_takes_two_elements(tmp_path: Path) -> 
         frames.append(pd.DataFrame({"trial": trial, "time_s": t, "position_rad": q, "torque_nm": torque}))
     pd.concat(frames).to_csv(tmp_path / "log.csv", index=False)
     found = identify([Log.read(tmp_path / "log.csv")])
-    assert [effect["name"] for effect in found.diagnosis["effects"]] == ["hysteresis"]
+    assert [effect["name"] for effect in found.diagnosis["effects"]] == ["hysteresis", "inertia"]
     assert found.diagnosis["verdict"] == "effect_found"
     entry = found.parameters.effect("hysteresis")
     assert entry is not None

@@ -112,11 +112,13 @@ def table(*, ripple: bool) -> dict[str, np.ndarray]:
 
 def diagnosis(rows: dict[str, np.ndarray], kind: str, *, ripple: bool) -> dict[str, Any]:
     held = rows["held_out"] == 1
-    ripples = {"name": "position_ripple", "p_value": 3e-9, "alternatives": ["external_periodic"]}
+    effects = [{"name": "inertia", "p_value": 1e-30, "alternatives": [], "parameters": {}}]
+    if ripple:
+        effects.append({"name": "position_ripple", "p_value": 3e-9, "alternatives": ["external_periodic"]})
     return {
         "schema": "ffc-id/diagnosis/1",
         "verdict": "effect_found" if ripple else "adequate",
-        "effects": [ripples] if ripple else [],
+        "effects": effects,
         "error": {
             "metric": "rmse_n" if kind == "linear" else "rmse_nm",
             "held_out": _pair(rows, held),
