@@ -107,14 +107,25 @@ def generic_columns(fit: JointFit) -> dict[str, Array]:
             continue
         rank = _ranks(values[rows]) / len(rows)  # equal numbers of rows under each bend
         bends = _SMOOTH_FINER if name in ("velocity", "time") else _SMOOTH
-        smooth = np.cos(np.pi * np.outer(rank, np.arange(1, bends + 1)))
+        smooth = _bends(rank, bends)
         if name not in ("velocity", "acceleration"):
             smooth = np.hstack([smooth, direction[:, None] * smooth[:, :_SMOOTH_WITH_DIRECTION]])
         columns[name] = smooth
     columns["direction"] = direction[:, None]
     order = (recording.filtered_trial[:, None] == np.arange(recording.trials)).astype(float)
     columns["order"] = np.hstack([order, direction[:, None] * order])
+    if recording.weight is None:
+        return columns
     return {name: recording.row_weight[:, None] * values for name, values in columns.items()}
+
+
+def _bends(rank: Array, bends: int) -> Array:
+    """Cosines of half a wave, one wave, ... over ranks from 0 to 1, (n, bends); each from the two before."""
+    first = np.cos(np.pi * rank)
+    waves = [np.ones(len(rank)), first]
+    while len(waves) <= bends:
+        waves.append(2.0 * first * waves[-1] - waves[-2])
+    return np.column_stack(waves[1:])
 
 
 def _ranks(values: Array) -> Array:
