@@ -229,7 +229,9 @@ class _Search:
                 # what one effect had in common with others is theirs then, and may make them what they
                 # were not
                 self._veto(selection, selection.fit)
-            elif self.given or not drop_what_may_be_unknown(selection, final, left):
+            elif self.given or not drop_what_may_be_unknown(
+                selection, final, left.depends_on if left else ()
+            ):
                 return final, tests, left
 
 

@@ -20,7 +20,6 @@ from idtool.diagnosis.candidates import (
     try_effect,
     worth_beside,
 )
-from idtool.diagnosis.remainder import Remainder
 from idtool.diagnosis.residual import columns_followed
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
@@ -38,7 +37,7 @@ _THE_SAME = 2e-3
 #: Standard errors over blocks within which held-out rows contradict nothing.
 _CLEAR = 2.0
 #: An arm's load is a function of its position: one variable.
-_OF_AN_ARM = {"position", "load"}
+_OF_AN_ARM = frozenset({"position", "load"})
 #: Evaluations for a model that lacks an effect.
 _SPENT = 12
 
@@ -77,7 +76,7 @@ def drop_impossible(selection: Selection, fit: JointFit) -> list[Effect]:
     return []
 
 
-def drop_what_may_be_unknown(selection: Selection, fit: JointFit, left: Remainder | None) -> list[Effect]:
+def drop_what_may_be_unknown(selection: Selection, fit: JointFit, depends_on: Sequence[str]) -> list[Effect]:
     """Drop the least sure of the effects that something unknown, which shows in another variable than theirs,
     may be all of; what was dropped. In a variable of its own an effect names what is known of what is there,
     and one without which the left-out trials would be predicted much worse is kept for what it predicts.
@@ -85,20 +84,18 @@ def drop_what_may_be_unknown(selection: Selection, fit: JointFit, left: Remainde
     Args:
         selection: on the training rows.
         fit: its model on all trials.
-        left: the structure in that fit's residual.
+        depends_on: the variables that the structure in that fit's residual follows.
     """
     found: list[tuple[float, str, Effect]] = []
-    for effect in fit.model.spec.effects:
-        if effect.name == "inertia" or of_the_readings(fit, effect):
-            continue
-        own = set(effect.follows)
-        if fit.model.spec.gravity == "arm" and own & _OF_AN_ARM:
-            own |= _OF_AN_ARM
-        for name in left.depends_on if left else ():
-            if name not in own:
-                chance = chance_of(fit, effect, beside=columns_followed(fit, [name]))
+    arm = _OF_AN_ARM if fit.model.spec.gravity == "arm" else frozenset()
+    for name in depends_on:
+        columns = columns_followed(fit, [name])
+        alike = arm if name in arm else {name}
+        for effect in fit.model.spec.effects:
+            if effect.name == "inertia" or alike & set(effect.follows) or of_the_readings(fit, effect):
+                continue
+            if (chance := chance_of(fit, effect, beside=columns)) > CHANCE:
                 found.append((chance, name, effect))
-    found = [item for item in found if item[0] > CHANCE]
     for _, name, unsure in sorted(found, key=lambda item: -item[0]):
         smaller = without(selection.fit, unsure)
         if left_out_error(smaller) <= _SURELY * left_out_error(selection.fit):

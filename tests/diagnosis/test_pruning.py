@@ -9,7 +9,6 @@ import pytest
 
 from idtool.diagnosis.candidates import impossible
 from idtool.diagnosis.pruning import drop_what_may_be_unknown, simplify, veto
-from idtool.diagnosis.remainder import Remainder
 from idtool.diagnosis.selection import begun
 from idtool.effects import registry
 from idtool.fit.choose import with_load
@@ -170,7 +169,6 @@ def test_what_something_unknown_may_be_all_of(follows: str, true: bool, kept: bo
     model = JointModel.build(starts[0].model.recording, spec, starts[0].model.constants)
     nothing = {"position_stiffness.stiffness": 0.0, "position_stiffness.pull": 0.0}
     selection = begun(refit(starts[0], model, nothing), registry.library())
-    left = Remainder(0.5, (follows,)) if follows else None
-    dropped = drop_what_may_be_unknown(selection, selection.fit, left)
+    dropped = drop_what_may_be_unknown(selection, selection.fit, (follows,) if follows else ())
     assert [effect.name for effect in dropped] == ([] if kept else ["position_stiffness"])
     assert ("position_stiffness.stiffness" in selection.fit.model.names) == kept
