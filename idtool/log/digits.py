@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from idtool.model.jit import jit
 
 _MOST_DIGITS = 15
+#: As numbers: with text in it, compiled code loads all that numba knows of text.
+_PLUS, _COMMA, _MINUS, _POINT, _ZERO, _NINE, _LINE, _E, _e = b"+,-.09\nEe"
 _POWERS = np.array([10.0**power for power in range(23)])
 
 
@@ -27,33 +29,33 @@ def _read(text: NDArray[np.uint8], powers: NDArray[np.float64], table: NDArray[n
     columns, rows = table.shape
     at, column, row = 0, 0, 0
     while at < len(text):
-        negative = text[at] == ord("-")
-        if negative or text[at] == ord("+"):
+        negative = text[at] == _MINUS
+        if negative or text[at] == _PLUS:
             at += 1
         number, power, digits, significant, point = 0, 0, 0, 0, False
         while at < len(text):
-            if ord("0") <= text[at] <= ord("9"):
-                number = 10 * number + text[at] - ord("0")
+            if _ZERO <= text[at] <= _NINE:
+                number = 10 * number + text[at] - _ZERO
                 digits += 1
                 significant += significant > 0 or number > 0
                 power -= point
                 if significant > _MOST_DIGITS:
                     return False
-            elif text[at] == ord(".") and not point:
+            elif text[at] == _POINT and not point:
                 point = True
             else:
                 break
             at += 1
         if digits == 0:
             return False
-        if at < len(text) and (text[at] == ord("e") or text[at] == ord("E")):
+        if at < len(text) and (text[at] == _e or text[at] == _E):
             at += 1
-            below = at < len(text) and text[at] == ord("-")
-            if below or (at < len(text) and text[at] == ord("+")):
+            below = at < len(text) and text[at] == _MINUS
+            if below or (at < len(text) and text[at] == _PLUS):
                 at += 1
             told, digits = 0, 0
-            while at < len(text) and ord("0") <= text[at] <= ord("9") and digits < 3:
-                told, digits = 10 * told + text[at] - ord("0"), digits + 1
+            while at < len(text) and _ZERO <= text[at] <= _NINE and digits < 3:
+                told, digits = 10 * told + text[at] - _ZERO, digits + 1
                 at += 1
             if digits == 0:
                 return False
@@ -65,7 +67,7 @@ def _read(text: NDArray[np.uint8], powers: NDArray[np.float64], table: NDArray[n
             return False
         table[column, row] = -value if negative else value
         last = column == columns - 1
-        if text[at] != (ord("\n") if last else ord(",")):
+        if text[at] != (_LINE if last else _COMMA):
             return False
         column, row = (0, row + 1) if last else (column + 1, row)
         at += 1

@@ -35,6 +35,8 @@ _DISAGREE = 0.3
 _DISAGREE_STROKE = 0.02
 _DISAGREE_STEPS = 5.0
 _OFFSET = 0.02
+#: A step below this share of what is read is rounding.
+_ROUNDING = 1e-12
 
 
 def unwrap(position: Array, first: NDArray[np.bool_]) -> tuple[Array, int]:
@@ -170,8 +172,8 @@ def resolution(values: Array | None) -> float:
         return 0.0
     values = values[np.isfinite(values)]
     steps = np.abs(np.diff(values))
-    # of the usual size: one reading of 1e30 must not make every step look like rounding
-    steps = (
-        steps[steps > 1e-12 * (1.0 + float(np.median(np.abs(values), axis=None)))] if len(steps) else steps
-    )
+    steps = steps[steps > 0.0]
+    if len(steps) and steps.min() <= _ROUNDING * (1.0 + np.abs(values).max()):
+        # of the usual size: one reading of 1e30 must not make every step look like rounding
+        steps = steps[steps > _ROUNDING * (1.0 + np.median(np.abs(values)))]
     return float(np.quantile(steps, 0.01)) if len(steps) else 0.0

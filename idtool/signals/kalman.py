@@ -11,6 +11,7 @@ Source: de Jong, Biometrika 76, 1989; Durbin & Koopman, Time Series Analysis by 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,10 @@ from numpy.typing import NDArray
 
 from idtool.model.jit import jit
 from idtool.model.motion import Array
+
+#: A state, and the upper triangle of its covariance by rows.
+_State = tuple[float, float, float]
+_Triangle = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,18 @@ def forward(
         passed: is overwritten.
     """
     p = passed
-    _forward(time, readings, variances, first, jerk, p.mean, p.covariance, p.innovation, p.variance, p.gain)
+    kept = p.mean, p.covariance, p.innovation, p.variance, p.gain
+    _forward(time, readings, variances, first, jerk, *kept, math.inf)
+
+
+def unlikely(
+    time: Array, readings: Array, variances: Array, first: NDArray[np.bool_], jerk: Array, most: float
+) -> float:
+    """Minus twice the logarithm of the likelihood of the readings, first rows of trials aside, up to a
+    constant; a squared normalised innovation counts at most as `most`. Arguments as of `forward`."""
+    p = Passed.blank(0)
+    kept = p.mean, p.covariance, p.innovation, p.variance, p.gain
+    return float(_forward(time, readings, variances, first, jerk, *kept, most))
 
 
 def backward(
@@ -107,6 +123,42 @@ def backward(
 
 
 @jit()
+def _over_step(m: _State, P: _Triangle, h: float, jerk: float) -> tuple[_State, _Triangle]:
+    h2 = h * h
+    half = 0.5 * h2
+    # F P F' through its rows b = F P
+    p00, p01, p02, p11, p12, p22 = P
+    b00 = p00 + h * p01 + half * p02
+    b01 = p01 + h * p11 + half * p12
+    b02 = p02 + h * p12 + half * p22
+    b11 = p11 + h * p12
+    b12 = p12 + h * p22
+    return (m[0] + (h * m[1] + half * m[2]), m[1] + h * m[2], m[2]), (
+        b00 + h * b01 + half * b02 + jerk * h2 * h2 * h / 20.0,
+        b01 + h * b02 + jerk * h2 * h2 / 8.0,
+        b02 + jerk * h2 * h / 6.0,
+        b11 + h * b12 + jerk * h2 * h / 3.0,
+        b12 + jerk * h2 / 2.0,
+        p22 + jerk * h,
+    )
+
+
+@jit()
+def _through(
+    m: _State, P: _Triangle, row: _State, error: float, variance: float
+) -> tuple[_State, _Triangle, _State]:
+    """State and covariance after a reading, and its gain; `row` is the covariance with what it reads."""
+    r0, r1, r2 = row
+    g0, g1, g2 = r0 / variance, r1 / variance, r2 / variance
+    p00, p01, p02, p11, p12, p22 = P
+    return (
+        (m[0] + g0 * error, m[1] + g1 * error, m[2] + g2 * error),
+        (p00 - g0 * r0, p01 - g0 * r1, p02 - g0 * r2, p11 - g1 * r1, p12 - g1 * r2, p22 - g2 * r2),
+        (g0, g1, g2),
+    )
+
+
+@jit()
 def _forward(
     time: Array,
     readings: Array,
@@ -118,79 +170,43 @@ def _forward(
     innovation: Array,
     variance: Array,
     gain: Array,
-) -> None:
-    m = np.zeros(3)
-    P = np.zeros((3, 3))
+    most: float,
+) -> float:
+    """Without room for the rows nothing is kept of them, and the sum of `unlikely` comes back."""
+    keep = len(mean) > 0
+    m = (0.0, 0.0, 0.0)
+    P = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    unlikely, product = 0.0, 1.0  # a logarithm of many variances at once
     for k in range(time.shape[0]):
+        noise = variances[k, 0], variances[k, 1]
         if first[k]:
-            q_variance, w_variance = variances[k]
-            m[0] = readings[k, 0] if q_variance > 0 else 0.0
-            m[1] = readings[k, 1] if w_variance > 0 else 0.0
-            m[2] = 0.0
-            P[:, :] = 0.0
-            P[0, 0] = 9.0 * q_variance if q_variance > 0 else 1e-12
-            P[1, 1] = 9.0 * w_variance if w_variance > 0 else 1.0
-            P[2, 2] = max(jerk[k], 1e-6)
+            read = noise[0] > 0.0, noise[1] > 0.0
+            m = (readings[k, 0] if read[0] else 0.0, readings[k, 1] if read[1] else 0.0, 0.0)
+            q_variance, w_variance = 9.0 * noise[0] if read[0] else 1e-12, 9.0 * noise[1] if read[1] else 1.0
+            P = (q_variance, 0.0, 0.0, w_variance, 0.0, max(jerk[k], 1e-6))
         else:
-            h = time[k] - time[k - 1]
-            h2 = h * h
-            s = jerk[k]
-            m[0] += h * m[1] + 0.5 * h2 * m[2]
-            m[1] += h * m[2]
-            # F P F' through its rows b = F P
-            half = 0.5 * h2
-            b00 = P[0, 0] + h * P[0, 1] + half * P[0, 2]
-            b01 = P[0, 1] + h * P[1, 1] + half * P[1, 2]
-            b02 = P[0, 2] + h * P[1, 2] + half * P[2, 2]
-            b11 = P[1, 1] + h * P[1, 2]
-            b12 = P[1, 2] + h * P[2, 2]
-            P[0, 0] = b00 + h * b01 + half * b02 + s * h2 * h2 * h / 20.0
-            P[0, 1] = b01 + h * b02 + s * h2 * h2 / 8.0
-            P[0, 2] = b02 + s * h2 * h / 6.0
-            P[1, 1] = b11 + h * b12 + s * h2 * h / 3.0
-            P[1, 2] = b12 + s * h2 / 2.0
-            P[2, 2] += s * h
-            P[1, 0] = P[0, 1]
-            P[2, 0] = P[0, 2]
-            P[2, 1] = P[1, 2]
-        mean[k] = m
-        covariance[k, 0] = P[0, 0]
-        covariance[k, 1] = P[0, 1]
-        covariance[k, 2] = P[0, 2]
-        covariance[k, 3] = P[1, 1]
-        covariance[k, 4] = P[1, 2]
-        covariance[k, 5] = P[2, 2]
+            m, P = _over_step(m, P, time[k] - time[k - 1], jerk[k])
+        if keep:
+            mean[k, 0], mean[k, 1], mean[k, 2] = m
+            for i in range(6):
+                covariance[k, i] = P[i]
         for j in range(2):
-            noise = variances[k, j]
-            if noise <= 0:
-                innovation[k, j] = 0.0
-                variance[k, j] = 1.0
-                continue
-            s = P[j, j] + noise
-            e = readings[k, j] - m[j]
-            innovation[k, j] = e
-            variance[k, j] = s
-            row0 = P[j, 0]
-            row1 = P[j, 1]
-            row2 = P[j, 2]
-            g0 = row0 / s
-            g1 = row1 / s
-            g2 = row2 / s
-            gain[k, j, 0] = g0
-            gain[k, j, 1] = g1
-            gain[k, j, 2] = g2
-            m[0] += g0 * e
-            m[1] += g1 * e
-            m[2] += g2 * e
-            P[0, 0] -= g0 * row0
-            P[0, 1] -= g0 * row1
-            P[0, 2] -= g0 * row2
-            P[1, 1] -= g1 * row1
-            P[1, 2] -= g1 * row2
-            P[2, 2] -= g2 * row2
-            P[1, 0] = P[0, 1]
-            P[2, 0] = P[0, 2]
-            P[2, 1] = P[1, 2]
+            e, s = 0.0, 1.0
+            if noise[j] > 0.0:
+                row = (P[0], P[1], P[2]) if j == 0 else (P[1], P[3], P[4])
+                e, s = readings[k, j] - m[j], row[j] + noise[j]
+                m, P, g = _through(m, P, row, e, s)
+                if keep:
+                    gain[k, j, 0], gain[k, j, 1], gain[k, j, 2] = g
+            if keep:
+                innovation[k, j], variance[k, j] = e, s
+            elif not first[k]:
+                unlikely += min(e * e / s, most)
+                product *= s
+                if not 1e-100 < product < 1e100:
+                    unlikely += math.log(product)
+                    product = 1.0
+    return unlikely + math.log(product)
 
 
 @jit()

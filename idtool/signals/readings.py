@@ -34,26 +34,23 @@ class Series:
         return np.asarray(self.variances.sum(axis=0) / np.maximum((self.variances > 0).sum(axis=0), 1))
 
 
-def unlikely_by(series: Series, jerk: float, passed: kalman.Passed) -> float:
+def unlikely_by(series: Series, jerk: float) -> float:
     """Minus twice the logarithm of the likelihood of readings under one intensity of the jerk, up to a
     constant; steps in the motion count little."""
     one = np.full(len(series.time), jerk)
-    kalman.forward(series.time, series.readings, series.variances, series.first, one, passed)
-    likely = np.minimum(passed.surprise, _ROBUST) + np.log(passed.variance)
-    return float(likely[~series.first].sum())
+    return kalman.unlikely(series.time, series.readings, series.variances, series.first, one, _ROBUST)
 
 
-def likeliest_jerk(series: Series, around: Array, passed: kalman.Passed) -> float:
+def likeliest_jerk(series: Series, around: Array) -> float:
     """The one intensity for all rows under which the readings are likeliest.
 
     Args:
         series: the readings.
         around: decimal logarithms between which to look, shape (2,).
-        passed: is overwritten.
     """
 
     def cost(log_jerk: float) -> float:
-        return unlikely_by(series, 10.0**log_jerk, passed)
+        return unlikely_by(series, 10.0**log_jerk)
 
     low, high = around.tolist()
     return float(10.0 ** bounded_minimum(cost, low, high, within=0.1))

@@ -125,11 +125,11 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     if position is not None:
         counted = used * np.array([True, False])
         alone = replace(series, variances=counted * variances)
-        own, untimely, spread = of_the_clock(alone, likeliest_jerk(alone, around, passed), period, passed)
+        own, untimely, spread = of_the_clock(alone, likeliest_jerk(alone, around), period, passed)
         series, alone = (replace(series, variances=one * (variances + untimely)) for one in (used, counted))
         around = NEAR + math.log10(own) if untimely.any() else around
         clock = spread if np.mean(untimely[:, 0]) > resolution(position) ** 2 / 12.0 else 0.0
-    likeliest = likeliest_jerk(series, around, passed)
+    likeliest = likeliest_jerk(series, around)
     surprise = _surprise_when_eager(series, likeliest, passed)
     contradicted = False
     if position is not None and velocity is not None:
@@ -142,7 +142,7 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         elif (noise := _noise_beside(alone, own, velocity, variances[1], period, passed)) > 0.0:
             variances[1] = noise
             series = replace(series, variances=used * (variances + untimely))
-            likeliest = likeliest_jerk(series, around, passed)
+            likeliest = likeliest_jerk(series, around)
             surprise = _surprise_when_eager(series, likeliest, passed)
     for _ in range(_MOST_DOUBTS):
         if _too_fast(surprise) < _DOUBTFUL:

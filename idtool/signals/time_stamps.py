@@ -56,7 +56,7 @@ def of_the_clock(
 
     def unlikely(rounded: bool, spread: float, louder: float) -> float:
         noisy = np.where(series.variances > 0, series.variances + noise(rounded, spread), 0.0)
-        return unlikely_by(replace(series, variances=noisy), likeliest * 10.0**louder, passed)
+        return unlikely_by(replace(series, variances=noisy), likeliest * 10.0**louder)
 
     tried = product((False, True) if rounding.any() else (False,), (-math.inf, *_SPREADS), _LOUDER)
     cost = {point: unlikely(*point) for point in tried}

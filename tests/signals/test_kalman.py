@@ -76,6 +76,18 @@ def test_smooths_to_the_posterior(seed: int, both: bool) -> None:
     np.testing.assert_allclose(spread, np.diag(covariance)[1::3], rtol=1e-7)
 
 
+@pytest.mark.parametrize("size", [1.0, 1e-7, 1e7], ids=["as it is", "product below all", "and beyond"])
+@pytest.mark.parametrize("most", [np.inf, 1.0])
+@pytest.mark.parametrize("both", [True, False])
+def test_unlikely_is_the_sum_of_what_forward_leaves(both: bool, most: float, size: float) -> None:
+    time, readings, variances, first, jerk = problem(3, both)
+    given = time, size * readings, size**2 * variances, first, size**2 * jerk
+    passed = kalman.Passed.blank(ROWS)
+    kalman.forward(*given, passed)
+    each = np.minimum(passed.surprise, most) + np.log(passed.variance)
+    assert kalman.unlikely(*given, most) == pytest.approx(each[~first].sum(), rel=1e-12)
+
+
 @pytest.mark.parametrize("both", [True, False])
 def test_power_and_share_are_the_slope_of_the_likelihood(both: bool) -> None:
     time, readings, variances, first, jerk = problem(7, both)
