@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from idtool.io.defer_signals import deferred_signals
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Mode, Rig, Sample, Trajectory, TrialSetup
-from idtool.rig.bus.servo import Bus, Reading, Servo
+from idtool.rig.bus.servo import Bus, Servo
 from idtool.rig.bus.settings import Settings
 from idtool.rig.bus.transactions import BITS_PER_BYTE
 from idtool.rig.clock import Clock, HostClock
@@ -216,17 +216,17 @@ class ServoRig(Rig):
 
     def _follow(self, command: Array, period: float, moves: bool) -> Iterator[Block]:
         servo = self._servo
-        rows: list[tuple[Reading, float]] = []
+        rows: list[tuple[Sample, float]] = []
         per_block = max(1, round(_BLOCK_S / self.period_s))
         for value in self._in_time(command, period):
             sent = servo.move_at(value) if moves else servo.move_to(self._inside(value))
             self._clock.wait_until(self._due)
-            rows.append((servo.read(), sent))
+            rows.append((self._read(), sent))
             if len(rows) == per_block:
-                yield self._block(rows)
+                yield _block(rows)
                 rows = []
         if rows:
-            yield self._block(rows)
+            yield _block(rows)
 
     def _in_time(self, command: Array, period: float) -> Iterator[float]:
         """The command that is due, sample after sample, until all have had their time."""
@@ -257,16 +257,7 @@ class ServoRig(Rig):
         now = self._clock.now()
         self._due = self._due + self.period_s if now <= self._due + self.period_s else now
         self._clock.wait_until(self._due)
-        reading = servo.read()
-        return Sample(
-            reading.time_s - self._origin,
-            reading.position,
-            reading.velocity,
-            reading.current,
-            reading.temperature,
-            reading.voltage,
-            reading.duty,
-        )
+        return self._read()
 
     def where(self) -> float:
         """Position, rad; the torque is not switched on for it."""
@@ -356,15 +347,15 @@ class ServoRig(Rig):
         low, high = self.limits.position
         return min(max(position, low), high)
 
-    def _block(self, rows: list[tuple[Reading, float]]) -> Block:
-        def column(name: str) -> Array | None:
-            values = [getattr(reading, name) for reading, _ in rows]
-            return None if values[0] is None else np.array(values)
+    def _read(self) -> Sample:
+        """What the servo measures, at a time of this rig's clock."""
+        sample = self._servo.read()
+        return replace(sample, time_s=sample.time_s - self._origin)
 
-        names = ("position", "velocity", "current", "temperature", "voltage", "duty")
-        time = np.array([reading.time_s - self._origin for reading, _ in rows])
-        sent = np.array([command for _, command in rows])
-        return Block(time, command=sent, **{name: column(name) for name in names})  # type: ignore[arg-type]
+
+def _block(rows: list[tuple[Sample, float]]) -> Block:
+    samples, sent = zip(*rows, strict=True)
+    return Block.of(samples, np.array(sent))
 
 
 def _at_most(name: str, wanted: float | None, limit: float, unit: str) -> float:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from idtool.rig.base import Measured, Mode
+from idtool.rig.base import Measured, Mode, Sample
 from idtool.rig.clock import Clock
 from idtool.rig.faults import ServoRefused
 
@@ -18,24 +17,6 @@ _R = TypeVar("_R", contravariant=True)
 COUNT_RAD = 2.0 * math.pi / 4096
 #: Middle of a turn, counts.
 CENTRE = 2048
-
-
-@dataclass(frozen=True)
-class Reading:
-    """What the servo measured, all of one instant: s, rad, rad/s, degrees Celsius, V.
-
-    Attributes:
-        current: of the motor, A; None where the servo does not measure it.
-        duty: share of the supply's voltage that is at the motor, -1 to 1; None as above.
-    """
-
-    time_s: float
-    position: float
-    velocity: float
-    temperature: float
-    voltage: float
-    current: float | None = None
-    duty: float | None = None
 
 
 class Registers(Protocol[_R]):
@@ -87,6 +68,9 @@ class Bus(Protocol):
 class Servo(ABC):
     """A servo, ready to move once a mode is entered. Whatever is changed in it, `release` puts back.
 
+    Args:
+        zero: position that counts as 0 rad, counts.
+
     Attributes:
         name: vendor and model.
         measures: the motor's current, or the voltage at it.
@@ -103,6 +87,12 @@ class Servo(ABC):
     speed_step: float
     bytes_per_period: int
     mode: Mode | None = None
+
+    def __init__(self, zero: int = CENTRE) -> None:
+        self._zero = zero
+
+    def _radians(self, counts: int) -> float:
+        return (counts - self._zero) * COUNT_RAD
 
     @property
     @abstractmethod
@@ -172,8 +162,8 @@ class Servo(ABC):
         """
 
     @abstractmethod
-    def read(self, *, alert: bool = True) -> Reading:
-        """Measure; `alert`: raise if the servo reports a hardware error."""
+    def read(self, *, alert: bool = True) -> Sample:
+        """Measure, at a time of the bus's clock; `alert`: raise if the servo reports a hardware error."""
 
     @abstractmethod
     def arm(self) -> None:

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import replace
 
-from idtool.rig.base import Mode
-from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Reading, Servo
+from idtool.rig.base import Mode, Sample
+from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Servo
 from idtool.rig.dynamixel.bus import BYTES_PER_PERIOD, Bus
 from idtool.rig.dynamixel.models import (
     ACCELERATION_UNIT,
@@ -76,7 +75,8 @@ class DynamixelServo(Servo):
     bytes_per_period = BYTES_PER_PERIOD
 
     def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
-        self._bus, self._zero = bus, zero
+        super().__init__(zero)
+        self._bus = bus
         self._found: Found[Register] = Found(bus)
         self._armed = False
         self.model = model = self._identify()
@@ -110,12 +110,10 @@ class DynamixelServo(Servo):
 
     @property
     def return_delay_s(self) -> float:
-        """How long it waits before it answers, s."""
         return self._bus.read(RETURN_DELAY) * RETURN_DELAY_UNIT
 
     @property
     def position_limits(self) -> tuple[float, float]:
-        """Its lowest and highest position, rad."""
         return (
             self._radians(self._bus.read(MIN_POSITION_LIMIT)),
             self._radians(self._bus.read(MAX_POSITION_LIMIT)),
@@ -123,7 +121,6 @@ class DynamixelServo(Servo):
 
     @property
     def speed_limit(self) -> float:
-        """Its highest speed, rad/s."""
         return self._bus.read(VELOCITY_LIMIT) * SPEED_UNIT
 
     @property
@@ -135,16 +132,13 @@ class DynamixelServo(Servo):
 
     @property
     def duty_limit(self) -> float:
-        """The highest share of the supply's voltage that it puts on its motor."""
         return self._bus.read(PWM_LIMIT) * DUTY_UNIT
 
     @property
     def temperature_limit(self) -> float:
-        """Above it the servo shuts down, degrees Celsius."""
         return float(self._bus.read(TEMPERATURE_LIMIT))
 
     def limit(self, speed: float, current: float, duty: float) -> None:
-        """Let the servo itself keep to these limits, rad/s, A and a share; only while its torque is off."""
         self._found.change(VELOCITY_LIMIT, math.ceil(speed / SPEED_UNIT))
         if math.isfinite(current):
             self._found.change(CURRENT_LIMIT, math.ceil(current / self.model.current_unit))
@@ -183,33 +177,24 @@ class DynamixelServo(Servo):
         self.mode = mode
 
     def torque_off(self) -> None:
-        """Switch the motor off; the axis is free."""
         self._bus.write(TORQUE_ENABLE, 0, alert=False)
         self.mode = None
         self._armed = False
 
     def accelerate_at(self, acceleration: float) -> None:
-        """Limit the acceleration of speed commands, rad/s2."""
         self._found.change(PROFILE_ACCELERATION, min(max(round(acceleration / ACCELERATION_UNIT), 1), 32767))
 
     def move_at(self, speed: float) -> float:
-        """Command a speed, rad/s; the speed commanded, which is a multiple of the servo's unit."""
         units = round(speed / SPEED_UNIT)
         self._bus.write(GOAL_VELOCITY, units)
         return units * SPEED_UNIT
 
     def move_to(self, position: float) -> float:
-        """Command a position, rad; the position commanded, which is a multiple of a count."""
         counts = self._zero + round(position / COUNT_RAD)
         self._bus.write(GOAL_POSITION, counts)
         return self._radians(counts)
 
     def hold(self) -> None:
-        """Come to rest and stay, also where the servo reports an error.
-
-        Raises:
-            RigFault: it could not be told.
-        """
         # a tripped watchdog refuses the goal, and has stopped the axis itself
         with suppress(WatchdogTripped):
             if self.mode == "velocity":
@@ -219,25 +204,20 @@ class DynamixelServo(Servo):
             elif self.mode is not None:
                 self._bus.write(GOAL_POSITION, self._bus.present(alert=False).position, alert=False)
 
-    def read(self, *, alert: bool = True) -> Reading:
-        """Measure.
-
-        Args:
-            alert: raise if the servo reports a hardware error.
-        """
+    def read(self, *, alert: bool = True) -> Sample:
         now = self._bus.present(alert=alert)
-        reading = Reading(
+        # the supply's current over the duty would be the motor's, but hardly at the small duties of a guided
+        # axis
+        by_current = self.model.senses == "motor"
+        return Sample(
             now.time_s,
             self._radians(now.position),
             now.velocity * SPEED_UNIT,
+            now.current * self.model.current_unit if by_current else None,
             float(now.temperature),
             now.voltage * VOLTAGE_UNIT,
+            None if by_current else now.pwm * DUTY_UNIT,
         )
-        if self.model.senses == "motor":
-            return replace(reading, current=now.current * self.model.current_unit)
-        # the supply's current over the duty would be the motor's, but hardly at the small duties of a guided
-        # axis
-        return replace(reading, duty=now.pwm * DUTY_UNIT)
 
     def arm(self) -> None:
         """From now on the servo stops the axis by itself when it hears nothing for `WATCHDOG_S`."""
@@ -248,7 +228,6 @@ class DynamixelServo(Servo):
             self._armed = True
 
     def disarm(self) -> None:
-        """Let silence pass; only where the axis stands."""
         if self._armed:
             self._bus.write(BUS_WATCHDOG, 0, alert=False)
             self._armed = False
@@ -256,15 +235,7 @@ class DynamixelServo(Servo):
     # ---------------------------------------------------------------------- way out
 
     def release(self) -> None:
-        """Torque off, and everything as it was found; what cannot be reached is left.
-
-        Raises:
-            RigFault: the torque could not be switched off.
-        """
         self.torque_off()
         with suppress(NotAnswering, DeviceGone):
             self._bus.write(BUS_WATCHDOG, 0, alert=False)
             self._found.restore()
-
-    def _radians(self, counts: int) -> float:
-        return (counts - self._zero) * COUNT_RAD

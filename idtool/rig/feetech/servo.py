@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-from idtool.rig.base import Mode
-from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Reading, Servo
+from idtool.rig.base import Mode, Sample
+from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Servo
 from idtool.rig.faults import DeviceGone, NotAnswering, WrongServo
-from idtool.rig.feetech.bus import BYTES_PER_PERIOD, Bus, Present
+from idtool.rig.feetech.bus import BYTES_PER_PERIOD, Bus
 from idtool.rig.feetech.models import (
     ACCELERATION,
     ACCELERATION_UNIT,
@@ -69,7 +69,8 @@ class FeetechServo(Servo):
     bytes_per_period = BYTES_PER_PERIOD
 
     def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
-        self._bus, self._zero = bus, zero
+        super().__init__(zero)
+        self._bus = bus
         self._found: Found[Register] = Found(bus)
         bus.ping()
         if bus.read(BYTE_ORDER):
@@ -97,12 +98,10 @@ class FeetechServo(Servo):
 
     @property
     def return_delay_s(self) -> float:
-        """How long it waits before it answers, s."""
         return self._bus.read(RETURN_DELAY) * RETURN_DELAY_UNIT
 
     @property
     def position_limits(self) -> tuple[float, float]:
-        """Its lowest and highest position, rad."""
         return self._radians(self._range[0]), self._radians(self._range[1])
 
     @property
@@ -112,17 +111,14 @@ class FeetechServo(Servo):
 
     @property
     def current_limit(self) -> float:
-        """None."""
         return math.inf
 
     @property
     def duty_limit(self) -> float:
-        """The highest share of the supply's voltage that it puts on its motor."""
         return self._bus.read(TORQUE_LIMIT) * DUTY_UNIT
 
     @property
     def temperature_limit(self) -> float:
-        """Above it the servo shuts down, degrees Celsius."""
         return float(self._bus.read(TEMPERATURE_LIMIT))
 
     def limit(self, speed: float, current: float, duty: float) -> None:
@@ -154,17 +150,14 @@ class FeetechServo(Servo):
         self.mode = mode
 
     def torque_off(self) -> None:
-        """Switch the motor off; the axis is free."""
         self._bus.torque = False
         self._bus.write(TORQUE_ENABLE, 0, alert=False)
         self.mode = None
 
     def accelerate_at(self, acceleration: float) -> None:
-        """Limit the acceleration of speed commands, rad/s2."""
         self._acceleration = min(max(math.ceil(acceleration / ACCELERATION_UNIT), 1), _MOST_ACCELERATION)
 
     def move_at(self, speed: float) -> float:
-        """Command a speed, rad/s; the speed commanded, which is a multiple of the servo's unit."""
         self._go_on()
         units = round(speed / self.speed_step)
         before, self._speed = self._speed, units * self.speed_step
@@ -185,7 +178,6 @@ class FeetechServo(Servo):
         self._pace, self._since = pace, now
 
     def move_to(self, position: float) -> float:
-        """Command a position, rad; the position commanded, which is a multiple of a count."""
         counts = self._counts(position)
         self._bus.set_goal(counts, self._fastest, 0)
         self._place = self._radians(counts)
@@ -196,9 +188,6 @@ class FeetechServo(Servo):
 
         It stays on its goal: a position loop without integral action would sink further if its goal were the
         place to which its load has made it sink. One that is far from its goal is blocked and stays there.
-
-        Raises:
-            RigFault: it could not be told.
         """
         if self.mode is None:
             return
@@ -214,16 +203,16 @@ class FeetechServo(Servo):
         units = min(max(round(speed / self.speed_step), 1), HIGHEST_SPEED // self._unit)
         self._bus.set_goal(self._counts(position), units, self._acceleration, alert=alert)
 
-    def read(self, *, alert: bool = True) -> Reading:
-        """Measure; `alert`: raise if the servo reports an error."""
-        now: Present = self._bus.present(alert=alert)
-        return Reading(
+    def read(self, *, alert: bool = True) -> Sample:
+        now = self._bus.present(alert=alert)
+        return Sample(
             now.time_s,
             self._radians(now.position),
             now.speed * self.speed_step,
+            None,
             float(now.temperature),
             now.voltage * VOLTAGE_UNIT,
-            duty=now.load * DUTY_UNIT,
+            now.load * DUTY_UNIT,
         )
 
     def arm(self) -> None:
@@ -235,11 +224,6 @@ class FeetechServo(Servo):
     # ---------------------------------------------------------------------- way out
 
     def release(self) -> None:
-        """Torque off, and everything as it was found; what cannot be reached is left.
-
-        Raises:
-            RigFault: the torque could not be switched off.
-        """
         self.torque_off()
         with suppress(NotAnswering, DeviceGone):
             self._found.restore()
@@ -247,6 +231,3 @@ class FeetechServo(Servo):
     def _counts(self, position: float) -> int:
         low, high = self._range
         return min(max(self._zero + round(position / COUNT_RAD), low), high)
-
-    def _radians(self, counts: int) -> float:
-        return (counts - self._zero) * COUNT_RAD
