@@ -336,12 +336,10 @@ def search(
     return _different(state.seen, high - low, keep)
 
 
-def cost_over_stiffness(
-    model: JointModel, values: Mapping[str, float], points: int = 41
-) -> tuple[Array, Array]:
+def cost_over_stiffness(model: JointModel, values: Mapping[str, float]) -> tuple[Array, Array]:
     """Root-mean-square residual over the bristle stiffness, static parameters held, linear ones solved."""
     low, high = _box(model, ["bend"])
-    bends = np.exp(np.linspace(high[0], low[0], points))
+    bends = np.exp(np.linspace(high[0], low[0], 41))
     projection = Projection(model, values["coulomb"])
     shape = {
         "ratio": values["static"] / values["coulomb"],

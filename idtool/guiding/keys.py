@@ -6,7 +6,6 @@ import os
 import select
 import sys
 from contextlib import suppress
-from types import TracebackType
 from typing import Any, Self, final
 
 from idtool.errors import InputError
@@ -59,7 +58,5 @@ class TerminalKeys:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()

@@ -28,7 +28,6 @@ from idtool.fit.windows import steady_windows
 from idtool.io.atomic import atomic_write
 from idtool.io.lock import held_folder
 from idtool.model.stribeck import steady
-from idtool.parameters import Parameters
 from idtool.verbs.identification import Identification
 from idtool.version import __version__
 
@@ -85,17 +84,10 @@ def make_folder(folder: Path) -> None:
         ) from error
 
 
-def write_results(
-    result: Identification,
-    folder: Path,
-    *,
-    parameters: Parameters | None = None,
-    command: str = "",
-    seed: int = 0,
-) -> None:
+def write_results(result: Identification, folder: Path, *, command: str = "", seed: int = 0) -> None:
     """Write params.toml, diagnosis.json, evidence.json and evidence.csv.gz."""
     make_folder(folder)
-    (parameters or result.parameters).write(folder / "params.toml", force=True)
+    result.parameters.write(folder / "params.toml", force=True)
     write_json(folder / "diagnosis.json", result.diagnosis)
     correction = result.evidence.correction
     if correction is None:

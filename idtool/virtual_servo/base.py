@@ -29,6 +29,7 @@ class VirtualServo(ABC):
 
     Attributes:
         baud_rates: what it can be set to, bits a second, by the code in its table.
+        errors, fatal: entries of its table: errors that are set, and those that switch the torque off.
         axis: what it moves.
         table: its registers, by name.
         decoder: of the bytes that it hears.
@@ -38,6 +39,8 @@ class VirtualServo(ABC):
     """
 
     baud_rates: ClassVar[Mapping[int, int]]
+    errors: ClassVar[str]
+    fatal: ClassVar[str]
     axis: VirtualAxis
     table: Any
     decoder: Decoder
@@ -85,25 +88,56 @@ class VirtualServo(ABC):
     def torque(self) -> bool:
         """Whether its motor is on."""
 
-    @abstractmethod
     def pass_time(self, now: float) -> None:
         """Let the axis move up to this instant, and happen what is due on the way."""
+        self._move(now)
 
     @abstractmethod
+    def answer(self, packet: Any, now: float) -> list[Any]:
+        """Do what an instruction says.
+
+        Args:
+            packet: from the bus, for whomever.
+            now: s.
+
+        Returns:
+            The answers, in the order of the bus; none where none is due.
+        """
+
+    @staticmethod
+    @abstractmethod
+    def encode(packet: Any) -> bytes:
+        """The bytes of a packet on the wire."""
+
     def reply(self, packet: Any, now: float) -> list[bytes]:
         """Do what an instruction says: the bytes of its answers, in the order of the bus."""
+        return [self.encode(answer) for answer in self.answer(packet, now)]
+
+    @abstractmethod
+    def _drive(self) -> None:
+        """Tell the drive what the table says."""
+
+    @abstractmethod
+    def _measure(self) -> None:
+        """Bring the readings of the table up to date."""
 
     def overload(self) -> None:
         """Shut the motor off because of an overload."""
         self.fail(OVERLOAD)
 
-    @abstractmethod
     def fail(self, bits: int) -> None:
-        """Set these bits of the error status."""
+        """Set these bits of the error status; those of the servo's mask switch the torque off."""
+        self.table[self.errors] |= bits
+        if bits & self.table[self.fatal]:
+            self.table["torque_enable"] = 0
+            self._drive()
 
-    @abstractmethod
     def lose_power(self) -> None:
         """Begin anew: what is not stored for good has its initial value."""
+        self.table.reboot()
+        self._registered = None
+        self._drive()
+        self._measure()
 
     @abstractmethod
     def trip_watchdog(self) -> None:

@@ -12,8 +12,8 @@ from typing import Any
 from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
 from idtool.rig.clock import Clock
-from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, Register, hardware_error_text
-from idtool.rig.faults import ServoRefused, ServoRestarted, ServoShutdown, WatchdogTripped
+from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, HARDWARE_ERRORS, Register
+from idtool.rig.faults import ServoRefused, ServoRestarted, WatchdogTripped, shutdown
 
 #: Baud rates that the servos come with or are set to.
 BAUD_RATES = (57600, 1_000_000, 115200, 2_000_000, 3_000_000, 4_000_000)
@@ -223,7 +223,4 @@ class Bus(Transactions):
         """
         bits = self.read(HARDWARE_ERROR)
         if bits:
-            raise ServoShutdown(
-                f"the servo reports {hardware_error_text(bits)} and may have switched its motor off; "
-                "remove the cause, then switch its power off and on"
-            )
+            raise shutdown(bits, HARDWARE_ERRORS)

@@ -19,8 +19,6 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from idtool.rig.faults import in_words
-
 #: rad/s per unit of velocity: 0.229 rev/min.
 SPEED_UNIT = 0.229 * 2.0 * math.pi / 60.0
 #: rad/s2 per unit of profile acceleration: 214.577 rev/min2.
@@ -139,12 +137,3 @@ HARDWARE_ERRORS = {
     0x10: "electrical shock or too little power",
     0x20: "overload",
 }
-
-
-def hardware_error_text(bits: int) -> str:
-    """The hardware errors in words.
-
-    >>> hardware_error_text(0x24)
-    'overheating, overload'
-    """
-    return in_words(bits, HARDWARE_ERRORS)

@@ -14,10 +14,11 @@ from typing import Any
 from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
 from idtool.rig.clock import Clock
-from idtool.rig.faults import ServoRestarted, ServoShutdown
+from idtool.rig.faults import ServoRestarted, shutdown
 from idtool.rig.feetech.models import (
     ACCELERATION,
     CURRENT,
+    ERRORS,
     GOAL_POSITION,
     GOAL_SPEED,
     GOAL_TIME,
@@ -30,7 +31,6 @@ from idtool.rig.feetech.models import (
     TORQUE_ENABLE,
     VOLTAGE,
     Register,
-    error_text,
 )
 
 #: Baud rates that the servos come with or are set to.
@@ -187,10 +187,7 @@ class Bus(Transactions):
         """
         bits = self.read(STATUS) if bits is None else bits
         if bits:
-            raise ServoShutdown(
-                f"the servo reports {error_text(bits)} and may have switched its motor off; "
-                "remove the cause, then switch its power off and on"
-            )
+            raise shutdown(bits, ERRORS)
 
     def answer_everything(self) -> None:
         """Let the servo answer every instruction, until it loses its power."""

@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from idtool.rig.bus.servo import COUNT_RAD
-from idtool.rig.faults import in_words
 
 #: rad/s per count a second.
 SPEED_UNIT = COUNT_RAD
@@ -97,12 +96,3 @@ ERRORS = {
     0x10: "angle out of range",
     0x20: "overload",
 }
-
-
-def error_text(bits: int) -> str:
-    """The errors in words.
-
-    >>> error_text(0x24)
-    'overheating, overload'
-    """
-    return in_words(bits, ERRORS)

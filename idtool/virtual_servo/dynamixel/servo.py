@@ -57,6 +57,8 @@ class VirtualDynamixel(VirtualServo):
     """
 
     baud_rates = BAUD_RATES
+    errors, fatal = "hardware_error_status", "shutdown"
+    encode = staticmethod(encode)
     table: ControlTable
 
     def __init__(
@@ -84,12 +86,10 @@ class VirtualDynamixel(VirtualServo):
 
     @property
     def return_delay_s(self) -> float:
-        """How long it waits before it answers, s."""
         return 2e-6 * self.table["return_delay_time"]
 
     @property
     def torque(self) -> bool:
-        """Whether its motor is on."""
         return bool(self.table["torque_enable"])
 
     def pass_time(self, now: float) -> None:
@@ -110,27 +110,7 @@ class VirtualDynamixel(VirtualServo):
         self.table["goal_position"] = self.table["present_position"]
         self._drive()
 
-    def fail(self, bits: int) -> None:
-        """A hardware error; if the shutdown mask has it, the torque goes off until a reboot."""
-        self.table["hardware_error_status"] |= bits
-        if bits & self.table["shutdown"]:
-            self.table["torque_enable"] = 0
-            self._drive()
-
-    def reply(self, packet: Packet | Damaged, now: float) -> list[bytes]:
-        """The bytes of the answers."""
-        return [encode(answer) for answer in self.answer(packet, now)]
-
     def answer(self, packet: Packet | Damaged, now: float) -> list[Packet]:
-        """Do what an instruction says.
-
-        Args:
-            packet: from the bus, for whomever.
-            now: s.
-
-        Returns:
-            The status packets, in the order of the bus; none where none is due.
-        """
         self.pass_time(now)
         mine = packet.id == self.table["id"]
         if isinstance(packet, Damaged):
@@ -205,13 +185,8 @@ class VirtualDynamixel(VirtualServo):
 
     def lose_power(self) -> None:
         """Begin anew: what is not in the EEPROM has its initial value, and the clock stands at zero."""
-        self.table.reboot()
-        if self.family.senses != "load":
-            self.table["goal_current"] = self.table["current_limit"]
-        self._registered = None
         self._began = self._now
-        self._drive()
-        self._measure()
+        super().lose_power()
 
     def _store(self, address: int, data: bytes) -> None:
         values = self.table.check(address, data)
@@ -229,7 +204,6 @@ class VirtualDynamixel(VirtualServo):
         self._drive()
 
     def _drive(self) -> None:
-        """Tell the drive what the table says."""
         table = self.table
         if not table["torque_enable"]:
             self.axis.command(Drive())
@@ -247,7 +221,6 @@ class VirtualDynamixel(VirtualServo):
         self.axis.command(Drive(plant.POSITION_MODE, goal, speed, current, acceleration))
 
     def _measure(self) -> None:
-        """Bring the readings of the table up to date."""
         table, reading = self.table, self.axis.read()
         table["realtime_tick"] = int(1000.0 * (self._now - self._began)) % 32768
         table["present_pwm"] = round(reading.duty * PWM_FULL)

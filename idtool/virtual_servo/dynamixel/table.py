@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from idtool.virtual_servo.dynamixel.families import Family
-from idtool.virtual_servo.entry import Entry
+from idtool.virtual_servo.entry import Entry, Table
 
 #: Below this address the table is EEPROM and locked while the torque is on.
 EEPROM_END = 64
@@ -38,6 +38,12 @@ class Field(Entry):
     """An entry; `signed`: two's complement."""
 
     signed: bool = False
+
+    def encode(self, value: int) -> bytes:
+        return value.to_bytes(self.size, "little", signed=self.signed)
+
+    def decode(self, data: bytes) -> int:
+        return int.from_bytes(data, "little", signed=self.signed)
 
 
 _TURNS = 1_048_575  # extended position: 256 turns either way
@@ -102,36 +108,24 @@ _LIMITED = {"goal_pwm": "pwm_limit", "goal_current": "current_limit", "goal_velo
 _BY_ADDRESS = {field.address: name for name, field in FIELDS.items()}
 
 
-class ControlTable:
+class ControlTable(Table):
     """The memory of one servo.
 
     Args:
         family: what its current is; a servo without a current sensor lacks the entries of one.
     """
 
+    fields, size, eeprom_end = FIELDS, SIZE, EEPROM_END
+
     def __init__(self, family: Family) -> None:
-        self._memory = bytearray(SIZE)
         self._lacks = CURRENT_ENTRIES if family.senses == "load" else ()
-        for name, field in FIELDS.items():
-            self[name] = field.initial
-
-    def __getitem__(self, name: str) -> int:
-        field = FIELDS[name]
-        data = self._memory[field.address : field.address + field.size]
-        return int.from_bytes(data, "little", signed=field.signed)
-
-    def __setitem__(self, name: str, value: int) -> None:
-        """Set an entry as the servo itself does, without any rule but that it fits."""
-        field = FIELDS[name]
-        self._memory[field.address : field.address + field.size] = value.to_bytes(
-            field.size, "little", signed=field.signed
-        )
+        super().__init__()
 
     def reboot(self) -> None:
-        """Back to the initial values, except what is in the EEPROM."""
-        for name, field in FIELDS.items():
-            if field.address >= EEPROM_END:
-                self[name] = field.initial
+        """Back to the initial values, except what is in the EEPROM; the goal of a current is its limit."""
+        super().reboot()
+        if not self._lacks:
+            self["goal_current"] = self["current_limit"]
 
     def read(self, address: int, length: int) -> bytes:
         """A stretch of the table.
@@ -159,7 +153,7 @@ class ControlTable:
                 raise Refused(LENGTH_ERROR)
             if address < EEPROM_END and self["torque_enable"]:
                 raise Refused(ACCESS_ERROR)
-            values[name] = int.from_bytes(data[: field.size], "little", signed=field.signed)
+            values[name] = field.decode(data[: field.size])
             self._check_value(name, field, values[name])
             address, data = address + field.size, data[field.size :]
         if not values:

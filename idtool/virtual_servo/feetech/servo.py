@@ -42,6 +42,8 @@ class VirtualFeetech(VirtualServo):
     """
 
     baud_rates = BAUD_RATES
+    errors, fatal = "status", "unloading"
+    encode = staticmethod(encode)
     table: MemoryTable
 
     def __init__(
@@ -61,49 +63,16 @@ class VirtualFeetech(VirtualServo):
 
     @property
     def return_delay_s(self) -> float:
-        """How long it waits before it answers, s."""
         return 2e-6 * self.table["return_delay"]
 
     @property
     def torque(self) -> bool:
-        """Whether its motor is on."""
         return self.table["torque_enable"] == 1
-
-    def pass_time(self, now: float) -> None:
-        """Let the axis move up to this instant; there is no watchdog that could trip on the way."""
-        self._move(now)
 
     def trip_watchdog(self) -> None:
         """Nothing: the series has none."""
 
-    def fail(self, bits: int) -> None:
-        """Set errors; those of the unloading mask switch the torque off."""
-        self.table["status"] |= bits
-        if bits & self.table["unloading"]:
-            self.table["torque_enable"] = 0
-            self._drive()
-
-    def lose_power(self) -> None:
-        """Begin anew: what is not stored has its initial value."""
-        self.table.reboot()
-        self._registered = None
-        self._drive()
-        self._measure()
-
-    def reply(self, packet: Packet, now: float) -> list[bytes]:
-        """The bytes of the answers."""
-        return [encode(answer) for answer in self.answer(packet, now)]
-
     def answer(self, packet: Packet, now: float) -> list[Packet]:
-        """Do what an instruction says.
-
-        Args:
-            packet: from the bus, for whomever.
-            now: s.
-
-        Returns:
-            The answers, in the order of the bus; none where none is due.
-        """
         self.pass_time(now)
         mine = packet.id == self.table["id"]
         if not mine and packet.id != BROADCAST:
@@ -170,7 +139,6 @@ class VirtualFeetech(VirtualServo):
         self._drive()
 
     def _drive(self) -> None:
-        """Tell the drive what the table says."""
         table = self.table
         if not self.torque:
             self.axis.command(Drive())
@@ -190,7 +158,6 @@ class VirtualFeetech(VirtualServo):
         self.axis.command(Drive(plant.POSITION_MODE, goal, speed, most, acceleration))
 
     def _measure(self) -> None:
-        """Bring the readings of the table up to date."""
         table, reading = self.table, self.axis.read()
         table["present_load"] = round(1000.0 * reading.duty)
         table["present_voltage"] = round(10.0 * reading.voltage)

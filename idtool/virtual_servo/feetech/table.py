@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from idtool.virtual_servo.entry import Entry
+from idtool.virtual_servo.entry import Entry, Table
 
 #: Registers below this keep their value without power (Feetech, STS3215 memory table).
 EEPROM_END = 40
@@ -22,6 +22,17 @@ class Field(Entry):
     """An entry; `sign`: the bit of the sign, if it has one."""
 
     sign: int | None = None
+
+    def encode(self, value: int) -> bytes:
+        if self.sign is not None and value < 0:
+            value = (1 << self.sign) - value
+        return value.to_bytes(self.size, "little")
+
+    def decode(self, data: bytes) -> int:
+        value = int.from_bytes(data, "little")
+        if self.sign is None or not value >> self.sign & 1:
+            return value
+        return -(value - (1 << self.sign))
 
 
 FIELDS: dict[str, Field] = {
@@ -79,28 +90,14 @@ FIELDS: dict[str, Field] = {
 _BY_ADDRESS = {field.address: name for name, field in FIELDS.items()}
 
 
-class MemoryTable:
+class MemoryTable(Table):
     """The memory of one servo."""
 
+    fields, size, eeprom_end = FIELDS, SIZE, EEPROM_END
+
     def __init__(self) -> None:
-        self._memory = bytearray(SIZE)
-        for name, field in FIELDS.items():
-            self[name] = field.initial
-        self._stored = bytes(self._memory[:EEPROM_END])
-
-    def __getitem__(self, name: str) -> int:
-        field = FIELDS[name]
-        value = int.from_bytes(self._memory[field.address : field.address + field.size], "little")
-        if field.sign is None or not value >> field.sign & 1:
-            return value
-        return -(value - (1 << field.sign))
-
-    def __setitem__(self, name: str, value: int) -> None:
-        """Set an entry as the servo itself does."""
-        field = FIELDS[name]
-        if field.sign is not None and value < 0:
-            value = (1 << field.sign) - value
-        self._memory[field.address : field.address + field.size] = value.to_bytes(field.size, "little")
+        super().__init__()
+        self.store()
 
     def store(self) -> None:
         """Keep the EEPROM as it is, for the time without power."""
@@ -109,9 +106,7 @@ class MemoryTable:
     def reboot(self) -> None:
         """Back to what was stored, and the rest to its initial values."""
         self._memory[:EEPROM_END] = self._stored
-        for name, field in FIELDS.items():
-            if field.address >= EEPROM_END:
-                self[name] = field.initial
+        super().reboot()
         self["torque_limit"] = self["max_torque"]
 
     def read(self, address: int, length: int) -> bytes:
