@@ -146,14 +146,6 @@ class Backlash(Effect):
             )
         return None
 
-    def to_parameters(self, values: Values) -> dict[str, float]:
-        others = {name: value for name, value in values.items() if name != "log_gap"}
-        return {"gap": math.exp(values["log_gap"]), **others}
-
-    def to_values(self, parameters: Values) -> dict[str, float]:
-        others = {name: value for name, value in parameters.items() if name != "gap"}
-        return {"log_gap": math.log(parameters["gap"]), **others}
-
 
 def _load_scale(motion: Motion) -> float | None:
     """A small part of the largest load; None where there are not both loaded and unloaded rows."""

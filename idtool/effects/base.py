@@ -58,7 +58,7 @@ class Coordinate:
     """A number as the fit varies it.
 
     Attributes:
-        name: as in `contribute`'s values.
+        name: as in `contribute`'s values; "log_" and the name of a parameter is its logarithm.
         null: the value at which the effect vanishes (for a shape coordinate: any valid value).
         lower, upper: bounds of the fit.
         increment: step of the numerical derivative of `contribute`; exact where it enters linearly.
@@ -308,11 +308,21 @@ class Effect(ABC):
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         """File parameters from fit coordinates and constants."""
-        return {p.name: values[p.name] for p in self.parameters if p.name in values}
+        found = {}
+        for name in (p.name for p in self.parameters):
+            if name in values:
+                found[name] = values[name]
+            elif f"log_{name}" in values:
+                found[name] = math.exp(values[f"log_{name}"])
+        return found
 
     def to_values(self, parameters: Values) -> dict[str, float]:
         """Fit coordinates and constants from file parameters."""
-        return dict(parameters)
+        found = dict(parameters)
+        for name in [c.name for c in self.coordinates if c.name.startswith("log_")]:
+            if (plain := name.removeprefix("log_")) in found:
+                found[name] = math.log(found.pop(plain))
+        return found
 
     def to_file(self, values: Values, kind: Units) -> dict[str, float]:
         """`to_parameters` in the units of a file for this kind of axis."""

@@ -84,8 +84,7 @@ class BreakawayDwell(Effect):
             else memory[0] *= decay(row->step * speed * (1.0f / wear));
             sum->static_change += gain * memory[0];
         """
-        times = {"time_constant": math.exp(values["log_time_constant"]), "wear": math.exp(values["log_wear"])}
-        return CForm(code, {**values, **times})
+        return CForm(code, {**values, **self.to_parameters(values)})
 
     def constants(self, motion: Motion) -> dict[str, float]:
         speed = np.abs(motion.velocity)
@@ -120,19 +119,3 @@ class BreakawayDwell(Effect):
             return np.empty(0)
         before = starts[np.searchsorted(starts, stops, side="right") - 1]
         return np.asarray((clock[stops] - clock[before])[~motion.first[before]])
-
-    def to_parameters(self, values: Values) -> dict[str, float]:
-        return {
-            "gain": values["gain"],
-            "time_constant": math.exp(values["log_time_constant"]),
-            "rest_speed": values["rest_speed"],
-            "wear": math.exp(values["log_wear"]),
-        }
-
-    def to_values(self, parameters: Values) -> dict[str, float]:
-        return {
-            "gain": parameters["gain"],
-            "log_time_constant": math.log(parameters["time_constant"]),
-            "rest_speed": parameters["rest_speed"],
-            "log_wear": math.log(parameters["wear"]),
-        }

@@ -96,18 +96,6 @@ class ThermalDrift(Effect):
             return f"needs a temperature column, or a clock that runs on over {_RUNS}"
         return None
 
-    def to_parameters(self, values: Values) -> dict[str, float]:
-        found = super().to_parameters(values)
-        if "log_time_constant" in values:
-            found["time_constant"] = math.exp(values["log_time_constant"])
-        return found
-
-    def to_values(self, parameters: Values) -> dict[str, float]:
-        found = dict(parameters)
-        if "time_constant" in found:
-            found["log_time_constant"] = math.log(found.pop("time_constant"))
-        return found
-
 
 def _shown_throughout(motion: Motion) -> bool:
     """Whether the run shows again and again how much friction there is: in trials enough, or in each part of
