@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, handed
+from .common import PATH, Output, handed
 from .numbers import Number
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ axis_options = handed(
     click.option(
         "--axis",
         "axis_file",
-        type=click.Path(path_type=Path),
+        type=PATH,
         metavar="FILE",
         help="Axis file (ffc-id init), for logs that do not say what axis they are of.",
     ),

@@ -10,20 +10,19 @@ import click
 
 from .axis import Given, axis_options
 from .common import Output, logs_argument, output_options, params_option
-from .numbers import NumberRange
+from .numbers import POSITIVE, NumberRange
 from .progress import Progress
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-_POSITIVE = NumberRange(min=0.0, min_open=True)
 #: As `tune` takes one: a longer one is in millimetres.
 _LEVER = NumberRange(0.0, 10.0, min_open=True)
 
 
 @click.command()
 @logs_argument
-@click.option("--mass", type=_POSITIVE, metavar="KG", help="Mass of the load; else payload_kg tells it.")
+@click.option("--mass", type=POSITIVE, metavar="KG", help="Mass of the load; else payload_kg tells it.")
 @click.option("--lever", type=_LEVER, metavar="M", help="From the axis to the mass; not on a linear axis.")
 @params_option("Parameter file to put into N m by it, in place.", required=False)
 @axis_options

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 Decorator = Callable[[Any], Any]
+#: The type of an argument or an option that names a file or a folder.
+PATH = click.Path(path_type=Path)
 
 #: Columns of a table that another program reads: wider than any row is.
 _PIPED_WIDTH = 1000
@@ -147,14 +149,12 @@ output_options = handed(
     click.option("--json", is_flag=True, help="One JSON document on standard output."),
     click.option("-q", "--quiet", is_flag=True, help="No progress, no messages."),
 )
-logs_argument = click.argument(
-    "logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG..."
-)
+logs_argument = click.argument("logs", nargs=-1, required=True, type=PATH, metavar="LOG...")
 
 
 def params_option(text: str = "Parameter file.", *, required: bool = True) -> Decorator:
     """`-p`."""
-    return click.option("-p", "--params", required=required, type=click.Path(path_type=Path), help=text)
+    return click.option("-p", "--params", required=required, type=PATH, help=text)
 
 
 seed_option = click.option(

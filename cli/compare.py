@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, output_options
+from .common import PATH, Output, output_options
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("a", metavar="A", type=click.Path(path_type=Path))
-@click.argument("b", metavar="B", type=click.Path(path_type=Path))
-@click.argument("logs", nargs=-1, type=click.Path(path_type=Path), metavar="[LOG]...")
+@click.argument("a", metavar="A", type=PATH)
+@click.argument("b", metavar="B", type=PATH)
+@click.argument("logs", nargs=-1, type=PATH, metavar="[LOG]...")
 @axis_options
 @output_options
 def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, force_option, output_options
+from .common import PATH, Output, force_option, output_options
 from .lazy import LazyGroup
 from .progress import Progress
 
@@ -23,7 +23,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
 
 _catalogue = click.option(
     "--catalogue",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="A catalogue of yours, in place of the one that comes along.",
 )
@@ -69,9 +69,7 @@ def list_recordings(catalogue: Path | None, output: Output) -> None:
 
 @click.command("get")
 @click.argument("name")
-@click.option(
-    "-o", "--output", "folder", type=click.Path(path_type=Path), help="Where to [a folder of its name]."
-)
+@click.option("-o", "--output", "folder", type=PATH, help="Where to [a folder of its name].")
 @_catalogue
 @force_option
 @output_options

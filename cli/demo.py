@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output, force_option, output_options, seed_option
+from .common import PATH, Output, force_option, output_options, seed_option
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _PUBLISHED = {
     "folder",
     default="demo",
     show_default=True,
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Where logs and results go.",
 )
 @seed_option

@@ -12,6 +12,7 @@ import click
 
 from .axis import Given, axis_options
 from .common import (
+    PATH,
     Output,
     force_option,
     handed,
@@ -49,7 +50,7 @@ validate_option = click.option(
     "--validate",
     multiple=True,
     metavar="LOG",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Predict this log, which no fit sees, with the result; may be repeated.",
 )
 tolerance_option = click.option(
@@ -101,9 +102,7 @@ _shared = handed(
     "session",
     _Session,
     logs_argument,
-    click.option(
-        "-o", "--output", "folder", required=True, type=click.Path(path_type=Path), help="Result folder."
-    ),
+    click.option("-o", "--output", "folder", required=True, type=PATH, help="Result folder."),
     friction_option,
     without_option,
     tolerance_option,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .angles import radians, range_options
-from .common import Output, force_option, output_options, params_option
+from .common import PATH, Output, force_option, output_options, params_option
 from .guiding import idle_option, max_speed_option, period_option, session_limits
 from .numbers import NumberRange
 from .onward import ANY_RIG
@@ -22,14 +22,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @params_option()
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    required=True,
-    type=click.Path(path_type=Path),
-    help="Folder, made if missing.",
-)
+@click.option("-o", "--output", "folder", required=True, type=PATH, help="Folder, made if missing.")
 @click.option("--name", default="ffc", show_default=True, metavar="PREFIX", help="Begins symbols and files.")
 @click.option(
     "--without",
@@ -42,9 +35,7 @@ if TYPE_CHECKING:
 @range_options("Positions that may be commanded, rad or m; must be told, or --any-position.")
 @click.option("--any-position", is_flag=True, help="Let it command any position: an axis without ends.")
 @click.option(
-    "--path",
-    type=click.Path(path_type=Path),
-    help="A path to play from flash: the log of `teach -o`, or a file of waypoints.",
+    "--path", type=PATH, help="A path to play from flash: the log of `teach -o`, or a file of waypoints."
 )
 @click.option(
     "--path-speed",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, force_option, handed, output_options, params_option
+from .common import PATH, Output, force_option, handed, output_options, params_option
 from .words import Choice
 
 if TYPE_CHECKING:
@@ -41,11 +41,9 @@ class _Asked:
 _shared = handed(
     "asked",
     _Asked,
-    click.argument("logs", nargs=-1, type=click.Path(path_type=Path), metavar="[LOG]..."),
+    click.argument("logs", nargs=-1, type=PATH, metavar="[LOG]..."),
     params_option(),
-    click.option(
-        "-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="File to write."
-    ),
+    click.option("-o", "--output", "out", required=True, type=PATH, help="File to write."),
     click.option("--name", "joint", default="axis", show_default=True, help="Name of the joint."),
     axis_options,
     force_option,

@@ -12,6 +12,7 @@ import click
 
 from .axis import Given, axis_options
 from .common import (
+    PATH,
     Output,
     handed,
     logs_argument,
@@ -171,12 +172,7 @@ _shared = handed(
     _Part,
     logs_argument,
     params_option("Parameter file; made if missing."),
-    click.option(
-        "--figure",
-        type=click.Path(path_type=Path),
-        callback=picture_name,
-        help="Draw a figure too, to this PNG or SVG.",
-    ),
+    click.option("--figure", type=PATH, callback=picture_name, help="Draw a figure too, to this PNG or SVG."),
     axis_options,
     optimizer_option,
     seed_option,

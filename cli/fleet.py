@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, given_words, output_options, seed_option
+from .common import PATH, Output, given_words, output_options, seed_option
 from .diagnose import gravity_option, tolerance_option, without_option
 from .fit import friction_option, optimizer_option
 from .progress import Progress
@@ -20,10 +20,8 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("sessions", type=click.Path(path_type=Path), metavar="SESSIONS/")
-@click.option(
-    "-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="Folder of the results."
-)
+@click.argument("sessions", type=PATH, metavar="SESSIONS/")
+@click.option("-o", "--output", "out", required=True, type=PATH, help="Folder of the results.")
 @click.option(
     "-j", "--workers", type=click.IntRange(1), help="Processes on this machine; all processors if not given."
 )

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output
+from .common import PATH, Output
 from .moving import Moving, moving_options
-from .numbers import Number, NumberRange
+from .numbers import POSITIVE, Number, NumberRange
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -168,21 +168,18 @@ _GUIDING = (
     click.option(
         "--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly."
     ),
-    click.option("-o", "--output", "log", type=click.Path(path_type=Path), help="Write the run as a log."),
+    click.option("-o", "--output", "log", type=PATH, help="Write the run as a log."),
 )
 guiding_options = moving_options(Guiding, *_GUIDING)
 watched_options = moving_options(
     Watched,
     click.option(
-        "-p",
-        "--params",
-        type=click.Path(path_type=Path),
-        help="Parameter file: feel a contact by its model, and count in mm.",
+        "-p", "--params", type=PATH, help="Parameter file: feel a contact by its model, and count in mm."
     ),
     click.option(
         "--contact",
         metavar="N",
-        type=NumberRange(0.0, min_open=True),
+        type=POSITIVE,
         help="Stop at this force at the moving part [10 N; needs -p].",
     ),
     *_GUIDING,
@@ -199,7 +196,7 @@ max_speed_option = click.option(
     default=250.0,
     show_default=True,
     metavar="MM_S",
-    type=NumberRange(0.0, min_open=True),
+    type=POSITIVE,
     help="Speed limit of the session, where the file says how far the axis moves per radian.",
 )
 idle_option = click.option(
@@ -207,7 +204,7 @@ idle_option = click.option(
     default=60.0,
     show_default=True,
     metavar="S",
-    type=NumberRange(0.0, min_open=True),
+    type=POSITIVE,
     help="Hold the axis after so long without a hand, until the button was up.",
 )
 

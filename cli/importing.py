@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from .common import Output, force_option, output_options
+from .common import PATH, Output, force_option, output_options
 from .numbers import Number
 from .words import Choice
 
@@ -36,15 +36,9 @@ def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
 
 
 @click.command("import", short_help="Turn a recording from elsewhere into a log.")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=PATH)
 @click.option(
-    "-o",
-    "--output",
-    "target",
-    required=True,
-    metavar="LOG.csv",
-    type=click.Path(path_type=Path),
-    help="The log to write.",
+    "-o", "--output", "target", required=True, metavar="LOG.csv", type=PATH, help="The log to write."
 )
 @click.option(
     "--map",
@@ -76,7 +70,7 @@ def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
 @click.option(
     "--axis",
     "axis_file",
-    type=click.Path(path_type=Path),
+    type=PATH,
     metavar="FILE",
     help="Axis file (ffc-id init) in place of --kind and --torque-constant.",
 )

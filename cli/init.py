@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .angles import radians, range_options
-from .common import Output, force_option, output_options
+from .common import PATH, Output, force_option, output_options
 from .numbers import Number
 from .words import Choice
 
@@ -22,13 +22,7 @@ _KINDS = ("rotary", "linear")
 
 @click.command()
 @click.option(
-    "-o",
-    "--output",
-    "target",
-    default="axis.toml",
-    show_default=True,
-    type=click.Path(path_type=Path),
-    help="The file to write.",
+    "-o", "--output", "target", default="axis.toml", show_default=True, type=PATH, help="The file to write."
 )
 @click.option("--kind", type=Choice(_KINDS), help="Kind of axis.")
 @click.option(

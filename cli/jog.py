@@ -10,7 +10,7 @@ import click
 from .guiding import Watched, setup_of, show_stop, stop_document, travel_of, watched_options
 from .live import live_page
 from .moving import result_on
-from .numbers import NumberRange
+from .numbers import POSITIVE
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 @click.option(
     "--step",
     metavar="MM",
-    type=NumberRange(0.0, min_open=True),
+    type=POSITIVE,
     help="A tap moves so far [0.5 mm]; in mrad where nothing says how the part moves [10 mrad].",
 )
 @click.option(
     "--speed",
     metavar="MM_S",
-    type=NumberRange(0.0, min_open=True),
+    type=POSITIVE,
     help="A key that is held moves so fast [5 mm/s; else 100 mrad/s].",
 )
 def jog(told: Watched, step: float | None, speed: float | None) -> int:

@@ -22,3 +22,7 @@ class Number(_Finite, click.types.FloatParamType):
 
 class NumberRange(_Finite, click.FloatRange):
     """A finite number of a range."""
+
+
+#: A finite number above zero.
+POSITIVE = NumberRange(0.0, min_open=True)

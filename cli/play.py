@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import given_words
+from .common import PATH, given_words
 from .guiding import Watched, setup_of, show_stop, stop_document, travel_of, watched_options
 from .live import live_page
 from .moving import result_on
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("taught", type=click.Path(path_type=Path))
+@click.argument("taught", type=PATH)
 @watched_options
 @click.option(
     "--speed",
@@ -32,9 +32,7 @@ if TYPE_CHECKING:
     help="Speed, relative to how it was taught.",
 )
 @click.option("--loop", default=1, show_default=True, metavar="N", type=click.IntRange(1), help="How often.")
-@click.option(
-    "--waypoints", type=click.Path(path_type=Path), help="Write the path as points to edit, and play those."
-)
+@click.option("--waypoints", type=PATH, help="Write the path as points to edit, and play those.")
 def play(told: Watched, taught: Path, speed: float, loop: int, waypoints: Path | None) -> int:
     """Play a taught path back: the log of `teach -o`, or a file of waypoints.
 

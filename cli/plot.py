@@ -7,18 +7,13 @@ from pathlib import Path
 import click
 
 from .axis import Given, axis_options
-from .common import Output, force_option, output_options, picture_name
+from .common import PATH, Output, force_option, output_options, picture_name
 
 
 @click.command()
-@click.argument("log", type=click.Path(path_type=Path), metavar="LOG")
+@click.argument("log", type=PATH, metavar="LOG")
 @click.option(
-    "-o",
-    "--output",
-    "target",
-    type=click.Path(path_type=Path),
-    callback=picture_name,
-    help="The picture, PNG or SVG [LOG.png].",
+    "-o", "--output", "target", type=PATH, callback=picture_name, help="The picture, PNG or SVG [LOG.png]."
 )
 @axis_options
 @force_option

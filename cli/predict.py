@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, force_option, logs_argument, output_options, params_option
+from .common import PATH, Output, force_option, logs_argument, output_options, params_option
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 @click.command()
 @logs_argument
 @params_option()
-@click.option("-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="CSV to write.")
+@click.option("-o", "--output", "out", required=True, type=PATH, help="CSV to write.")
 @click.option(
     "--correction",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Add the smooth correction of a diagnosis that left something unexplained (DIR/correction.toml).",
 )
 @axis_options

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rich.progress import ProgressColumn, Task
 
     from idtool.presentation.pace import Pace
+    from idtool.verbs.expected import Expected
 
 #: Below so many columns there is room for words only, not for a bar.
 _ROOM_FOR_BAR = 70
@@ -63,26 +64,16 @@ class Progress:
         # nothing is shown where nobody knows how much there is to do
         columns.insert(-1, TaskProgressColumn("{task.percentage:.0f} %", text_format_no_percentage=""))
         if timed:
-            columns.append(self._left_column())
+            columns.append(_left_column(self._what_is_left()))
         self._bar = Bar(*columns, console=screen, transient=True)
         self._task = self._bar.add_task(what, total=None)
 
-    def _left_column(self) -> ProgressColumn:
-        """What says how long it will take yet; rich's own forgets what took over half a minute."""
-        from rich.progress import ProgressColumn
-        from rich.text import Text
-
+    def _what_is_left(self) -> Pace | Expected:
+        """What says how long it will take yet."""
         from idtool.presentation.pace import Pace
 
-        pace = self._pace = Pace()
-
-        class Left(ProgressColumn):
-            max_refresh = 0.5
-
-            def render(self, _: Task) -> Text:
-                return Text(pace.words, style="progress.remaining")
-
-        return Left()
+        self._pace = Pace()
+        return self._pace
 
     def __enter__(self) -> Self:
         self.start()
@@ -129,18 +120,22 @@ class Identifying(Progress):
             if (share := self._expected.share) is not None:
                 self.at(share, 1.0)
 
-    def _left_column(self) -> ProgressColumn:
-        from rich.progress import ProgressColumn
-        from rich.text import Text
-
+    def _what_is_left(self) -> Pace | Expected:
         from idtool.verbs.expected import Expected
 
-        expected = self._expected = Expected()
+        self._expected = Expected()
+        return self._expected
 
-        class Left(ProgressColumn):
-            max_refresh = 0.5
 
-            def render(self, _: Task) -> Text:
-                return Text(expected.words, style="progress.remaining")
+def _left_column(left: Pace | Expected) -> ProgressColumn:
+    """Shows the words of `left`; rich's own column forgets what took over half a minute."""
+    from rich.progress import ProgressColumn
+    from rich.text import Text
 
-        return Left()
+    class Left(ProgressColumn):
+        max_refresh = 0.5
+
+        def render(self, _: Task) -> Text:
+            return Text(left.words, style="progress.remaining")
+
+    return Left()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, output_options
+from .common import PATH, Output, output_options
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.argument("folder", metavar="DIR", type=PATH)
 @click.option("--svg", is_flag=True, help="Draw each figure as SVG too, for a paper.")
 @output_options
 def report(folder: Path, svg: bool, output: Output) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Decorator, given_words
+from .common import PATH, Decorator, given_words
 from .live import live_page
 from .moving import Moving, moving_options, rig_words
 from .numbers import Number
@@ -44,7 +44,7 @@ class RunOptions(Moving):
 
 _shared = moving_options(
     RunOptions,
-    click.option("-o", "--output", "log", required=True, type=click.Path(path_type=Path), help="The log."),
+    click.option("-o", "--output", "log", required=True, type=PATH, help="The log."),
     click.option("--yes", is_flag=True, help="Ask nobody to change payload or tilt of a real axis."),
     click.option("--resume", is_flag=True, help="Go on with the log at its first unfinished trial."),
 )

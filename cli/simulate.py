@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from .axis import Given, axis_options
-from .common import Output, force_option, logs_argument, output_options, params_option
+from .common import PATH, Output, force_option, logs_argument, output_options, params_option
 from .progress import Progress
 from .words import Choice
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="What drives it: the logged effort, or the logged goal through the servo's position loop.",
 )
-@click.option("-o", "--output", "out", required=True, type=click.Path(path_type=Path), help="CSV to write.")
+@click.option("-o", "--output", "out", required=True, type=PATH, help="CSV to write.")
 @axis_options
 @force_option
 @output_options

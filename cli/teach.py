@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, given_words, params_option, picture_name
+from .common import PATH, Output, given_words, params_option, picture_name
 from .guiding import (
     Guiding,
     check_axis,
@@ -22,7 +22,7 @@ from .guiding import (
 )
 from .live import live_page
 from .moving import result_on
-from .numbers import NumberRange
+from .numbers import POSITIVE, NumberRange
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -37,16 +37,9 @@ if TYPE_CHECKING:
 @params_option("Parameter file of the axis.")
 @guiding_options
 @click.option(
-    "--correction",
-    type=click.Path(path_type=Path),
-    help="Compensate this smooth correction too (correction.toml of `identify`).",
+    "--correction", type=PATH, help="Compensate this smooth correction too (correction.toml of `identify`)."
 )
-@click.option(
-    "--figure",
-    type=click.Path(path_type=Path),
-    callback=picture_name,
-    help="Draw the run into this PNG or SVG.",
-)
+@click.option("--figure", type=PATH, callback=picture_name, help="Draw the run into this PNG or SVG.")
 @click.option(
     "--told-payload",
     metavar="KG",
@@ -68,19 +61,14 @@ if TYPE_CHECKING:
     default=19.2,
     show_default=True,
     metavar="MM_S",
-    type=NumberRange(0.0, min_open=True),
+    type=POSITIVE,
     help="How fast the simulated hand wants to move.",
 )
-@click.option(
-    "--hand-force",
-    metavar="N",
-    type=NumberRange(0.0, min_open=True),
-    help="Push with this constant force instead.",
-)
+@click.option("--hand-force", metavar="N", type=POSITIVE, help="Push with this constant force instead.")
 @click.option(
     "--duration",
     metavar="S",
-    type=NumberRange(0.0, min_open=True),
+    type=POSITIVE,
     help="Stop after so long (default: the simulated hand's sequence; on a real rig, Ctrl-C).",
 )
 @click.option(

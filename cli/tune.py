@@ -10,7 +10,7 @@ import click
 
 from .common import Output, console, given_words, output_options, params_option
 from .guiding import period_option
-from .numbers import NumberRange
+from .numbers import POSITIVE, NumberRange
 from .onward import ANY_RIG
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     default=20.0,
     show_default=True,
     metavar="HZ",
-    type=NumberRange(0.0, min_open=True),
+    type=POSITIVE,
     help="Of the drive's velocity loop, for the margins.",
 )
 @click.option("--write", is_flag=True, help="Write the gains into the parameter file without asking.")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .angles import radians
-from .common import seed_option
+from .common import PATH, seed_option
 from .numbers import Number, NumberRange
 from .words import Choice, complete_plant
 
@@ -56,11 +56,7 @@ _POLL_S = 0.2
     "--payload", default=0.0, type=NumberRange(0.0), metavar="KG", help="What the axis carries at the start."
 )
 @click.option(
-    "--tilt",
-    nargs=2,
-    type=Number(),
-    metavar="ALPHA BETA",
-    help="Its tilt at the start, rad [none].",
+    "--tilt", nargs=2, type=Number(), metavar="ALPHA BETA", help="Its tilt at the start, rad [none]."
 )
 @click.option(
     "--tilt-deg", nargs=2, type=Number(), metavar="ALPHA BETA", help="Its tilt at the start, degrees."
@@ -73,7 +69,7 @@ _POLL_S = 0.2
     help="What goes wrong: lost=0.01, corrupt=0.01, late=0.01, twice=0.01, burst@2=0.1, silent@2, "
     "unplugged@2, power@2, overload@2, error@2=4, stuck@2, watchdog@2 (seconds of torque).",
 )
-@click.option("--link", type=click.Path(path_type=Path), help="Make a symbolic link to the device here.")
+@click.option("--link", type=PATH, help="Make a symbolic link to the device here.")
 @click.option("--json", "as_json", is_flag=True, help="Say where it is as one JSON document.")
 @seed_option
 def virtual_servo(
