@@ -9,7 +9,8 @@ from benchmarks.timing import interleaved
 from idtool.control import ForceFreeController
 from idtool.effects import registry
 from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
-from testbench.guided_axes.cases import file_of, plant_of
+from idtool.rig.opening import read_plant
+from testbench.guided_axes.cases import file_of
 
 _GOAL_S = 10e-6
 #: A number for every parameter of every effect: small, and inside its bounds.
@@ -54,7 +55,7 @@ def _steps(file: Parameters, mode: str, count: int) -> None:
 
 def measure(rounds: int = 20, count: int = 500) -> Section:
     """Processor time of a step while a hand guides."""
-    plant = plant_of("paper")
+    plant = read_plant("paper")
     files = {
         "base model": file_of(plant, Controller(2.05, 1.68, 0.01), effects=False),
     }

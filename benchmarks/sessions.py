@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +17,9 @@ from idtool.experiment.runner import run
 from idtool.fit.results import static_parameters
 from idtool.fit.staged import fit_static
 from idtool.parameters import Parameters
-from idtool.rig.opening import open_rig
-from idtool.rig.plant_file import read_plant_file
+from idtool.rig.opening import open_rig, read_plant
 from idtool.signals import record
+from testbench.guided_axes.cases import file_of
 
 SEED = 3
 
@@ -59,13 +58,10 @@ def repeated(log: Log, rows: int) -> Log:
 @cache
 def truth() -> dict[str, float]:
     """The friction parameters and the inertia that `sim:paper` has."""
-    with resources.as_file(resources.files("idtool.rig") / "paper.toml") as path:
-        plant = read_plant_file(path)
-    units = ("_nm_s_per_rad", "_nm_per_rad", "_rad_s", "_nm")
-    result = {"inertia": plant.inertia}
-    for key, value in plant.friction.items():
-        result[key.removesuffix(next(unit for unit in units if key.endswith(unit)))] = value
-    return result
+    plant = read_plant("paper")
+    file = file_of(plant, effects=False)
+    friction = {name: one.value for name, one in (file.static | file.dynamic).items()}
+    return {"inertia": plant.inertia, **friction}
 
 
 def off_by(values: Mapping[str, float], name: str) -> float:

@@ -21,8 +21,9 @@ from idtool.model.units import STANDARD_GRAVITY
 from idtool.presentation import style
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
+from idtool.rig.opening import read_plant
 from studies.teach_paper import FORCE_N, PRINTED_GAINS
-from testbench.guided_axes.cases import PAYLOAD_KG, file_of, plant_of
+from testbench.guided_axes.cases import PAYLOAD_KG, file_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,7 +36,7 @@ SETUP = TrialSetup(PAYLOAD_KG, start_position=0.0)
 
 def taught(folder: Path) -> TaughtPath:
     """What the simulated hand taught."""
-    file = file_of(plant_of("paper"), PRINTED_GAINS, effects=False)
+    file = file_of(read_plant("paper"), PRINTED_GAINS, effects=False)
     hand = ConstantForceHand(FORCE_N * file.gravity["per_payload"].value / STANDARD_GRAVITY)
     with open_rig(RIG, seed=0) as rig:
         law = ForceFreeController(file, limits=limits_of(rig))
@@ -57,7 +58,7 @@ def played(path: TaughtPath, scale: float) -> tuple[Played, float]:
 )
 def main(out: Path) -> None:
     """Draw the picture and print its figures."""
-    mm = 1e3 * plant_of("paper").gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY
+    mm = 1e3 * read_plant("paper").gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY
     with tempfile.TemporaryDirectory() as folder:
         path = taught(Path(folder))
     runs = [played(path, scale) for scale in SCALES]

@@ -23,7 +23,6 @@ from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
 from idtool.importing import import_recording
 from idtool.io.atomic import atomic_write
-from idtool.parameters import EffectEntry, Parameter
 from idtool.presentation import style
 from idtool.presentation.text import words
 from idtool.rig.opening import read_plant
@@ -31,6 +30,7 @@ from idtool.rig.simulated import SimulatedRig
 from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.simulate import simulate
 from studies.measured import BY_NAME, default_folder
+from testbench.guided_axes.cases import file_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -132,32 +132,7 @@ def plant_agreement() -> tuple[float, float]:
     with SimulatedRig(file, seed=0) as rig, tempfile.TemporaryDirectory() as folder:
         run(recipe, rig, Path(folder) / "sine.csv")
         log = Log.read(Path(folder) / "sine.csv")
-    truth = Parameters(
-        axis=file.axis,
-        gravity_model="slide",
-        gravity={
-            name: Parameter(file.gravity[key])
-            for name, key in (("base", "base_nm"), ("per_payload", "per_payload_nm_per_kg"))
-        },
-        static={
-            name: Parameter(file.friction[key])
-            for name, key in (
-                ("coulomb", "coulomb_nm"),
-                ("static", "static_nm"),
-                ("stribeck_velocity", "stribeck_velocity_rad_s"),
-                ("viscous", "viscous_nm_s_per_rad"),
-            )
-        },
-        dynamic={
-            name: Parameter(file.friction[key])
-            for name, key in (
-                ("bristle_stiffness", "bristle_stiffness_nm_per_rad"),
-                ("bristle_damping", "bristle_damping_nm_s_per_rad"),
-            )
-        },
-        effects=(EffectEntry("inertia", {"inertia": Parameter(file.inertia)}),),
-    )
-    found = simulate(log, truth)
+    found = simulate(log, file_of(file))
     return 1e3 * found.rms_windows, 1e3 * float(np.ptp(log.frame["position_rad"]))
 
 

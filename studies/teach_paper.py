@@ -14,7 +14,8 @@ from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import Controller
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
-from testbench.guided_axes.cases import PAYLOAD_KG, file_of, plant_of
+from idtool.rig.opening import read_plant
+from testbench.guided_axes.cases import PAYLOAD_KG, file_of
 
 #: The average force that is printed, N.
 FORCE_N = 5.56
@@ -24,7 +25,7 @@ _COUNT = 2.0 * np.pi / 4096
 
 def run(sensors: str, seed: int, *, hand: bool, seconds: float | None = None) -> TeachResult:
     """One run of the printed law."""
-    file = file_of(plant_of("paper"), PRINTED_GAINS, effects=False)
+    file = file_of(read_plant("paper"), PRINTED_GAINS, effects=False)
     ratio = file.gravity["per_payload"].value / STANDARD_GRAVITY
     with open_rig(f"sim:paper,sensors={sensors}", seed=seed) as rig:
         law = ForceFreeController(file, limits=limits_of(rig))
@@ -67,7 +68,7 @@ def section(images: Path) -> list[str]:
     lines.append(f"| moved in 5 s without a hand, counts, worst | still | {moved[0]:.1f} | {moved[1]:.1f} |")
     assert not guided
     first = run("dynamixel", 0, hand=True).record
-    ratio = plant_of("paper").gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY
+    ratio = read_plant("paper").gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY
     draw(first, travel_ratio=ratio).savefig(images / "teach_paper.png", dpi=130)
     return [
         *lines,

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import repeat
@@ -27,6 +28,7 @@ from idtool.rig.base import TrialSetup
 from idtool.rig.opening import read_plant
 from idtool.rig.plant_file import PlantFile
 from idtool.rig.simulated import SimulatedRig
+from testbench.guided_axes.cases import file_of
 
 PAGE = Path("docs/volts.md")
 AXES = 300
@@ -65,34 +67,24 @@ class Guided:
     faults: str
 
 
-def file_of(plant: PlantFile) -> Parameters:
+def identified(plant: PlantFile) -> Parameters:
     """What a good identification and a weight would have written."""
-    friction, constant = plant.friction, plant.axis.torque_constant
+    exact, constant = file_of(plant, effects=False), plant.axis.torque_constant
     assert constant is not None
     per_volt = constant / plant.motor.resistance
     back_emf = constant * per_volt  # without the resistance it is one with viscous friction
+    viscous = exact.static["viscous"].value + back_emf
 
-    def found(name: str, unit: str, more: float = 0.0) -> Parameter:
-        value = friction[f"{name}_{unit}"] + more
-        return Parameter(value, 0.01 * value)
+    def found(numbers: Mapping[str, Parameter], **others: float) -> dict[str, Parameter]:
+        values = {name: one.value for name, one in numbers.items()} | others
+        return {name: Parameter(value, 0.01 * value) for name, value in values.items()}
 
-    return Parameters(
+    return replace(
+        exact,
         axis=Axis("rotary", torque_per_volt=per_volt),
-        gravity_model="slide",
-        gravity={
-            "base": Parameter(plant.gravity["base_nm"], 0.002),
-            "per_payload": Parameter(plant.gravity["per_payload_nm_per_kg"], 0.002),
-        },
-        static={
-            "coulomb": found("coulomb", "nm"),
-            "static": found("static", "nm"),
-            "stribeck_velocity": found("stribeck_velocity", "rad_s"),
-            "viscous": found("viscous", "nm_s_per_rad", back_emf),
-        },
-        dynamic={
-            "bristle_stiffness": found("bristle_stiffness", "nm_per_rad"),
-            "bristle_damping": found("bristle_damping", "nm_s_per_rad"),
-        },
+        gravity={name: replace(one, stderr=0.002) for name, one in exact.gravity.items()},
+        static=found(exact.static, viscous=viscous),
+        dynamic=found(exact.dynamic),
         effects=(EffectEntry("inertia", {"inertia": Parameter(plant.inertia, 0.001)}),),
     )
 
@@ -160,7 +152,7 @@ def guide(plant: PlantFile, parameters: Parameters, setup: TrialSetup, seed: int
 def main(axes: int = AXES) -> None:
     """Write the page."""
     plant = read_plant("sts3215")
-    parameters = file_of(plant)
+    parameters = identified(plant)
     rows = []
     for name, setup in (("on its side", FLAT), ("upright with 0.3 kg", UPRIGHT)):
         rng = np.random.default_rng(0)

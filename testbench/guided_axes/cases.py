@@ -8,15 +8,16 @@ readings that come late.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from importlib import resources
 
 import numpy as np
 
-import idtool.rig
-from idtool.model.units import STANDARD_GRAVITY
-from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
-from idtool.rig.plant_file import PlantFile, read_plant_file
+from idtool.model.units import STANDARD_GRAVITY, file_key
+from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, Controller, EffectEntry, Parameter, Parameters
+from idtool.parameters.reading import effect_dimensions
+from idtool.rig.opening import read_plant
+from idtool.rig.plant_file import PlantFile
 
 AXES = ("paper", "bench")
 PAYLOAD_KG = 0.4
@@ -61,22 +62,9 @@ _DRAWS = {
     "hysteresis": lambda r: {"stiffness_nm_per_rad": r.uniform(0.2, 1.0), "yield_nm": r.uniform(0.0, 0.015)},
     "breakaway_dwell": lambda r: {"gain": r.uniform(0.0, 0.3), "time_constant_s": 1.0},
 }
-#: key of the plant file -> name in the parameter file, where they are not the same but for the unit
-_NAMES = {"cycles_per_turn": "cycles", "kappa_per_a": "kappa", "rate_per_k": "rate"}
 #: What no file is told of, so that the law has to live with it.
 UNTOLD = ("hysteresis", "breakaway_dwell")
 EFFECTS = tuple(_DRAWS)
-_UNITS = (
-    "_nm_s2_per_rad2",
-    "_nm_s_per_rad",
-    "_nm_per_rad",
-    "_per_rad",
-    "_degc",
-    "_kg_m2",
-    "_rad",
-    "_nm",
-    "_hz",
-)
 
 
 @dataclass(frozen=True)
@@ -116,59 +104,27 @@ class Case:
         return self.file.gravity["per_payload"].value / STANDARD_GRAVITY
 
 
-def plant_of(axis: str) -> PlantFile:
-    """The packaged plant of that name."""
-    with resources.as_file(resources.files(idtool.rig) / f"{axis}.toml") as path:
-        return read_plant_file(path)
-
-
 def file_of(plant: PlantFile, controller: Controller | None = None, *, effects: bool = True) -> Parameters:
     """A parameter file that holds the plant exactly."""
-    friction, gravity = plant.friction, plant.gravity
-
-    def pick(table: dict[str, float], **keys: str) -> dict[str, Parameter]:
-        return {name: Parameter(table[key]) for name, key in keys.items()}
-
-    entries = [EffectEntry("inertia", {"inertia": Parameter(plant.inertia)})]
-    if effects:
-        entries += [
-            EffectEntry(name, _file_numbers(name, numbers))
-            for name, numbers in plant.effects.items()
-            if name not in UNTOLD
-        ]
+    told = {name: numbers for name, numbers in plant.effects.items() if effects and name not in UNTOLD}
+    if "backlash" in told:
+        told["backlash"] = told["backlash"] | {"share_at_once": 0.0}
+    entries = [EffectEntry(name, _named(effect_dimensions(name), numbers)) for name, numbers in told.items()]
     return Parameters(
         axis=plant.axis,
         gravity_model="slide",
-        gravity=pick(gravity, base="base_nm", per_payload="per_payload_nm_per_kg"),
-        static=pick(
-            friction,
-            coulomb="coulomb_nm",
-            static="static_nm",
-            stribeck_velocity="stribeck_velocity_rad_s",
-            viscous="viscous_nm_s_per_rad",
-        ),
-        dynamic=pick(
-            friction,
-            bristle_stiffness="bristle_stiffness_nm_per_rad",
-            bristle_damping="bristle_damping_nm_s_per_rad",
-        ),
-        effects=tuple(entries),
+        gravity=_named(GRAVITY_MODELS["slide"], plant.gravity),
+        static=_named(STATIC, plant.friction),
+        dynamic=_named(DYNAMIC, plant.friction),
+        effects=(EffectEntry("inertia", {"inertia": Parameter(plant.inertia)}), *entries),
         controller=controller,
     )
 
 
-def _file_numbers(effect: str, numbers: dict[str, float]) -> dict[str, Parameter]:
-    values = {}
-    for key, value in numbers.items():
-        name = _NAMES.get(key, key)
-        for suffix in _UNITS:
-            if key not in _NAMES and name.endswith(suffix):
-                name = name.removesuffix(suffix)
-                break
-        values[name] = value
-    if effect == "backlash":
-        values = {**values, "share_at_once": 0.0}
-    return {name: Parameter(value) for name, value in values.items()}
+def _named(dimensions: Mapping[str, str], numbers: Mapping[str, float]) -> dict[str, Parameter]:
+    """Numbers of a plant file by the names of the parameter file."""
+    keys = {name: file_key(name, dimension, "rotary") for name, dimension in dimensions.items()}
+    return {name: Parameter(numbers[key]) for name, key in keys.items() if key in numbers}
 
 
 def random_case(rng: np.random.Generator, controller: Controller, *, effects: str) -> Case:
@@ -180,7 +136,7 @@ def random_case(rng: np.random.Generator, controller: Controller, *, effects: st
         effects: "none", "known" (the file holds them, each number 10 % off) or "unknown".
     """
     name = AXES[int(rng.integers(len(AXES)))]
-    plant = plant_of(name)
+    plant = read_plant(name)
     names: tuple[str, ...] = ()
     if effects != "none":
         pool = [e for e in EFFECTS if effects == "unknown" or e not in UNTOLD]
@@ -239,7 +195,7 @@ def corner(
     axis: str, controller: Controller, signs: tuple[int, ...], *, stiff: bool, delay: float, late: bool
 ) -> Case:
     """An axis in a corner of what is to be withstood: signs of friction level, viscous friction, payload."""
-    plant = plant_of(axis)
+    plant = read_plant(axis)
     level, viscous, load = signs
     friction = dict(plant.friction)
     for key in ("coulomb_nm", "static_nm", "bristle_stiffness_nm_per_rad"):

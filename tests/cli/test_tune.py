@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from idtool.parameters import Parameters
-from testbench.guided_axes.cases import file_of, plant_of
+from idtool.rig.opening import read_plant
+from testbench.guided_axes.cases import file_of
 
 from .support import PROGRAM, ffc_id
 from .terminal import Terminal
@@ -16,7 +17,7 @@ from .terminal import Terminal
 
 @pytest.fixture
 def params(tmp_path: Path) -> Path:
-    file_of(plant_of("paper")).write(tmp_path / "params.toml")
+    file_of(read_plant("paper")).write(tmp_path / "params.toml")
     return tmp_path / "params.toml"
 
 

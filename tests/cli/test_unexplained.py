@@ -13,7 +13,8 @@ from idtool.experiment.recipe import parse_recipe
 from idtool.experiment.runner import run
 from idtool.parameters import Parameters
 from idtool.rig import open_rig
-from testbench.guided_axes.cases import file_of, plant_of
+from idtool.rig.opening import read_plant
+from testbench.guided_axes.cases import file_of
 
 from .support import ffc_id
 
@@ -51,7 +52,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("unexplained")
     with open_rig("sim:paper", seed=0) as rig:
         run(parse_recipe(RECIPE, "short.toml"), rig, place / "log.csv")
-    file_of(plant_of("paper")).write(place / "p.toml")
+    file_of(read_plant("paper")).write(place / "p.toml")
     assert ffc_id(*TEACH, cwd=place).returncode == 0
     return place
 

@@ -17,9 +17,10 @@ from idtool.parameters import Controller, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
 from idtool.rig.base import TrialSetup
 from idtool.rig.numbers import plant_numbers
+from idtool.rig.opening import read_plant
 from testbench.board.files import stated
 from testbench.guided_axes.axis import NO_HAND, GuidedAxis
-from testbench.guided_axes.cases import AXES, Case, corner, file_of, plant_of, random_case
+from testbench.guided_axes.cases import AXES, Case, corner, file_of, random_case
 from testbench.guided_axes.pushes import COUNT, GAINS, at_rest, guide
 from testbench.guided_machines import plant
 from testbench.guided_machines.figures import SCENARIOS, alone
@@ -123,7 +124,7 @@ def rest(
 
 
 def test_a_torque_beyond_the_limit_is_a_fault() -> None:
-    file = file_of(plant_of("paper"), GAINS)
+    file = file_of(read_plant("paper"), GAINS)
     law = ForceFreeController(file, 0.01, limits=Limits(torque=0.5))
     for k in range(60):
         law.step(0.0, 0.0, 0.15, 0.4, time_s=0.01 * k)
@@ -153,14 +154,14 @@ def test_a_disturbed_tare_is_not_used() -> None:
 
 
 def test_the_paper_s_law_has_no_tare() -> None:
-    law = ForceFreeController(file_of(plant_of("paper"), Controller(2.05, 1.68, 0.01)), 0.01)
+    law = ForceFreeController(file_of(read_plant("paper"), Controller(2.05, 1.68, 0.01)), 0.01)
     for k in range(60):
         law.step(0.0, 0.0, 0.15, 0.4, time_s=0.01 * k)
     assert law.ready
     assert not law.tare()
     assert law.learned is None
     with pytest.raises(InputError, match="unknown mode"):
-        ForceFreeController(file_of(plant_of("paper")), 0.01, mode="heavy")
+        ForceFreeController(file_of(read_plant("paper")), 0.01, mode="heavy")
 
 
 def test_a_linear_axis_has_it_too() -> None:

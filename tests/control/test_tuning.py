@@ -12,14 +12,15 @@ from idtool.control.online import OnlineModel
 from idtool.errors import InputError
 from idtool.guiding.hand import travel_per_position
 from idtool.parameters import Controller, Parameter
-from testbench.guided_axes.cases import AXES, corner, file_of, plant_of
+from idtool.rig.opening import read_plant
+from testbench.guided_axes.cases import AXES, corner, file_of
 from testbench.guided_axes.pushes import GAINS, guide
 
 
 @pytest.mark.parametrize("axis", AXES)
 @pytest.mark.parametrize(("force", "speed"), [(2.0, 19.2), (3.0, 19.2), (2.5, 15.0)])
 def test_the_feel_is_what_was_asked_for(axis: str, force: float, speed: float) -> None:
-    file = file_of(plant_of(axis))
+    file = file_of(read_plant(axis))
     ratio = travel_per_position(file)
     assert ratio is not None
     tuning = tune(file, force=force, speed=1e-3 * speed, ratio=ratio)
@@ -36,8 +37,8 @@ def test_the_feel_is_what_was_asked_for(axis: str, force: float, speed: float) -
 @pytest.mark.parametrize("axis", AXES)
 def test_margins_say_where_it_oscillates(axis: str) -> None:
     """A gain beyond the margin swings on the simulated axis, one well inside it does not."""
-    model = OnlineModel(file_of(plant_of(axis)))
-    ratio = plant_of(axis).gravity["per_payload_nm_per_kg"] / 9.80665
+    model = OnlineModel(file_of(read_plant(axis)))
+    ratio = read_plant(axis).gravity["per_payload_nm_per_kg"] / 9.80665
     base = corner(axis, GAINS, (0, 0, 0), stiff=True, delay=0.02, late=True)
     margins = margins_of(model, 1.0, ratio, 0.01, 20.0)
     (critical,) = [m.gain for m in margins if (m.hand, m.delay, m.friction) == ("stiff", 0.02, 1.0)]
@@ -51,7 +52,7 @@ def test_margins_say_where_it_oscillates(axis: str) -> None:
 
 
 def test_refuses_what_cannot_be_and_says_why() -> None:
-    file = file_of(plant_of("paper"))
+    file = file_of(read_plant("paper"))
     ratio = travel_per_position(file)
     assert ratio is not None
     with pytest.raises(InputError, match=r"oscillates: against a stiff hand .* ask for \d\.\d+ N or more"):
@@ -74,7 +75,7 @@ def test_refuses_what_cannot_be_and_says_why() -> None:
     ids=["usual", "the paper's", "mN", "m/s", "cm"],
 )
 def test_gains_that_brake_the_hand_are_said(asked: dict[str, float], brakes: bool) -> None:
-    file = file_of(plant_of("paper"))
+    file = file_of(read_plant("paper"))
     ratio = travel_per_position(file)
     assert ratio is not None
     tuning = tune(file, **({"force": 2.0, "speed": 0.0192, "ratio": ratio} | asked))
@@ -84,14 +85,14 @@ def test_gains_that_brake_the_hand_are_said(asked: dict[str, float], brakes: boo
 
 
 def test_the_force_that_is_said_is_the_one_at_guiding_speed() -> None:
-    file = file_of(plant_of("paper"))
+    file = file_of(read_plant("paper"))
     tuning = tune(file, force=200.0, speed=0.0192, ratio=0.0454)
     bare = (0.07 - 0.04 * math.exp(-((0.0192 / 0.0454 / 0.09) ** 2)) + 0.155 * 0.0192 / 0.0454) / 0.0454
     assert f"these gains take 200 N, and friction with the drive off {bare:.3g} N" in tuning.notes[0]
 
 
 def test_a_less_certain_file_leaves_more_to_the_hand() -> None:
-    file = file_of(plant_of("paper"))
+    file = file_of(read_plant("paper"))
     static = dict(file.static)
     static["coulomb"] = Parameter(0.07, stderr=0.05)
     vague = replace(file, static=static)
