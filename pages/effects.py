@@ -11,7 +11,6 @@ python -m pages.effects --text           only the text, from sessions.json
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +24,6 @@ from idtool.diagnosis.summary import found as found_effects
 from idtool.effects import registry
 from idtool.effects.base import Effect, EffectParameter
 from idtool.experiment.recipe import parse_recipe, read_recipe
-from idtool.experiment.runner import run
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
 from idtool.io.toml import parse_toml
@@ -38,6 +36,7 @@ from idtool.verbs.identify import begin
 from pages.effect_cases import CASES, Case
 from pages.effect_figures import draw
 from pages.markdown import with_made
+from testbench.plants import recorded
 
 FOLDER = Path("docs/effects")
 #: They come with the package: the report shows them beside what was found.
@@ -96,13 +95,7 @@ def logs_of(name: str) -> list[Log]:
     if case.recipe:
         recipes.append(parse_recipe(recipe_of(name), f"{case.view.experiment}.toml"))
     plant = parse_plant(parse_toml(PLANT.read_text(encoding="utf-8") + plant_of(name)), PLANT)
-    logs = []
-    with tempfile.TemporaryDirectory() as folder, SimulatedRig(plant, seed=0) as rig:
-        for recipe in recipes:
-            path = Path(folder) / f"{recipe.name}.csv"
-            run(recipe, rig, path)
-            logs.append(Log.read(path))
-    return logs
+    return recorded(SimulatedRig(plant, seed=0), recipes)
 
 
 def look_into(name: str) -> dict[str, Any]:

@@ -8,7 +8,6 @@ project.
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,7 +19,6 @@ import numpy as np
 
 from idtool import Log, Parameters
 from idtool.experiment.recipe import read_recipe
-from idtool.experiment.runner import run
 from idtool.importing import import_recording
 from idtool.io.atomic import atomic_write
 from idtool.presentation import style
@@ -31,6 +29,7 @@ from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.simulate import simulate
 from studies.measured import BY_NAME, default_folder
 from testbench.guided_axes.cases import file_of
+from testbench.plants import recorded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -126,12 +125,8 @@ def _bam_row(
 
 def plant_agreement() -> tuple[float, float]:
     """Ours beside the independent plant on the same current: rms over windows of 1 s and the way, mrad."""
-    file = read_plant("bench")
-    file = replace(file, effects={}, sensors="ideal")
-    recipe = read_recipe("sine")
-    with SimulatedRig(file, seed=0) as rig, tempfile.TemporaryDirectory() as folder:
-        run(recipe, rig, Path(folder) / "sine.csv")
-        log = Log.read(Path(folder) / "sine.csv")
+    file = replace(read_plant("bench"), effects={}, sensors="ideal")
+    (log,) = recorded(SimulatedRig(file, seed=0), [read_recipe("sine")])
     found = simulate(log, file_of(file))
     return 1e3 * found.rms_windows, 1e3 * float(np.ptp(log.frame["position_rad"]))
 

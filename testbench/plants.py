@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from idtool.experiment.runner import run
 from idtool.experiment.trajectory import BackAndForth
 from idtool.log import Log
 from idtool.parameters.axis import Axis
+from idtool.rig.base import Rig
 from idtool.rig.plant_file import PlantFile
 from idtool.rig.simulated import SimulatedRig
 from testbench.draws import between
@@ -107,15 +109,19 @@ def record_session(
     temperature: bool = True,
     hard: bool = False,
 ) -> list[Log]:
-    """Run recipes on the axis one after another, as `ffc-id demo` does, and read the logs back; `hard`
-    takes all ramps of the moves ten times as fast."""
-    logs = []
+    """Record a session on the axis; `hard` takes all ramps of the moves ten times as fast."""
     rig = SimulatedRig(plant.to_file(sensors, temperature=temperature), seed=seed)
+    plans = [read_recipe(str(recipe)) for recipe in recipes]
+    return recorded(rig, map(_harder, plans) if hard else plans)
+
+
+def recorded(rig: Rig, recipes: Iterable[Recipe]) -> list[Log]:
+    """Run recipes on a rig one after another, as `ffc-id demo` does, and read the logs back."""
+    logs = []
     with tempfile.TemporaryDirectory() as folder, rig:
         for recipe in recipes:
-            path = Path(folder) / f"{Path(recipe).stem}.csv"
-            plan = read_recipe(str(recipe))
-            run(_harder(plan) if hard else plan, rig, path)
+            path = Path(folder) / f"{recipe.name}.csv"
+            run(recipe, rig, path)
             logs.append(Log.read(path))
     return logs
 

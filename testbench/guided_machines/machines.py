@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +12,6 @@ import numpy as np
 from idtool import Log, Parameters, identify
 from idtool.effects import registry
 from idtool.experiment.recipe import read_recipe
-from idtool.experiment.runner import run
 from idtool.fit.joint import refit
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array
@@ -25,14 +23,12 @@ from idtool.verbs.identification import parameters_of
 from idtool.verbs.identify import begin
 from testbench.guided_machines import plant
 from testbench.guided_machines.plant import ELASTO_PLASTIC, LUGRE, MAXWELL, Plant
+from testbench.plants import SESSION, TORQUE_CONSTANT, recorded
 
-#: The packaged experiments that a session consists of.
-SESSION = ("gravity", "sweep", "sine")
 PAYLOAD_KG = 0.4
 STROKE = (-2.3, 2.3)
 #: How far beyond the limits of the command the slide meets its stops, rad.
 _STOPS = 0.04
-TORQUE_CONSTANT = 2.67
 
 
 @dataclass(frozen=True)
@@ -127,10 +123,8 @@ class StudyRig(Rig):
 
     def play(self, trajectory: Trajectory) -> Iterator[Block]:
         """Follow the commands."""
-        count = round(len(trajectory.command) * trajectory.period_s / self.period_s)
-        held = np.floor(np.arange(count) * (self.period_s / trajectory.period_s) + 1e-9).astype(int)
-        command = np.asarray(trajectory.command, float)[np.minimum(held, len(trajectory.command) - 1)]
-        for part in np.array_split(command, max(1, count // 50)):
+        command = trajectory.held(self.period_s)
+        for part in np.array_split(command, max(1, len(command) // 50)):
             rows = self._follow(part, trajectory.mode == "velocity")
             time = self._time + self.period_s * np.arange(1, len(part) + 1)
             self._time = float(time[-1])
@@ -156,14 +150,7 @@ class StudyRig(Rig):
 
 def session_of(machine: Machine, seed: int) -> list[Log]:
     """The packaged experiments, one after another."""
-    logs = []
-    rig = StudyRig(machine, seed)
-    with tempfile.TemporaryDirectory() as folder:
-        for name in SESSION:
-            path = Path(folder) / f"{name}.csv"
-            run(read_recipe(name), rig, path)
-            logs.append(Log.read(path))
-    return logs
+    return recorded(StudyRig(machine, seed), map(read_recipe, SESSION))
 
 
 def file_of(machine: Machine, seed: int, cache: Path, *, diagnosed: bool = False) -> Parameters:
