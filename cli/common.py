@@ -7,7 +7,6 @@ output holds one JSON document and nothing else.
 from __future__ import annotations
 
 import json
-import math
 import os
 import shlex
 from collections.abc import Callable, Sequence
@@ -64,7 +63,9 @@ class Output:
     def result(self, document: Any, show: Callable[[Console], None]) -> None:
         """The result: `document` as JSON, or what `show` prints on a rich console."""
         if self.json:
-            click.echo(json.dumps(finite(document), indent=1, allow_nan=False, default=_plain))
+            from idtool.io.plain import plain
+
+            click.echo(json.dumps(plain(document), indent=1, allow_nan=False, default=str))
         else:
             show(console())
 
@@ -106,23 +107,6 @@ def console(*, stderr: bool = False) -> Console:
     if not screen.is_terminal and not os.environ.get("COLUMNS"):
         screen.width = _PIPED_WIDTH  # nobody folds what another program reads
     return screen
-
-
-def finite(document: Any) -> Any:
-    """The document with every NaN and infinity as null, which is what JSON has."""
-    if isinstance(document, dict):
-        return {str(key): finite(value) for key, value in document.items()}
-    if isinstance(document, list | tuple):
-        return [finite(value) for value in document]
-    if isinstance(document, float) and not math.isfinite(document):
-        return None
-    return document
-
-
-def _plain(value: Any) -> Any:
-    if hasattr(value, "item"):
-        return finite(value.item())
-    return str(value)
 
 
 def handed(name: str, kind: type[Any], *options: Decorator) -> Decorator:

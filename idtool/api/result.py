@@ -65,7 +65,7 @@ class Result(Identification):
     @cached_property
     def _plates(self) -> dict[str, Plate]:
         from idtool.report.evidence import evidence_of
-        from idtool.report.plates import all_plates
+        from idtool.report.page import all_plates
 
         return {plate.name: plate for plate in all_plates(evidence_of(self))}
 

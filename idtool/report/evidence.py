@@ -22,12 +22,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from idtool.errors import InputError
+from idtool.io.plain import plain
 from idtool.log.table import as_numbers
 from idtool.model.motion import Array
 from idtool.model.units import Units
 from idtool.parameters import Parameters
 from idtool.report.facts import REMEDY, Diagnosis, Facts, read_facts
-from idtool.report.result_folder import evidence_document, evidence_rows, plain
+from idtool.report.result_folder import evidence_document, evidence_rows
 from idtool.verbs.identification import Identification
 
 _NEEDED = ("trial", "time_s", "velocity", "torque", "before", "after")

@@ -20,8 +20,7 @@ import tomli_w
 
 from idtool.diagnosis.summary import share
 from idtool.effects import registry
-from idtool.errors import InputError
-from idtool.io.atomic import atomic_write
+from idtool.io.atomic import atomic_write, cannot_write
 from idtool.model.units import torque_name, unit_text
 from idtool.presentation import style, text
 from idtool.presentation.html import embedded, environment, resource
@@ -31,10 +30,10 @@ from idtool.report.effect_pictures import Beside, found_picture, typical_picture
 from idtool.report.evidence import Evidence, read_evidence
 from idtool.report.facts import Found, Pair
 from idtool.report.folding import quiet
-from idtool.report.gallery import Plate
+from idtool.report.gallery import Plate, model_plates, uncertainty_plates
 from idtool.report.guiding import read_guiding
 from idtool.report.next_step import next_step
-from idtool.report.plates import all_plates
+from idtool.report.residual_gallery import residual_plates
 from idtool.report.verdict import left_sentence, sentence, summarise
 from idtool.version import __version__
 
@@ -143,6 +142,11 @@ def write_report(
     return folder / PAGE
 
 
+def all_plates(evidence: Evidence) -> list[Plate]:
+    """The figures that these data give, in their order."""
+    return [*model_plates(evidence), *residual_plates(evidence), *uncertainty_plates(evidence)]
+
+
 def _draw(
     evidence: Evidence,
     plates: list[Plate],
@@ -158,9 +162,7 @@ def _draw(
                 if f"{name}.{form}" not in drawn:
                     (folder / f"{name}.{form}").unlink(missing_ok=True)
     except OSError as error:
-        raise InputError(
-            f"cannot be written ({error.strerror})", file=folder, remedy="free space or pick another place"
-        ) from error
+        raise cannot_write(folder, error) from error
     pictures = []
     for number, plate in enumerate(plates):
         progress(number, len(plates))
@@ -198,7 +200,7 @@ def _render(evidence: Evidence, pictures: list[Picture]) -> str:
         left=left_sentence(evidence),
         step=next_step(diagnosis, facts, evidence.parameters, Path(evidence.folder.resolve().name)),
         next_experiment=_next(evidence),
-        groups=tables.parameter_groups(evidence),
+        groups=list(tables.parameter_groups(evidence)),
         errors=_errors(evidence),
         validation=_validation(evidence),
         position=_position(evidence),

@@ -6,7 +6,6 @@ import gzip
 import hashlib
 import io
 import json
-import math
 import platform
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -27,6 +26,7 @@ from idtool.fit.staged import gravity_points
 from idtool.fit.windows import steady_windows
 from idtool.io.atomic import atomic_write
 from idtool.io.lock import held_folder
+from idtool.io.plain import plain
 from idtool.model.stribeck import steady
 from idtool.verbs.identification import Identification
 from idtool.version import __version__
@@ -113,19 +113,6 @@ def write_json(path: Path, document: Any) -> None:
     with atomic_write(path) as stream:
         json.dump(plain(document), stream, indent=1, allow_nan=False)
         stream.write("\n")
-
-
-def plain(value: Any) -> Any:
-    """A document of JSON's own types."""
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def evidence_rows(result: Identification) -> pd.DataFrame:

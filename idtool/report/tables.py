@@ -26,10 +26,10 @@ _MEANINGS = {
     "bristle_damping": ("σ1", "bristle damping"),
 }
 _CONTROLLER = {
-    "command_gain": ("Kr", "command gain", "time"),
-    "start_torque": ("", "a hand below this starts no motion", "torque"),
-    "loop_gain": ("Kc", "loop gain", ""),
-    "period": ("", "control period", "time"),
+    "command_gain": ("Kr", "command gain"),
+    "start_torque": ("", "a hand below this starts no motion"),
+    "loop_gain": ("Kc", "loop gain"),
+    "period": ("", "control period"),
 }
 
 
@@ -74,12 +74,8 @@ class Dependence:
     left: bool
 
 
-def parameter_groups(evidence: Evidence) -> list[ParameterGroup]:
+def parameter_groups(evidence: Evidence) -> Iterator[ParameterGroup]:
     """The parameter table, part by part."""
-    return list(_groups(evidence))
-
-
-def _groups(evidence: Evidence) -> Iterator[ParameterGroup]:
     parameters, kind = evidence.parameters, evidence.kind
     if parameters.gravity_model:
         formula = {

@@ -72,11 +72,6 @@ def summarise(evidence: Evidence) -> Summary:
     return Summary(mark, headline, story, trust, gravest, tuple(_findings(evidence)), tuple(checks))
 
 
-def named_effects(evidence: Evidence) -> list[str]:
-    """The accepted effects."""
-    return [text.effect_title(effect.name) for effect in evidence.diagnosis.effects]
-
-
 def _shared(evidence: Evidence) -> list[str]:
     """The found effects, the largest first, each with its share where known; of what, is said once."""
     found = sorted(evidence.diagnosis.effects, key=lambda effect: -(effect.percent_of_torque or 0.0))
@@ -153,7 +148,7 @@ def _story(evidence: Evidence) -> str:
         with_inertia = " with inertia" if evidence.parameters.effect("inertia") else ""
         return f"{_capital(base)}{with_inertia} explain the measured {effort}; nothing further is needed."
     if diagnosis.verdict == "effect_found":
-        them = "it" if len(named_effects(evidence)) == 1 else "them"
+        them = "it" if len(diagnosis.effects) == 1 else "them"
         return f"With {them}, {base} explain the measured {effort}."
     if diagnosis.verdict == "ambiguous":
         return "These data cannot tell them apart. The run proposed below would."
