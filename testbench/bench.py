@@ -10,8 +10,8 @@ from idtool.rig.base import TrialSetup
 from idtool.rig.bus.rig import ServoRig
 from idtool.rig.bus.settings import Settings
 from idtool.rig.clock import SkippingClock
-from idtool.rig.dynamixel.kind import DYNAMIXEL
-from idtool.rig.feetech.kind import FEETECH
+from idtool.rig.dynamixel.servo import DYNAMIXEL
+from idtool.rig.feetech.servo import FEETECH
 from idtool.rig.opening import read_plant
 from idtool.virtual_servo.dynamixel.table import FIELDS
 from idtool.virtual_servo.faults import Mishaps, parse_fault

@@ -100,7 +100,7 @@ def _simulated(target: str, options: Mapping[str, str], seed: int) -> Rig:
 def _dynamixel(device: str, options: Mapping[str, str], seed: int) -> Rig:
     from idtool.rig.bus.rig import ServoRig
     from idtool.rig.bus.settings import Settings
-    from idtool.rig.dynamixel.kind import DYNAMIXEL
+    from idtool.rig.dynamixel.servo import DYNAMIXEL
 
     return ServoRig(device, Settings.read(options), DYNAMIXEL)
 
@@ -108,7 +108,7 @@ def _dynamixel(device: str, options: Mapping[str, str], seed: int) -> Rig:
 def _feetech(device: str, options: Mapping[str, str], seed: int) -> Rig:
     from idtool.rig.bus.rig import ServoRig
     from idtool.rig.bus.settings import Settings
-    from idtool.rig.feetech.kind import FEETECH
+    from idtool.rig.feetech.servo import FEETECH
 
     return ServoRig(device, Settings.read(options), FEETECH)
 

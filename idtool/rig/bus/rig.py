@@ -7,11 +7,10 @@ stands it is not, so that a person may take time to change the payload.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from idtool.io.defer_signals import deferred_signals
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Mode, Rig, Sample, Trajectory, TrialSetup
-from idtool.rig.bus.servo import Bus, Servo
+from idtool.rig.bus.servo import Bus, ServoKind
 from idtool.rig.bus.settings import Settings
 from idtool.rig.bus.transactions import BITS_PER_BYTE
 from idtool.rig.clock import Clock, HostClock
@@ -47,21 +46,6 @@ _INSIDE_SPEED = 0.15
 _STANDS = 0.05
 #: The drive's ramps are this much steeper than the trajectory, so that they smooth its steps and no more.
 _RAMP_MARGIN = 1.5
-
-
-@dataclass(frozen=True)
-class ServoKind:
-    """How the servos of one vendor are reached.
-
-    Attributes:
-        baud: bits a second that they come with.
-        open_bus: device, id, baud rate and clock -> the bus; raises InputError or RigFault.
-        servo: the bus and the position that counts as 0 rad, counts -> the servo, made ready.
-    """
-
-    baud: int
-    open_bus: Callable[[str, int, int, Clock], Any]
-    servo: Callable[[Any, int], Servo]
 
 
 class ServoRig(Rig):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Protocol, TypeVar
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
 
 from idtool.rig.base import Measured, Mode, Sample
 from idtool.rig.clock import Clock
@@ -180,3 +182,18 @@ class Servo(ABC):
         Raises:
             RigFault: the torque could not be switched off.
         """
+
+
+@dataclass(frozen=True)
+class ServoKind:
+    """How the servos of one vendor are reached.
+
+    Attributes:
+        baud: bits a second that they come with.
+        open_bus: device, id, baud rate and clock -> the bus; raises InputError or RigFault.
+        servo: the bus and the position that counts as 0 rad, counts -> the servo, made ready.
+    """
+
+    baud: int
+    open_bus: Callable[[str, int, int, Clock], Any]
+    servo: Callable[[Any, int], Servo]

@@ -10,7 +10,7 @@ import math
 from contextlib import suppress
 
 from idtool.rig.base import Mode, Sample
-from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Servo
+from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Servo, ServoKind
 from idtool.rig.dynamixel.bus import BYTES_PER_PERIOD, Bus
 from idtool.rig.dynamixel.models import (
     ACCELERATION_UNIT,
@@ -239,3 +239,6 @@ class DynamixelServo(Servo):
         with suppress(NotAnswering, DeviceGone):
             self._bus.write(BUS_WATCHDOG, 0, alert=False)
             self._found.restore()
+
+
+DYNAMIXEL = ServoKind(baud=57600, open_bus=Bus, servo=DynamixelServo)

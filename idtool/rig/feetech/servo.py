@@ -12,7 +12,7 @@ import math
 from contextlib import suppress
 
 from idtool.rig.base import Mode, Sample
-from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Servo
+from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Servo, ServoKind
 from idtool.rig.faults import DeviceGone, NotAnswering, WrongServo
 from idtool.rig.feetech.bus import BYTES_PER_PERIOD, Bus
 from idtool.rig.feetech.models import (
@@ -231,3 +231,6 @@ class FeetechServo(Servo):
     def _counts(self, position: float) -> int:
         low, high = self._range
         return min(max(self._zero + round(position / COUNT_RAD), low), high)
+
+
+FEETECH = ServoKind(baud=1_000_000, open_bus=Bus, servo=FeetechServo)

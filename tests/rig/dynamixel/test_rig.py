@@ -16,9 +16,8 @@ from idtool.rig.bus.rig import period_needed
 from idtool.rig.bus.settings import Settings
 from idtool.rig.bus.transactions import TRIES
 from idtool.rig.dynamixel.bus import BYTES_PER_PERIOD
-from idtool.rig.dynamixel.kind import DYNAMIXEL
 from idtool.rig.dynamixel.models import MODELS, WATCHDOG_UNIT, Model
-from idtool.rig.dynamixel.servo import WATCHDOG_S
+from idtool.rig.dynamixel.servo import DYNAMIXEL, WATCHDOG_S
 from idtool.rig.faults import DeviceGone, LimitExceeded, NotAnswering, NotFollowing, WrongServo
 from idtool.rig.plant import POSITION
 
