@@ -13,7 +13,7 @@ import pandas as pd
 
 from idtool.errors import InputError
 from idtool.log.format import parse_header
-from idtool.log.table import is_number
+from idtool.log.text import is_number
 
 
 def read_csv(

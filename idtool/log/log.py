@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, header_text, parse_header
 from idtool.log.rows import Numbers, frame_of, row_count, trial_of_rows, values_of
-from idtool.log.table import check_rows, read_text
+from idtool.log.table import check_rows
+from idtool.log.text import read_text
 from idtool.log.writer import LogWriter
 from idtool.parameters.axis import Axis, check_constant
 from idtool.presentation.text import counted

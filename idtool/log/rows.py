@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from idtool.errors import InputError
 from idtool.log.format import columns_of
-from idtool.log.table import LogText, check_names, check_rows, check_values, parse_rows, without_row_numbers
+from idtool.log.table import check_names, check_rows, check_values, parse_rows, without_row_numbers
+from idtool.log.text import LogText
 from idtool.parameters.axis import Axis
 
 if TYPE_CHECKING:
