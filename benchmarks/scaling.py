@@ -18,7 +18,8 @@ import numpy as np
 from benchmarks.sessions import log_of, repeated
 from benchmarks.table import Goal, Section, seconds
 from idtool.effects import registry
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
+from idtool.fit.spec import Spec
 from idtool.log import Log
 from idtool.signals import record
 

@@ -15,7 +15,7 @@ from benchmarks.sessions import truth
 from benchmarks.table import Section, seconds
 from benchmarks.timing import interleaved
 from idtool.fit.choose import choose_gravity, first_fits
-from idtool.fit.model import Spec
+from idtool.fit.spec import Spec
 from idtool.fit.staged import fit_dynamic
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array

@@ -12,8 +12,9 @@ from benchmarks.table import Section
 from idtool.effects import registry
 from idtool.fit.choose import choose_gravity
 from idtool.fit.joint import solve
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
 from idtool.fit.search import search
+from idtool.fit.spec import Spec
 from idtool.model.motion import Array
 from idtool.signals import Recording, record
 

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from idtool.effects import registry
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
+from idtool.fit.spec import Spec
 from testbench.plants import Plant
 
 SPEC = Spec("lugre", "slide", ("base", "per_payload"), (registry.get("inertia"),))

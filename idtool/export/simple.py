@@ -18,8 +18,9 @@ from scipy.optimize import lsq_linear
 
 from idtool.effects import registry
 from idtool.fit.joint import solve
-from idtool.fit.model import JointModel, Scales, Spec
+from idtool.fit.model import JointModel
 from idtool.fit.results import dynamic_parameters, effect_entries, static_parameters
+from idtool.fit.spec import Scales, Spec
 from idtool.log import Log
 from idtool.model.contribution import Contribution
 from idtool.model.torque import Friction

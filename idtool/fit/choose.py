@@ -14,10 +14,11 @@ from idtool.effects.position_stiffness import HIGHEST_DEGREE, PositionStiffness
 from idtool.fit.identifiability import low_speeds, no_reversal, presliding, stribeck_seen
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
 from idtool.fit.left_out import predicts_better
-from idtool.fit.model import FrictionKind, JointModel, Spec
+from idtool.fit.model import JointModel
 from idtool.fit.restart import worth_a_restart
 from idtool.fit.search import search
 from idtool.fit.shortcoming import Shortcoming
+from idtool.fit.spec import FrictionKind, Spec
 from idtool.model import gravity
 from idtool.model.motion import Array
 from idtool.parameters import GRAVITY_MODELS

@@ -24,7 +24,7 @@ from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits, step_down
 from idtool.fit.joint import JointFit
-from idtool.fit.model import Spec
+from idtool.fit.spec import Spec
 from idtool.fit.told_load import doubts
 from idtool.io.toml import is_finite
 from idtool.log import Log

@@ -19,10 +19,11 @@ from idtool.errors import InputError
 from idtool.fit.choose import bending_fits, choose_gravity, first_fit
 from idtool.fit.joint import JointFit, refit, solve
 from idtool.fit.levenberg import minimise
-from idtool.fit.model import LOGARITHMIC, JointModel, Spec
+from idtool.fit.model import LOGARITHMIC, JointModel
 from idtool.fit.next_sweep import LEAST_SPEEDS, run_command
 from idtool.fit.outcome import Outcome
 from idtool.fit.search import cost_over_stiffness, search
+from idtool.fit.spec import Spec
 from idtool.fit.windows import Window, steady_windows
 from idtool.model import gravity as gravity_model
 from idtool.model.motion import Array

@@ -13,9 +13,9 @@ from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.identifiability import shortcomings
-from idtool.fit.model import Spec
 from idtool.fit.next_sweep import run_command
 from idtool.fit.shortcoming import PARTS, Shortcoming
+from idtool.fit.spec import Spec
 from idtool.log import Log, columns_of
 from idtool.log.clock import GAP, missing_rows
 from idtool.model import gravity

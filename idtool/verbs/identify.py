@@ -22,9 +22,10 @@ from idtool.fit.drive import fit_drive
 from idtool.fit.findings import findings
 from idtool.fit.joint import JointFit, gain_in_evidence, refit
 from idtool.fit.known_load import Calibration, calibrate_by_axis
-from idtool.fit.model import FRICTION_KINDS, FrictionKind, JointModel, Spec
+from idtool.fit.model import JointModel
 from idtool.fit.own_filter import behind_own_filter, filtered_before
 from idtool.fit.shortcoming import Shortcoming
+from idtool.fit.spec import FRICTION_KINDS, FrictionKind, Spec
 from idtool.log import Log
 from idtool.parameters import Parameters
 from idtool.parameters.drive import Drive

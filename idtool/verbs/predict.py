@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from idtool.effects import registry
 from idtool.errors import InputError
-from idtool.fit.model import LOGARITHMIC, FrictionKind, JointModel, Scales, Spec
+from idtool.fit.model import LOGARITHMIC, JointModel
 from idtool.fit.own_filter import filtered_before
+from idtool.fit.spec import FrictionKind, Scales, Spec
 from idtool.fit.starts import settled
 from idtool.log import Log
 from idtool.log.effort import effort_of

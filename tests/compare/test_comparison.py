@@ -20,7 +20,7 @@ from idtool.errors import InputError
 from idtool.experiment.recipe import Changes, read_recipe
 from idtool.experiment.runner import run
 from idtool.fit.choose import choose_gravity, first_fit
-from idtool.fit.model import Spec
+from idtool.fit.spec import Spec
 from idtool.log import Log
 from idtool.parameters import EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis

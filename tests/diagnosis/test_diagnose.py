@@ -14,8 +14,9 @@ from idtool.diagnosis.selection import begun, extend
 from idtool.effects import registry
 from idtool.fit.choose import choose_gravity, first_fit
 from idtool.fit.joint import JointFit, refit
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
 from idtool.fit.shortcoming import Shortcoming
+from idtool.fit.spec import Spec
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
 from idtool.verbs.identify import identify

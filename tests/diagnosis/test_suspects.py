@@ -12,7 +12,8 @@ from benchmarks.sessions import log_of, truth
 from idtool.diagnosis.suspects import allowing_for, suspects
 from idtool.effects import registry
 from idtool.fit.joint import JointFit, solve
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
+from idtool.fit.spec import Spec
 from idtool.signals import Recording, record
 
 

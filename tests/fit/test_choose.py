@@ -12,7 +12,7 @@ from idtool import Log
 from idtool.effects import registry
 from idtool.fit.choose import first_fits, rises
 from idtool.fit.joint import JointFit
-from idtool.fit.model import Spec
+from idtool.fit.spec import Spec
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict

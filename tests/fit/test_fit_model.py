@@ -11,7 +11,8 @@ import pytest
 from benchmarks.sessions import log_of, truth
 from idtool.effects import registry
 from idtool.fit.eliminate import eliminate
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
+from idtool.fit.spec import Spec
 from idtool.model.motion import Array
 from idtool.model.torque import predict
 from idtool.signals import Recording, record

@@ -13,8 +13,9 @@ from idtool.effects import registry
 from idtool.fit.findings import findings
 from idtool.fit.identifiability import shortcomings
 from idtool.fit.joint import JointFit, solve
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
 from idtool.fit.outcome import Outcome, outcome_of
+from idtool.fit.spec import Spec
 from idtool.signals import record
 from idtool.verbs.identification import parameters_of
 

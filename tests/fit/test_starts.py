@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 
 from idtool.effects import registry
-from idtool.fit.model import LOGARITHMIC, JointModel, Spec
+from idtool.fit.model import LOGARITHMIC, JointModel
+from idtool.fit.spec import Spec
 from idtool.fit.starts import free_starts, settled
 from idtool.log import Log
 from idtool.model.torque import predict

@@ -11,8 +11,9 @@ from scipy import signal
 from idtool.effects import registry
 from idtool.fit.choose import choose_gravity, first_fit
 from idtool.fit.joint import JointFit, refit
-from idtool.fit.model import JointModel, Spec
+from idtool.fit.model import JointModel
 from idtool.fit.own_filter import behind_own_filter
+from idtool.fit.spec import Spec
 from idtool.log import Log
 from idtool.signals import record
 from idtool.signals.own_filter import OwnFilter, falls, noise_before
