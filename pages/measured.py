@@ -38,7 +38,8 @@ before it do not, as a share of the Coulomb level.
 _MAPPING = """## Which name stands for which column
 
 A column of the regression counts as named where the tool names one of the effects beside it ("friction":
-the law that was fitted has a Stribeck curve; "gravity": the gravity of an arm was found). A named effect
+the law that was fitted has a Stribeck curve; "gravity": the gravity of an arm was found), or where it says
+that torque and motion were read so far apart, if that is less than a sample. A named effect
 counts as confirmed where a column that stands for it joined, of whatever size; effects with a memory
 (backlash, hysteresis, break-away dwell) have no column, and can be neither confirmed nor denied by it.
 
@@ -73,7 +74,7 @@ def _counted(recordings: list[Recording]) -> list[Recording]:
 
 def unnamed(one: dict[str, Any]) -> list[dict[str, Any]]:
     """Columns of the regression that count and that nothing of the tool stands for."""
-    there = {e["name"] for e in one.get("effects", [])}
+    there = {e["name"] for e in one.get("effects", [])} | set(one.get("of_the_readings", []))
     there |= {other for e in one.get("effects", []) for other in e["alternatives"] or []}
     there |= {"gravity"} if one.get("gravity") == "arm" else set()
     there |= {"friction"} if one.get("friction", "coulomb") != "coulomb" else set()
@@ -298,8 +299,15 @@ def _section(recording: Recording, one: dict[str, Any]) -> str:
     return "\n".join([*lines, *_misses(one), ""])
 
 
+def _why_not(one: dict[str, Any], term: dict[str, Any]) -> str:
+    """What the tool itself says of the effects that a column stands for, in brackets."""
+    turned_down = one.get("turned_down", {})
+    said = [f"{name}: {turned_down[name]}" for name in STANDS_FOR[term["name"]] if name in turned_down]
+    return f" ({'; '.join(said)})" if said else ""
+
+
 def _misses(one: dict[str, Any]) -> list[str]:
-    missed = [f"not named: {t['said']}" for t in unnamed(one)]
+    missed = [f"not named: {t['said']}{_why_not(one, t)}" for t in unnamed(one)]
     missed += [f"no column confirms {name}" for name in unconfirmed(one)]
     for which, words in (("in_sample", "in sample"), ("held_out", "held out")):
         ratio = _ratio(one, which)

@@ -68,6 +68,7 @@ def run(recording: Recording, folder: Path) -> dict[str, Any]:
 
 def _said(recording: Recording, result: Identification) -> dict[str, Any]:
     diagnosis = result.diagnosis
+    named = {effect["name"] for effect in diagnosis["effects"]}
     return {
         "verdict": diagnosis["verdict"],
         "friction": diagnosis["friction"],
@@ -76,6 +77,10 @@ def _said(recording: Recording, result: Identification) -> dict[str, Any]:
             {key: effect.get(key) for key in ("name", "percent_of_torque", "alternatives")}
             for effect in diagnosis["effects"]
         ],
+        "of_the_readings": [
+            c["name"] for c in diagnosis["candidates"] if c["accepted"] and c["name"] not in named
+        ],
+        "turned_down": {c["name"]: c["why"] for c in diagnosis["candidates"] if not c["accepted"]},
         "unexplained": (diagnosis["unexplained"] or {}).get("note"),
         "left": diagnosis.get("left"),
         "published": [[name, known, read(result)] for name, known, read in recording.published],
