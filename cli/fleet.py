@@ -63,10 +63,10 @@ def fleet(
     """
     if scheduler and workers:
         raise click.UsageError("--workers is for this machine, --scheduler for a cluster; give one of them.")
-    if scheduler:
-        from idtool.fleet.scheduler import greet
+    # ahead of the imports of the fleet, which take seconds that nobody should add to a silence
+    from idtool.fleet.scheduler import greet
 
-        greet(scheduler)  # ahead of the next imports, which take seconds that nobody should add to a silence
+    greeted = greet(scheduler) if scheduler else None
     from idtool.fleet import Options, run_fleet
     from idtool.fleet.summary import document
 
@@ -77,7 +77,7 @@ def fleet(
             out,
             options,
             workers=workers,
-            scheduler=scheduler,
+            scheduler=greeted,
             again=again,
             tell=output.say,
             progress=progress.at,

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from idtool.diagnosis.evidence import Background, Score, background_of, score
 from idtool.diagnosis.lines import strongest_line, waves_of
@@ -317,6 +316,8 @@ class _Summed:
         """Of rows, shapes (rows,) and (rows, m); a shape is multiplied by `turned`."""
         low, width = float(variable.min()), float(np.ptp(variable)) / _BINS
         bins = np.minimum((variable - low) / width, _BINS - 1).astype(np.int32)
+        from scipy import sparse  # the fits alone need not pay its import
+
         rows = len(variable)
         into = sparse.csr_matrix((turned, bins, np.arange(rows + 1)), shape=(rows, _BINS)).T
         count = np.bincount(bins, minlength=_BINS)

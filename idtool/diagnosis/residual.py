@@ -7,14 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, special
 
 from idtool.diagnosis.evidence import Background, background_of
 from idtool.diagnosis.lines import strongest_line
 from idtool.fit.basis import beyond
+from idtool.fit.chance import gamma_tail
 from idtool.fit.covariance import correlation_rows
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
+from idtool.model.running import running_median
 from idtool.signals.fast_length import fast_length
 
 #: A residual depends on a variable if a smooth function of it takes away this share of the variance ...
@@ -186,24 +187,24 @@ def _frequency_test(background: Background) -> ResidualTest:
     residual, trial = background.residual[:n], recording.filtered_trial
     size = fast_length(int(np.max(np.bincount(trial))))
     power = np.zeros(size // 2 + 1)
-    windows = 0.0
+    windows = 0
     for t in range(recording.trials):
         piece = residual[trial == t]
         if len(piece) < 16:
             continue
         # all trials on one axis of frequencies; a longer one has the finer lines
         power += np.abs(np.fft.rfft(piece - piece.mean(), size)) ** 2 / len(piece)
-        windows += 1.0
-    if windows == 0.0:
+        windows += 1
+    if windows == 0:
         return ResidualTest("time", 0.0, 1.0)
     power = power[1:] / windows
     wide = max(len(power) // 12, 8)
-    level = ndimage.median_filter(power, wide, mode="nearest") / math.log(2.0)
+    level = running_median(power, wide) / math.log(2.0)
     stands_out = np.maximum(power - 3.0 * level, 0.0)
     share = float(stands_out.sum() / power.sum())
     peak = float(np.max(power / np.maximum(level, 1e-300)))
     # the mean of `windows` exponential ordinates over their level
-    single = float(special.gammaincc(windows, peak * windows))
+    single = gamma_tail(windows, peak * windows)
     return ResidualTest("time", share, min(1.0, single * len(power)))
 
 

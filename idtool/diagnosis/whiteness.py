@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import special
 
+from idtool.fit.chance import KOLMOGOROV_95, kolmogorov_tail
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 
@@ -81,19 +81,18 @@ def cumulative_periodogram(over: str, residual: Array, covariance: Array) -> Cum
         turn / np.pi,
         share,
         white,
-        float(special.kolmogi(0.05)) / np.sqrt(effective),
-        float(special.kolmogorov(distance * np.sqrt(effective))) if n > 2 else 1.0,
+        KOLMOGOROV_95 / np.sqrt(effective),
+        kolmogorov_tail(float(distance * np.sqrt(effective))) if n > 2 else 1.0,
     )
 
 
 def _white_covariance(fit: JointFit) -> Array:
     """Mean autocovariance that white noise has after the filter, at lags of filtered rows."""
     operator = fit.model.recording.model_operator
-    rows = operator.shape[0]
+    rows = len(operator)
     found = []
     for lag in range(min(_LAGS, rows - 1)):
-        product = operator[: rows - lag].multiply(operator[lag:])
-        found.append(float(product.sum()) / (rows - lag))
+        found.append(operator.overlap(lag) / (rows - lag))
         if lag and abs(found[-1]) < 1e-4 * found[0]:
             break
     return np.array(found)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
+from idtool.fit.chance import student_quantile
 from idtool.model.jit import jit
 from idtool.model.motion import Array
 
@@ -41,12 +41,12 @@ class Uncertainty:
     @property
     def quantile(self) -> Array:
         """Half width of a 95 % interval in standard errors (Student), shape (n,)."""
-        return np.asarray(special.stdtrit(self.degrees, 0.975))
+        return student_quantile(self.degrees, 0.975)
 
     @property
     def one_sided(self) -> Array:
         """The same of a 95 % limit on one side, shape (n,)."""
-        return np.asarray(special.stdtrit(self.degrees, 0.95))
+        return student_quantile(self.degrees, 0.95)
 
 
 def uncertainty(jacobian: Array, residual: Array, trial: NDArray[np.intp]) -> Uncertainty:

@@ -420,7 +420,7 @@ class JointModel:
 
     def _filtered_noise(self) -> float:
         operator = self.recording.model_operator
-        gain = float(np.sqrt(operator.multiply(operator).sum() / operator.shape[0]))
+        gain = float(np.sqrt(operator.overlap(0) / len(operator)))
         return self.recording.noise * gain
 
 

@@ -19,9 +19,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from idtool.fit.basis import beyond
+from idtool.fit.chance import f_tail
 from idtool.fit.covariance import block_starts, correlation_rows
 from idtool.model.jit import jit
 from idtool.model.motion import Array
@@ -63,7 +63,7 @@ def p_value(left: Array, trial: NDArray[np.intp], residual: Array, known: Array,
     meat = (equal * (blocks.T @ blocks) + _PRIOR * alike) / (equal + _PRIOR)
     along = basis.T @ residual
     wald = max(float(along @ np.linalg.lstsq(meat, along, rcond=1e-12)[0]), 0.0)
-    return float(special.fdtrc(count, spare, wald * spare / (count * (equal + _PRIOR))))
+    return f_tail(count, spare, wald * spare / (count * (equal + _PRIOR)))
 
 
 @jit()

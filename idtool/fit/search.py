@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 import nlopt
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from idtool.errors import InputError, nearest
 from idtool.fit.eliminate import moments
@@ -26,6 +25,7 @@ from idtool.fit.normal_equations import in_turn
 from idtool.model import lugre
 from idtool.model.motion import Array
 from idtool.model.stribeck import level
+from idtool.signals.sparse_rows import SparseRows
 
 #: name on the command line -> NLopt algorithm. DIRECT-L is deterministic; ESCH is evolutionary, the
 #: paper's way; the three stochastic ones obey the seed.
@@ -68,7 +68,7 @@ class Projection:
     model: JointModel
     coulomb: float | None = None
     evaluations: int = 0
-    _operator: sparse.csr_matrix = field(init=False)
+    _operator: SparseRows = field(init=False)
     _pointer: NDArray[np.intp] = field(init=False)
     _fixed: Array = field(init=False)
     _products: Array = field(init=False)
@@ -100,8 +100,9 @@ class Projection:
                     columns.append(np.broadcast_to(at.torque, len(motion)))
                     self._names.append(f"{effect.name}.{c.name}")
         recording = self.model.recording
-        looked_at = slice(None, None, -(-len(recording.row) // _ENOUGH))
-        self._operator = recording.model_operator[looked_at]
+        step = -(-len(recording.row) // _ENOUGH)
+        looked_at = slice(None, None, step)
+        self._operator = recording.model_operator.every(step)
         stretch = recording.filtered_stretch[looked_at]
         self._pointer = np.searchsorted(stretch, np.arange(motion.stretches + 1))
         self._fixed = np.column_stack(

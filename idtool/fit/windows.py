@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array, Motion
+from idtool.model.running import running_mean
 from idtool.model.stribeck import EXPONENT, level
 
 #: The shortest window, in time and in rows.
@@ -50,7 +50,7 @@ class Window:
 def _change_of_speed(motion: Motion) -> Array:
     """By how much the mean speed changes around each row, noise averaged out, (rows,)."""
     rows = max(round(_SETTLING_S / motion.period) // 2, 2)
-    mean = ndimage.uniform_filter1d(motion.velocity, rows, mode="nearest")
+    mean = running_mean(motion.velocity, rows)
     row = np.arange(len(mean))
     return np.asarray(np.abs(mean[np.minimum(row + rows, len(mean) - 1)] - mean[np.maximum(row - rows, 0)]))
 

@@ -21,7 +21,7 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from idtool.errors import InputError
-from idtool.fleet.scheduler import PATIENCE_S, greet, no_scheduler
+from idtool.fleet.scheduler import PATIENCE_S, Greeted, greet, no_scheduler
 from idtool.fleet.session import Task
 from idtool.fleet.work import Outcome, identify_session, version
 from idtool.io.defer_signals import deferred_signals
@@ -54,9 +54,10 @@ def processors() -> int:
 
 
 @contextmanager
-def open_engine(scheduler: str | None, workers: int | None) -> Iterator[Engine]:
+def open_engine(scheduler: str | Greeted | None, workers: int | None) -> Iterator[Engine]:
     """The cluster at `scheduler`, or else `workers` processes of this machine (all processors)."""
-    with _cluster(scheduler) if scheduler else _local(workers or processors()) as engine:
+    greeted = greet(scheduler) if isinstance(scheduler, str) else scheduler
+    with _cluster(greeted) if greeted else _local(workers or processors()) as engine:
         yield engine
 
 
@@ -144,10 +145,10 @@ def _deaf() -> None:
 
 
 @contextmanager
-def _cluster(address: str) -> Iterator[Engine]:
-    connect: Any = greet(address).Client
+def _cluster(scheduler: Greeted) -> Iterator[Engine]:
+    address = scheduler.address
     try:
-        client = connect(address, timeout=PATIENCE_S, set_as_default=False)
+        client = scheduler.client(address, timeout=PATIENCE_S, set_as_default=False)
     except Exception as error:  # it went away after its greeting, for one
         raise no_scheduler(address) from error
     with client:

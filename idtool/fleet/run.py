@@ -25,6 +25,7 @@ from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fleet.engine import Engine, open_engine
 from idtool.fleet.page import page
+from idtool.fleet.scheduler import Greeted
 from idtool.fleet.session import find_sessions, load
 from idtool.fleet.summary import Fleet, SessionRow, document, summarise, table
 from idtool.fleet.work import Outcome
@@ -63,7 +64,7 @@ def run_fleet(
     options: Options | None = None,
     *,
     workers: int | None = None,
-    scheduler: str | None = None,
+    scheduler: str | Greeted | None = None,
     again: bool = False,
     tell: Callable[[str], None] = lambda _: None,
     progress: Callable[[int, int], None] = lambda _done, _of: None,
@@ -75,7 +76,7 @@ def run_fleet(
         out: made if missing; what it holds of unchanged sessions is used.
         options: of the identification.
         workers: processes on this machine; all processors if None.
-        scheduler: address of a Dask scheduler, whose workers do it instead.
+        scheduler: address of a Dask scheduler, or one that answered, whose workers do it instead.
         again: do every session again.
         tell: called with a sentence as each session ends.
         progress: called with how many of the sessions that are to be done are done, and how many they are.

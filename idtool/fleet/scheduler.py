@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from types import ModuleType
+from dataclasses import dataclass
 from typing import Any
 
 from idtool.errors import InputError
@@ -15,11 +15,21 @@ PATIENCE_S = 10.0
 _AT_LEAST_S = 2.0
 
 
-def greet(address: str) -> ModuleType:
-    """Ask who is there: Dask's client itself waits without end for one that accepts and says nothing.
+@dataclass(frozen=True)
+class Greeted:
+    """A scheduler that answered.
 
-    Returns:
-        Dask's package.
+    Attributes:
+        address: its own.
+        client: class of Dask's client.
+    """
+
+    address: str
+    client: Any
+
+
+def greet(address: str) -> Greeted:
+    """Ask who is there: Dask's client itself waits without end for one that accepts and says nothing.
 
     Raises:
         InputError: Dask is not installed, or no scheduler answers.
@@ -36,7 +46,7 @@ def greet(address: str) -> ModuleType:
         asyncio.run(_greeted(address, max(left, _AT_LEAST_S)))
     except Exception as error:  # whatever another kind of server says, or its silence
         raise no_scheduler(address) from error
-    return distributed
+    return Greeted(address, distributed.Client)
 
 
 def no_scheduler(address: str) -> InputError:

@@ -20,11 +20,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from idtool.log.clock import GAP
 from idtool.log.sensor_faults import repeated, resolution
 from idtool.model.motion import Array
+from idtool.model.running import running_mean, running_median
 
 Rows = NDArray[np.bool_]
 
@@ -212,7 +212,7 @@ def _running_median(values: Array, first: Rows, width: int) -> Array:
     starts = np.flatnonzero(first)
     for begin, end in zip(starts, np.append(starts[1:], len(values)), strict=True):
         part = values[begin:end]
-        result[begin:end] = ndimage.median_filter(part, width, mode="nearest") if len(part) > width else part
+        result[begin:end] = running_median(part, width) if len(part) > width else part
     return result
 
 
@@ -286,7 +286,9 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
     # or goes on as before after one row at a speed that the axis does not get to and back in that time
     grain = resolution(position) / clock.period
     darts = beyond(np.concatenate([rate[:1], rate]), clock.breaks, width=3, step=grain)[1:]
-    darts &= ~ndimage.binary_dilation(clock.breaks, iterations=_HELD)[1:]  # there is none to go on from
+    darts &= ~(running_mean(clock.breaks.astype(float), 2 * _HELD + 1) > 0.0)[
+        1:
+    ]  # there is none to go on from
     jumps = (np.flatnonzero((np.abs(change) > bound) | darts) + 1).tolist()
 
     def slip(row: int) -> float:

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from idtool.model.motion import Array
+from idtool.model.running import running_median
 
 _TURN = 2.0 * math.pi
 #: A jump between two rows is a wrap if, a whole turn taken off, this share of a turn at most is left.
@@ -86,7 +86,7 @@ def clipped(values: Array) -> NDArray[np.bool_]:
         counts = np.unique(away[away <= np.quantile(away, 0.5)], return_counts=True)[1]
         if at.sum() > pile * counts[:_LEVELS].max(initial=0):
             # rows that noise kept from the limit would pull a mean away from it
-            away = np.abs(ndimage.median_filter(values, _NEIGHBOURS, mode="constant") - values[at][0])
+            away = np.abs(running_median(values, _NEIGHBOURS, beyond=0.0) - values[at][0])
             result |= at | (away < _NOISE * _noise(values[~extremes]))
     return result
 

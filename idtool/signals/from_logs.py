@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from idtool.errors import InputError
 from idtool.log import Log, columns_of
@@ -16,6 +15,7 @@ from idtool.log.effort import Effort, effort_of
 from idtool.log.repair import Repaired, repair
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import MOST_DELAY_S, Array, Motion
+from idtool.model.running import running_median
 from idtool.model.units import EffortUnit
 from idtool.parameters.axis import Axis, voltage_key
 from idtool.presentation.text import counted
@@ -256,7 +256,7 @@ def _usable_rows(
     rows_in = np.arange(len(torque)) - np.repeat(motion.starts, motion.ends - motion.starts)
     settling = (rows_in < 3) & np.isin(motion.trial, motion.trial[fast & (rows_in < 10)])
     drop("start of a trial in mid-motion", settling)
-    middle = ndimage.median_filter(torque, 5, mode="constant")
+    middle = running_median(torque, 5, beyond=0.0)
     away = torque - middle
     spread = 1.4826 * float(np.median(np.abs(away[away != 0]))) if np.any(away != 0) else 0.0
     spread = max(spread, float(np.sqrt(reading_variance(torque, motion.first))))

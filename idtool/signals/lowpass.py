@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from idtool.model.motion import Array, Motion
 from idtool.signals.smoother import reading_variance
+from idtool.signals.sparse_rows import SparseRows
 
 #: The filter lets pass up to this multiple of the highest frequency at which torque stands out of noise.
 _BANDWIDTH_MARGIN = 1.5
@@ -109,7 +109,7 @@ def window(chosen: Filter) -> Array:
     return np.asarray(np.hanning(chosen.taps + 2)[1:-1])
 
 
-def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> sparse.csr_matrix:
+def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> SparseRows:
     """Filter and decimation as one matrix, shape (filtered rows, rows); no row is blurred across stretches.
 
     Rows that have too few usable rows around them are left out.
@@ -133,6 +133,4 @@ def operator(motion: Motion, usable: NDArray[np.bool_], chosen: Filter) -> spars
     columns, present = columns[keep], inside[keep]
     counts = present.sum(axis=1)
     pointer = np.concatenate([[0], np.cumsum(counts)])
-    return sparse.csr_matrix(
-        (values[present], columns[present], pointer), shape=(int(keep.sum()), len(motion))
-    )
+    return SparseRows.of(values[present], columns[present], pointer, len(motion))

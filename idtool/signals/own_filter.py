@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 
 from idtool.model.motion import Array, Motion
 from idtool.signals.lowpass import power_densities
+from idtool.signals.sparse_rows import SparseRows
 
 #: Rows of a piece of the spectrum, and the fewest of them whose median is steady.
 _PIECE = 128
@@ -70,7 +70,7 @@ class OwnFilter:
             return None
         return cls(float(corner), float(order)) if corner > 0.0 and order > 0.0 else None
 
-    def matrix(self, motion: Motion) -> sparse.csr_matrix:
+    def matrix(self, motion: Motion) -> SparseRows:
         """The filter as a matrix, shape (rows, rows); it does not reach over the border of a stretch."""
         rows, rates = len(motion), _rates(motion)
         kernels = {rate: self.kernel(rate) for rate in np.unique(rates).tolist()}
@@ -87,7 +87,7 @@ class OwnFilter:
         columns = np.arange(pointer[-1]) - np.repeat(pointer[:-1] - low, count)
         values = weights[columns + np.repeat(middles[which] + half - row, count)]
         values /= np.repeat(np.add.reduceat(values, pointer[:-1]), count)
-        return sparse.csr_matrix((values, columns, pointer), shape=(rows, rows))
+        return SparseRows.of(values, columns, pointer, rows)
 
 
 def falls(torque: Array, motion: Motion) -> float:

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from idtool.errors import InputError
 from idtool.log.repair import Reading
@@ -25,6 +24,7 @@ from idtool.parameters.axis import Axis
 from idtool.signals import lowpass
 from idtool.signals.lowpass import Filter
 from idtool.signals.own_filter import OwnFilter, noise_before
+from idtool.signals.sparse_rows import SparseRows
 
 #: An axis moves for certain above this share of the top speed.
 _MOVING = 0.02
@@ -94,14 +94,14 @@ class Recording:
         return self.noise * (1.0 if self.own_filter is None else self.own_filter.noise_gain(self.motion))
 
     @cached_property
-    def operator(self) -> sparse.csr_matrix:
+    def operator(self) -> SparseRows:
         """The filter and decimation as a matrix, shape (filtered rows, rows); a weight is in it."""
         matrix = lowpass.operator(self.motion, self.usable, self.filter)
-        if not matrix.shape[0] and not self.motion.velocity.any():
+        if not len(matrix) and not self.motion.velocity.any():
             raise InputError(
                 "nothing moves", file=", ".join(self.sources), remedy="record the axis while it moves"
             )
-        if not matrix.shape[0]:
+        if not len(matrix):
             reasons = "".join(f", {reason}: {count}" for reason, count in self.lost.items())
             rate = 1.0 / self.motion.period
             raise InputError(
@@ -109,23 +109,21 @@ class Recording:
                 file=", ".join(self.sources),
                 remedy="record at a higher rate, for longer, or move more slowly",
             )
-        if self.weight is not None:
-            matrix.data *= np.repeat(self.weight[_middle(matrix)], np.diff(matrix.indptr))
-        return matrix
+        return matrix if self.weight is None else matrix.weighted(self.weight[_middle(matrix)])
 
     @cached_property
-    def model_operator(self) -> sparse.csr_matrix:
+    def model_operator(self) -> SparseRows:
         """The same for what a model predicts: it goes through the log's own filter first."""
-        return self.operator if self._own is None else sparse.csr_matrix(self.operator @ self._own)
+        return self.operator if self._own is None else self.operator.after(self._own)
 
     @cached_property
-    def _own(self) -> sparse.csr_matrix | None:
+    def _own(self) -> SparseRows | None:
         return None if self.own_filter is None else self.own_filter.matrix(self.motion)
 
     @property
     def csr(self) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
         """Data, indices and pointers of the model's operator."""
-        return self.model_operator.data, self.model_operator.indices, self.model_operator.indptr
+        return self.model_operator.data, self.model_operator.indices, self.model_operator.pointer
 
     @cached_property
     def row_weight(self) -> Array:
@@ -258,6 +256,6 @@ class Recording:
         return replace(self, own_filter=own, noise=noise_before(own, self.torque, self.motion))
 
 
-def _middle(operator: sparse.csr_matrix) -> NDArray[np.intp]:
-    first, last = operator.indices[operator.indptr[:-1]], operator.indices[operator.indptr[1:] - 1]
+def _middle(operator: SparseRows) -> NDArray[np.intp]:
+    first, last = operator.indices[operator.pointer[:-1]], operator.indices[operator.pointer[1:] - 1]
     return np.asarray((first + last) // 2, dtype=np.intp)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from idtool.model.motion import Array, Motion
+from idtool.model.running import running_mean
 from idtool.signals.smoother import reading_variance
 
 #: The axis stands where its position keeps within this many grains of its reading ...
@@ -64,7 +64,7 @@ def _unwitnessed(near: NDArray[np.bool_], torque: Array, first: NDArray[np.bool_
         return near
     begins = near & (first | ~np.append(False, near[:-1]))
     rest = np.cumsum(begins) - 1
-    torque = uniform_filter1d(torque, _CALMED)
+    torque = running_mean(torque, _CALMED, mirrored=True)
     most, least = np.full(begins.sum(), -np.inf), np.full(begins.sum(), np.inf)
     np.maximum.at(most, rest[near], torque[near])
     np.minimum.at(least, rest[near], torque[near])

@@ -14,6 +14,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from click.testing import CliRunner
+from idtool.cli.fleet import fleet as fleet_command
 
 from idtool.errors import InputError
 from idtool.fleet import run_fleet, scheduler
@@ -133,5 +135,26 @@ def test_what_dask_takes_to_import_is_part_of_the_patience(
 
     monkeypatch.setattr(scheduler, "time", SimpleNamespace(monotonic=lambda: next(instants)))
     monkeypatch.setattr(scheduler, "_greeted", greeted)
-    assert scheduler.greet("tcp://127.0.0.1:8786") is distributed
+    assert scheduler.greet("tcp://127.0.0.1:8786") == scheduler.Greeted(
+        "tcp://127.0.0.1:8786", distributed.Client
+    )
     assert allowed == [left]
+
+
+def test_the_command_greets_once(
+    tmp_path: Path, cluster: Callable[[int], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session(tmp_path / "sessions" / "A")
+    address, asked = cluster(1), []
+    greeted = scheduler._greeted
+
+    async def counted(at: str, within: float) -> None:
+        asked.append(at)
+        await greeted(at, within)
+
+    monkeypatch.setattr(scheduler, "_greeted", counted)
+    words = [str(tmp_path / "sessions"), "-o", str(tmp_path / "out"), "--friction", "coulomb", "-q"]
+    done = CliRunner().invoke(fleet_command, [*words, "--scheduler", address])
+    assert done.exit_code == 0, done.output
+    assert asked == [address]
+    assert (tmp_path / "out" / "fleet.html").exists()

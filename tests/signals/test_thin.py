@@ -59,5 +59,5 @@ def test_noise_is_told_as_it_passes_the_filter() -> None:
         few.append(thin(replace(whole, torque=noise, noise=0.01)))
     filtered = np.concatenate([one.filtered(one.torque) for one in few])
     operator = few[0].operator
-    gain = np.sqrt(operator.multiply(operator).sum() / operator.shape[0])
+    gain = np.sqrt(operator.overlap(0) / len(operator))
     assert np.std(filtered) == pytest.approx(few[0].noise * gain, rel=0.03)
