@@ -76,24 +76,45 @@ def filter_and_eliminate(
 
 
 @jit()
-def moments(left: Array, right: Array, pointer: NDArray[np.intp]) -> Array:
-    """Products of the left columns with each other and with the right ones, summed over the rows of each
+def filtered_moments(
+    columns: Array,
+    data: Array,
+    indices: NDArray[np.int32],
+    indptr: NDArray[np.int32],
+    right: Array,
+    pointer: NDArray[np.intp],
+) -> Array:
+    """Products of four columns, filtered, with each other and with others, summed over the rows of each
     stretch.
 
     Args:
-        left, right: shapes (filtered rows, m) and (filtered rows, n), stored by rows.
+        columns: at full rate, stored by rows, shape (rows, 4).
+        data, indices, indptr: the filter as a sparse matrix (CSR).
+        right: filtered already, stored by rows, shape (filtered rows, n).
         pointer: as in `eliminate`.
 
     Returns:
-        Shape (stretches, m, m + n).
+        Shape (stretches, 4, 4 + n).
     """
-    m, n = left.shape[1], right.shape[1]
-    total = np.zeros((len(pointer) - 1, m, m + n))
+    n = right.shape[1]
+    total = np.zeros((len(pointer) - 1, 4, 4 + n))
+    both = np.empty(4 + n)
     for s in range(len(pointer) - 1):
-        for k in range(pointer[s], pointer[s + 1]):
-            for i in range(m):
-                for j in range(m):
-                    total[s, i, j] += left[k, i] * left[k, j]
-                for j in range(n):
-                    total[s, i, m + j] += left[k, i] * right[k, j]
+        products = total[s]
+        for k in range(np.uintp(pointer[s]), np.uintp(pointer[s + 1])):
+            c0 = c1 = c2 = c3 = 0.0
+            for p in range(np.uintp(indptr[k]), np.uintp(indptr[k + np.uintp(1)])):
+                w, row = data[p], np.uintp(indices[p])
+                c0 += w * columns[row, 0]
+                c1 += w * columns[row, 1]
+                c2 += w * columns[row, 2]
+                c3 += w * columns[row, 3]
+            both[0], both[1], both[2], both[3] = c0, c1, c2, c3
+            for j in range(n):
+                both[4 + j] = right[k, j]
+            for j in range(4 + n):
+                products[0, j] += c0 * both[j]
+                products[1, j] += c1 * both[j]
+                products[2, j] += c2 * both[j]
+                products[3, j] += c3 * both[j]
     return total

@@ -369,7 +369,7 @@ class JointModel:
                 continue
             found = next(bent, None)
             if found is None:
-                moved = filter_and_eliminate(next(blocks), *recording.csr, *starts, free)
+                moved = filter_and_eliminate(next(blocks), *recording.model_operator.csr, *starts, free)
                 bent = zip(free, moved, strict=True)
                 found = next(bent)
             row[:count], row[count:] = found[0], -weight * found[1]

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.errors import InputError, nearest
-from idtool.fit.eliminate import moments
+from idtool.fit.eliminate import filtered_moments
 from idtool.fit.model import JointModel
 from idtool.fit.normal_equations import in_turn
 from idtool.model import lugre
@@ -46,6 +46,8 @@ _RIVAL = 1.02
 _GRID_SPEEDS = 10
 _GRID_RATIOS = (0.3, 0.6, 0.85, 1.2, 1.7, 3.0)
 _BASINS = 3
+#: Of `lugre.columns_of_shape`, those that act through sigma0.
+_UNDAMPED = [0, 2]
 #: A friction level is this share of the typical one at least.
 _LEAST = 1e-3
 #: Filtered rows that tell one basin from another: of more of them every second, third, ... is looked at.
@@ -146,26 +148,26 @@ class Projection:
             expected,
             bend,
         )
-        damped = model.spec.friction == "lugre"
-        new = self._operator @ (columns if damped else columns[:, ::2])
-        starts = new.shape[1] // 2
+        by_stretch = filtered_moments(columns, *self._operator.csr, self._fixed, self._pointer)
+        if model.spec.friction != "lugre":
+            by_stretch = by_stretch[:, _UNDAMPED][:, :, [*_UNDAMPED, *range(4, by_stretch.shape[2])]]
         weight = model.weight(max(curve[:2]) * bend) / self._typical
-        values = self._linear(new, starts, weight, medium)
+        values = self._linear(by_stretch, weight, medium)
         cost, scale = values.pop("cost"), values.pop("level")
         values |= {"coulomb": scale * curve[0], "static": scale * curve[1], "bristle_stiffness": scale / bend}
         return cost, {**values, "stribeck_velocity": shape["stribeck_velocity"]}
 
-    def _linear(self, new: Array, starts: int, weight: Array, medium: float) -> dict[str, float]:
+    def _linear(self, by_stretch: Array, weight: Array, medium: float) -> dict[str, float]:
         """Everything linear, and the "cost", by normal equations: the search passes the rows once.
 
         Args:
-            new: what a unit of each stretch's start deflection adds through sigma0 and, where there is one,
-                sigma1; then the columns of the level and of sigma1, shape (filtered rows, 2 or 4).
-            starts: how many of these are of the starts.
+            by_stretch: products, over the rows of each stretch, of what a unit of its start deflection adds
+                through sigma0 and, where there is one, sigma1, and of the columns of the level and of sigma1,
+                with each other and with what is fixed, shape (stretches, 2 or 4, as many + fixed).
             weight: root of the weight of each start's prior, shape (stretches,).
             medium: friction level at a medium speed over the Coulomb level.
         """
-        by_stretch = moments(new, self._fixed, self._pointer)
+        starts = by_stretch.shape[1] // 2
         added = by_stretch[:, starts:].sum(axis=0)[:, starts:]
         products = np.empty((added.shape[1], added.shape[1]))
         products[: len(added)], products[len(added) :, : len(added)] = added, added[:, len(added) :].T

@@ -38,9 +38,11 @@ def level(
     exponent: float = EXPONENT,
 ) -> Array | float:
     """g(w) = coulomb + (static - coulomb) exp(-|w / stribeck_velocity|^exponent), N m (N)."""
-    ratio = np.abs(velocity) / stribeck_velocity
-    fade = np.exp(-(ratio**exponent))
-    fade *= static - coulomb  # in place: a search asks for the level of all rows again and again
+    fade = velocity / stribeck_velocity
+    room = fade if isinstance(fade, np.ndarray) else None  # a search asks for all rows again and again
+    power = np.square(fade, out=room) if exponent == EXPONENT else np.abs(fade) ** exponent
+    fade = np.exp(np.negative(power, out=room), out=room)
+    fade *= static - coulomb
     fade += coulomb
     return fade
 

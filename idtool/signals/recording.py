@@ -120,11 +120,6 @@ class Recording:
     def _own(self) -> SparseRows | None:
         return None if self.own_filter is None else self.own_filter.matrix(self.motion)
 
-    @property
-    def csr(self) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-        """Data, indices and pointers of the model's operator."""
-        return self.model_operator.data, self.model_operator.indices, self.model_operator.pointer
-
     @cached_property
     def row_weight(self) -> Array:
         """Weight of each filtered row; `filtered` has it in it."""

@@ -41,16 +41,19 @@ class SparseRows:
         """Product with a vector, (width,), or with columns, (width, n)."""
         values = np.ascontiguousarray(values, dtype=float)
         times = _times if values.ndim == 1 else _times_columns
-        return times(self.data, self.indices, self.pointer, values)
+        return times(*self.csr, values)
+
+    @property
+    def csr(self) -> tuple[Array, Index, Index]:
+        """Data, indices and pointer, as compiled code takes them."""
+        return self.data, self.indices, self.pointer
 
     def after(self, other: SparseRows) -> SparseRows:
         """What multiplies by `other` first."""
         from scipy import sparse  # few logs ask for it
 
         shape, between = (len(self), self.width), (len(other), other.width)
-        product = sparse.csr_matrix((self.data, self.indices, self.pointer), shape) @ sparse.csr_matrix(
-            (other.data, other.indices, other.pointer), between
-        )
+        product = sparse.csr_matrix(self.csr, shape) @ sparse.csr_matrix(other.csr, between)
         product.sort_indices()
         return SparseRows(product.data, product.indices, product.indptr, other.width)
 
@@ -68,7 +71,7 @@ class SparseRows:
 
     def overlap(self, lag: int) -> float:
         """Products of each row with the one `lag` rows on, summed over all rows."""
-        return _overlap(self.data, self.indices, self.pointer, lag)
+        return _overlap(*self.csr, lag)
 
 
 @jit()

@@ -14,14 +14,17 @@ import pytest
 _FIT = """
 import json, sys
 import numpy as np
-from idtool.fit.eliminate import moments
+from idtool.fit.eliminate import filtered_moments
 from idtool.model import lugre
 from idtool.signals import smoother
 ones, first, t = np.ones(60), np.arange(60) == 0, 0.01 * np.arange(60)
 z, decay = lugre.propagate(ones, ones, ones, first, np.zeros(1))
 slopes = np.zeros((lugre.BLOCK, 60))
 lugre.propagate_blocks(ones, ones, ones, first, np.zeros(1))[2](slopes + 1.0, ones, slopes)
-products = moments(np.outer(z, [1.0, 2.0]), np.outer(z, [3.0]), np.array([0, 60]))
+each = np.arange(61, dtype=np.int32)
+products = filtered_moments(
+    np.outer(z, np.arange(1.0, 5.0)), ones, each[:60], each, np.outer(z, [3.0]), np.array([0, 60])
+)
 motion = smoother.smooth(t, np.sin(t), np.cos(t), first)
 told = [float(np.sum(part)) for part in (z, decay, slopes, products)]
 print(json.dumps([told, sorted(name for name in sys.modules if name.startswith("numba."))]))
