@@ -152,7 +152,9 @@ def stamps(time: Array, first: Rows, position: Array) -> tuple[Rows, Array]:
     return odd, np.where(odd, kept["time"], time)
 
 
-def beyond(values: Array, first: Rows, width: int = _WIDTH, step: float = 0.0) -> Rows:
+def beyond(
+    values: Array, first: Rows, width: int = _WIDTH, step: float = 0.0, late: Array | float = 0.0
+) -> Rows:
     """Rows further from the running median than motion, noise and the sensor's steps explain.
 
     Args:
@@ -160,6 +162,7 @@ def beyond(values: Array, first: Rows, width: int = _WIDTH, step: float = 0.0) -
         first: True at the first row of each stretch that has nothing to do with the one before.
         width: rows of the median, odd.
         step: the smallest step of what `values` were made of, where that is more than their own.
+        late: how far away what they were made of may bring each by being read late, shape (rows,).
     """
     middle = _running_median(values, first, width)
     begins = np.flatnonzero(first)
@@ -175,7 +178,7 @@ def beyond(values: Array, first: Rows, width: int = _WIDTH, step: float = 0.0) -
     away = np.abs(values - middle)
     most = float(np.partition(moves, -_RANK)[-_RANK])
     noise = _NOISE * float(np.quantile(away, _SHARE)) + 2.0 * max(resolution(values), step)
-    return np.asarray(away > _BEYOND * (np.where(edge, float(np.ptp(middle[~edge])), most) + noise))
+    return np.asarray(away > _BEYOND * (np.where(edge, float(np.ptp(middle[~edge])), most) + noise) + late)
 
 
 def _out_of_range(values: Array) -> Rows:
@@ -237,13 +240,14 @@ def _fill_in(
 def _denied_by_position(clock: _Clock, position: Array, velocity: Array) -> Rows:
     """Rows at which the speed is none that the position goes anywhere near."""
     rows = len(position)
-    rate = np.diff(position) / np.maximum(clock.steps, clock.period)
-    rate[clock.breaks[1:]] = np.nan
-    padded = np.concatenate([np.full(_AROUND, np.nan), rate, np.full(_AROUND, np.nan)])
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _AROUND)[:rows]
-    whole = np.isfinite(around).all(axis=1)  # beside a gap the position does not say enough
-    filled = np.where(whole[:, None], around, 0.0)
-    apart = np.where(whole, velocity - np.clip(velocity, filled.min(axis=1), filled.max(axis=1)), 0.0)
+    change = np.where(clock.breaks[1:], np.nan, np.diff(position))
+    # a row was read when its time says, or as evenly as the clock goes
+    rates = np.stack([change / np.maximum(clock.steps, clock.period / _BEYOND), change / clock.period])
+    padded = np.pad(rates, ((0, 0), (_AROUND, _AROUND)), constant_values=np.nan)
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _AROUND, axis=1)[:, :rows]
+    slowest, fastest = around.min(axis=(0, 2)), around.max(axis=(0, 2))
+    whole = np.isfinite(slowest)  # beside a gap the position does not say enough
+    apart = np.where(whole, velocity - np.clip(velocity, slowest, fastest), 0.0)
     noise = np.quantile(np.abs(velocity - _running_median(velocity, clock.first, _WIDTH)), _SHARE)
     usual = np.quantile(np.abs(apart), _SHARE)
     step = 2.0 * resolution(velocity) + resolution(position) / clock.period
@@ -253,12 +257,13 @@ def _denied_by_position(clock: _Clock, position: Array, velocity: Array) -> Rows
 
 def _denied_by_speed(clock: _Clock, position: Array, velocity: Array) -> Rows:
     """Rows at which the position leaves the way that the speed goes, and comes back to it."""
-    apart = position - _travel(clock, velocity)
-    step = resolution(position)
-    return np.asarray(
-        (beyond(apart, clock.breaks, step=step) | beyond(apart, clock.breaks, width=_WIDE, step=step))
-        & ~repeated(position, clock.first)
-    )
+    apart, step = position - _travel(clock, velocity), resolution(position)
+    away = np.zeros(len(position), dtype=bool)
+    for width in (_WIDTH, _WIDE):
+        # a speed that is read late takes off a motion that was
+        faster = np.abs(velocity - _running_median(velocity, clock.breaks, width))
+        away |= beyond(apart, clock.breaks, width, step, _AROUND * clock.period * faster)
+    return np.asarray(away & ~repeated(position, clock.first))
 
 
 def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows, dict[int, float]]:
