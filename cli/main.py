@@ -27,8 +27,8 @@ CANNOT_WRITE = 3
 USAGE = 2
 #: So much of a name that is too long is shown.
 _SHOWN = 60
-#: Objects between two looks for garbage: imports make many, all of which stay.
-_OBJECTS = 50_000
+#: Objects between two looks for garbage: imports and a fit make fewer, nearly all of which stay.
+_OBJECTS = 300_000
 
 
 def main(argv: list[str] | None = None) -> NoReturn:
