@@ -66,6 +66,17 @@ class Motion:
         arrays: dict[str, Any] = {k: v[rows] for k, v in whole.items() if isinstance(v, np.ndarray)}
         return replace(self, **arrays)
 
+    def typical(self, name: str, rows: slice) -> float | None:
+        """Median of a quantity over a slice of the rows, computed once; None where it was not logged."""
+        values, key = getattr(self, name), (name, rows.start, rows.stop)
+        if values is not None and key not in self._medians:
+            self._medians[key] = float(np.median(values[rows]))
+        return self._medians.get(key)
+
+    @cached_property
+    def _medians(self) -> dict[tuple[str, int, int], float]:
+        return {}
+
     @cached_property
     def clock(self) -> NDArray[np.intp]:
         """Clock of every row, shape (rows,)."""

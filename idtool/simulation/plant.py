@@ -147,10 +147,10 @@ class PlantFile:
 
     def surroundings(self, motion: Motion, rows: slice) -> tuple[float, ...]:
         """What holds throughout a trial: payload, tilt and temperature; trials that agree share a plant."""
-        columns = [motion.payload, motion.gravity_factor, motion.tilt_alpha, motion.tilt_beta]
+        names = ["payload", "gravity_factor", "tilt_alpha", "tilt_beta"]
         if self._follow("temperature"):
-            columns.append(motion.temperature)
-        return tuple(0.0 if values is None else float(np.median(values[rows])) for values in columns)
+            names.append("temperature")
+        return tuple(motion.typical(name, rows) or 0.0 for name in names)
 
     def added(self, motion: Motion, rows: slice) -> Array:
         """Torque of effects that follow the clock, at each row of a trial, shape (rows,)."""
@@ -213,8 +213,9 @@ def _surroundings(motion: Motion, rows: slice, position: Array, velocity: Array)
     """A motion that passes given positions and velocities with the payload and tilt of a trial."""
     size = len(position)
 
-    def held(values: Array | None) -> Array | None:
-        return None if values is None else np.full(size, float(np.median(values[rows])))
+    def held(name: str) -> Array | None:
+        typical = motion.typical(name, rows)
+        return None if typical is None else np.full(size, typical)
 
     return Motion(
         time=np.full(size, motion.time[rows.start]),
@@ -222,11 +223,11 @@ def _surroundings(motion: Motion, rows: slice, position: Array, velocity: Array)
         position=position,
         velocity=velocity,
         acceleration=np.zeros(size),
-        payload=held(motion.payload),
-        gravity_factor=held(motion.gravity_factor),
-        tilt_alpha=held(motion.tilt_alpha),
-        tilt_beta=held(motion.tilt_beta),
-        temperature=held(motion.temperature),
+        payload=held("payload"),
+        gravity_factor=held("gravity_factor"),
+        tilt_alpha=held("tilt_alpha"),
+        tilt_beta=held("tilt_beta"),
+        temperature=held("temperature"),
         torque_constant=motion.torque_constant,
     )
 
