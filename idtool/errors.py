@@ -7,7 +7,8 @@ with `exit_code`; nothing else in the package prints or exits.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from os import PathLike
 from typing import Any
 
@@ -28,7 +29,7 @@ class InputError(FfcIdError):
 
     Args:
         problem: what is wrong, without a full stop.
-        file: the file it is in, if any.
+        file: the file it is in, if any; "" for what is in none, wherever it shows (see `in_file`).
         place: the row, column or key inside it, if any.
         remedy: what to do about it, without a full stop; `force=True` is `--force` on the command line.
         argument: the argument of a Python function that holds it; the command line names its option.
@@ -45,19 +46,35 @@ class InputError(FfcIdError):
         remedy: str | None = None,
         argument: str | None = None,
     ) -> None:
-        def told(name: str | None) -> str:
-            where = ", ".join(str(part) for part in (file, place, name) if part)
-            return sentence(f"{where}: {problem}" if where else problem, remedy)
-
-        super().__init__(told(argument))
         self.problem, self.remedy = problem, remedy or ""
-        told_there = told(argument and f"--{argument.replace('_', '-')}")
-        self._with_option = told_there.replace("force=True", "--force")
+        self.file, self._place, self._argument = file, place, argument
+        super().__init__(self._told(argument))
+
+    def _told(self, argument: str | None) -> str:
+        where = ", ".join(str(part) for part in (self.file, self._place, argument) if part)
+        return sentence(f"{where}: {self.problem}" if where else self.problem, self.remedy)
+
+    def name_file(self, file: str | PathLike[str]) -> None:
+        """Say the file that it is in, unless that is known, or it is an argument that is wrong."""
+        if self.file is None and self._argument is None:
+            self.file = file
+            self.args = (self._told(self._argument),)
 
     @property
     def on_the_command_line(self) -> str:
         """The sentence with options in place of arguments."""
-        return self._with_option
+        told = self._told(self._argument and f"--{self._argument.replace('_', '-')}")
+        return told.replace("force=True", "--force")
+
+
+@contextmanager
+def in_file(file: str | PathLike[str]) -> Iterator[None]:
+    """What is found wrong in here is in this file, unless it says otherwise."""
+    try:
+        yield
+    except InputError as error:
+        error.name_file(file)
+        raise
 
 
 class UnknownNameError(InputError):

@@ -128,6 +128,7 @@ def _from_outside(name: str) -> Effect:
     if name != effect.name:
         raise InputError(
             f'the entry point "{name}" names the effect "{effect.name}"',
+            file="",
             place=GROUP,
             remedy="name both alike",
         )
@@ -143,7 +144,7 @@ def check(effect: Effect) -> None:
 
     def lacks(what: str, remedy: str) -> InputError:
         return InputError(
-            f"the effect {getattr(effect, 'name', type(effect).__name__)!r} {what}", remedy=remedy
+            f"the effect {getattr(effect, 'name', type(effect).__name__)!r} {what}", file="", remedy=remedy
         )
 
     for attribute, remedy in _SAID.items():

@@ -25,7 +25,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
-from idtool.errors import InputError, UnknownNameError, nearest
+from idtool.errors import InputError, UnknownNameError, in_file, nearest
 from idtool.experiment.trajectory import BackAndForth, Motion, Sines
 from idtool.io.tables import check_schema, no_strangers, table_at
 from idtool.io.toml import is_finite, load_toml, parse_toml, read_document, short
@@ -171,7 +171,8 @@ def read_recipe(name_or_path: str, changes: Changes | None = None) -> Recipe:
         if path.suffix != ".toml" and path.name == name_or_path:
             recipe_text(name_or_path)  # a word that is no file is a misspelt name
         raise InputError("no such file", file=path, remedy="ffc-id recipes lists the bundled ones") from error
-    return _recipe(document, str(path), changes)
+    with in_file(path):
+        return _recipe(document, str(path), changes)
 
 
 def parse_recipe(text: str, source: str, changes: Changes | None = None) -> Recipe:
@@ -180,23 +181,24 @@ def parse_recipe(text: str, source: str, changes: Changes | None = None) -> Reci
     Raises:
         InputError: naming `source`, the key and the remedy.
     """
-    return _recipe(read_document(text, source, what="a recipe"), source, changes)
+    with in_file(source):
+        return _recipe(read_document(text, source, what="a recipe"), source, changes)
 
 
 def _recipe(document: dict[str, Any], source: str, changes: Changes | None) -> Recipe:
-    check_schema(document, SCHEMA, source)
-    no_strangers(document, _TOP, "", source)
-    name = _word(document, "name", source)
-    experiment = _word(document, "experiment", source)
-    description = _word(document, "description", source, needed=False)
+    check_schema(document, SCHEMA)
+    no_strangers(document, _TOP, "")
+    name = _word(document, "name")
+    experiment = _word(document, "experiment")
+    description = _word(document, "description", needed=False)
     kind = document.get("axis", "rotary")
     if kind not in ("rotary", "linear"):
         remedy = nearest(str(kind)[:60], ["rotary", "linear"])
-        raise InputError(f"unknown kind of axis {short(kind)}", file=source, place="axis", remedy=remedy)
-    period = _number(document.get("period_s", 0.005), "period_s", source, low=1e-3, high=0.1)
-    setup = table_at(document.get("setup", {}), "setup", source)
-    no_strangers(setup, _SETUP, "setup.", source)
-    reader = _Reader(source, cast(Kind, kind), period)
+        raise InputError(f"unknown kind of axis {short(kind)}", place="axis", remedy=remedy)
+    period = _number(document.get("period_s", 0.005), "period_s", low=1e-3, high=0.1)
+    setup = table_at(document.get("setup", {}), "setup")
+    no_strangers(setup, _SETUP, "setup.")
+    reader = _Reader(cast(Kind, kind), period)
     entries = _changed(document.get("trials"), cast(Kind, kind), changes or Changes())
     trials = reader.trials(setup, entries)
     return Recipe(name, experiment, description, cast(Kind, kind), period, trials, source)
@@ -244,13 +246,12 @@ def document_of_command(command: str, kind: Kind) -> dict[str, Any]:
 class _Reader:
     """Reads the trials of one file."""
 
-    source: str
     kind: Kind
     period: float
 
     def trials(self, setup: Mapping[str, Any], entries: Any) -> tuple[RecipeTrial, ...]:
         if not isinstance(entries, list) or not entries:
-            raise self.error("has no trials", "trials", "add a [[trials]] table")
+            raise InputError("has no trials", place="trials", remedy="add a [[trials]] table")
         trials: list[RecipeTrial] = []
         seconds = 0.0
         for index, entry in enumerate(entries):
@@ -260,27 +261,31 @@ class _Reader:
                 trials.append(trial)
                 seconds += trial.motion.duration_s + trial.setup.rest_s
                 if len(trials) > _MAX_TRIALS:
-                    raise self.error(f"makes over {_MAX_TRIALS} trials", place, "split the recipe")
+                    raise InputError(
+                        f"makes over {_MAX_TRIALS} trials", place=place, remedy="split the recipe"
+                    )
                 if seconds > _MAX_SECONDS:
                     remedy = "move faster or less far, or split the recipe"
-                    raise self.error("takes the recipe over four hours", place, remedy)
+                    raise InputError("takes the recipe over four hours", place=place, remedy=remedy)
         return tuple(trials)
 
     def _expand(self, entry: Any, place: str) -> list[dict[str, Any]]:
         """One table per value of a list (all lists of a table must be of one length)."""
-        entry = table_at(entry, place, self.source, "write it as [[trials]]")
+        entry = table_at(entry, place, "write it as [[trials]]")
         lists = {k: v for k, v in entry.items() if isinstance(v, list) and k != "frequencies_hz"}
         lengths = {len(values) for values in lists.values()}
         if len(lengths) > 1:
             listed = ", ".join(f"{key} {len(values)}" for key, values in lists.items())
-            raise self.error(
-                f"lists of different lengths ({listed})", place, "give one value of each per trial"
+            raise InputError(
+                f"lists of different lengths ({listed})",
+                place=place,
+                remedy="give one value of each per trial",
             )
         count = lengths.pop() if lengths else 1
         if count == 0:
-            raise self.error("an empty list makes no trial", place, "give a value")
+            raise InputError("an empty list makes no trial", place=place, remedy="give a value")
         if count > _MAX_TRIALS:
-            raise self.error(f"makes over {_MAX_TRIALS} trials", place, "split the recipe")
+            raise InputError(f"makes over {_MAX_TRIALS} trials", place=place, remedy="split the recipe")
         return [{k: (v[i] if k in lists else v) for k, v in entry.items()} for i in range(count)]
 
     def _trial(self, values: Mapping[str, Any], place: str) -> RecipeTrial:
@@ -288,33 +293,35 @@ class _Reader:
         if not isinstance(motion, str) or motion not in _KINDS:
             remedy = nearest(motion[:60] if isinstance(motion, str) else "", _KINDS)
             problem = f"unknown kind of motion {short(motion)}" if "kind" in values else "is missing"
-            raise self.error(problem, f"{place}.kind", remedy)
+            raise InputError(problem, place=f"{place}.kind", remedy=remedy)
         keys = {name: file_key(name, dimension, self.kind) for name, dimension, _ in _KINDS[motion]}
-        no_strangers(values, ("kind", *keys.values(), *_SETUP), f"{place}.", self.source)
+        no_strangers(values, ("kind", *keys.values(), *_SETUP), f"{place}.")
         for name, _, needed in _KINDS[motion]:
             if needed and keys[name] not in values:
-                raise self.error("is missing", f"{place}.{keys[name]}", f"add {keys[name]} = ...")
+                raise InputError(
+                    "is missing", place=f"{place}.{keys[name]}", remedy=f"add {keys[name]} = ..."
+                )
 
         def number(name: str, default: float | None = None, low: float = 1e-6, high: float = 1e4) -> float:
             key = keys[name]
-            return _number(values.get(key, default), f"{place}.{key}", self.source, low=low, high=high)
+            return _number(values.get(key, default), f"{place}.{key}", low=low, high=high)
 
         setup = self._setup(values, place)
         if motion == "back_and_forth":
             repeats = number("repeats", 1, 1, _MAX_TRIALS)
             if repeats != round(repeats):
-                raise self.error(
-                    f"expected a whole number, found {repeats:g}", f"{place}.repeats", "round it"
+                raise InputError(
+                    f"expected a whole number, found {repeats:g}", place=f"{place}.repeats", remedy="round it"
                 )
             acceleration = number("acceleration", _ACCELERATION)
             dwell = number("dwell", 0.0, 0.0, 3600.0)
             ways = BackAndForth(number("speed"), number("travel"), acceleration, round(repeats), dwell)
             if ways.ramp_travel > ways.travel:
-                raise self.error(
+                raise InputError(
                     f"the ramps up to {ways.speed:g} and down again take {ways.ramp_travel:.3g}, "
                     f"more than the travel of {ways.travel:g}",
-                    f"{place}.{keys['travel']}",
-                    f"make it {1.2 * ways.ramp_travel:.2g} or more, lower {keys['speed']} "
+                    place=f"{place}.{keys['travel']}",
+                    remedy=f"make it {1.2 * ways.ramp_travel:.2g} or more, lower {keys['speed']} "
                     f"or raise {keys['acceleration']}",
                 )
             return RecipeTrial(setup, ways, place, (keys["speed"], keys["travel"]))
@@ -322,22 +329,24 @@ class _Reader:
         frequencies = self._frequencies(values, f"{place}.{keys.get('frequencies', 'frequency_hz')}")
         if duration < 1.0 / min(frequencies):
             remedy = f"make it at least {1.0 / min(frequencies):.3g} s"
-            raise self.error("is less than one period", f"{place}.duration_s", remedy)
+            raise InputError("is less than one period", place=f"{place}.duration_s", remedy=remedy)
         sines = Sines(frequencies, number("amplitude"), duration)
         return RecipeTrial(setup, sines, place, (keys["amplitude"], keys["amplitude"]))
 
     def _frequencies(self, values: Mapping[str, Any], place: str) -> tuple[float, ...]:
         listed = values["frequencies_hz"] if "frequencies_hz" in values else [values["frequency_hz"]]
         if not isinstance(listed, list) or not 0 < len(listed) <= _MAX_SINES:
-            raise self.error(
-                f"expected a list of 1 to {_MAX_SINES} frequencies", place, "write it as [0.1, 0.3]"
+            raise InputError(
+                f"expected a list of 1 to {_MAX_SINES} frequencies",
+                place=place,
+                remedy="write it as [0.1, 0.3]",
             )
         high = SINE_SHARE / self.period
-        return tuple(_number(value, place, self.source, low=1e-3, high=high) for value in listed)
+        return tuple(_number(value, place, low=1e-3, high=high) for value in listed)
 
     def _setup(self, values: Mapping[str, Any], place: str) -> TrialSetup:
         def number(key: str, default: float, low: float, high: float) -> float:
-            return _number(values.get(key, default), f"{place}.{key}", self.source, low=low, high=high)
+            return _number(values.get(key, default), f"{place}.{key}", low=low, high=high)
 
         return TrialSetup(
             payload_kg=number("payload_kg", 0.0, 0.0, 1e4),
@@ -349,28 +358,23 @@ class _Reader:
             rest_s=number("rest_s", 0.5, 0.0, 3600.0),
         )
 
-    def error(self, problem: str, place: str, remedy: str) -> InputError:
-        return InputError(problem, file=self.source, place=place, remedy=remedy)
 
-
-def _word(document: Mapping[str, Any], key: str, source: str, *, needed: bool = True) -> str:
+def _word(document: Mapping[str, Any], key: str, *, needed: bool = True) -> str:
     value = document.get(key, None if needed else "")
     good = isinstance(value, str) and (value or not needed) and len(value) <= 200 and value.isprintable()
     if not good:
         raise InputError(
             f"expected a short text, found {short(value)}" if key in document else "is missing",
-            file=source,
             place=key,
             remedy=f'write it as {key} = "..."',
         )
     return str(value)
 
 
-def _number(value: Any, place: str, source: str, *, low: float, high: float) -> float:
+def _number(value: Any, place: str, *, low: float, high: float) -> float:
     if not is_finite(value) or not low <= value <= high:
         raise InputError(
             f"expected a number from {low:g} to {high:g}, found {short(value)}",
-            file=source,
             place=place,
             remedy="correct it",
         )

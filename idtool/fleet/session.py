@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from idtool.errors import InputError
+from idtool.errors import InputError, in_file
 from idtool.io.read_file import read_bytes
 from idtool.io.tables import no_strangers
 from idtool.io.toml import read_document, short
@@ -118,10 +118,11 @@ def identity(task: Task, logs: Sequence[Log]) -> tuple[str, datetime.date | None
 def _facts(task: Task) -> dict[str, Any]:
     file = Path(task.name) / FACTS
     told = read_document(task.facts, file, what="facts of a session")
-    no_strangers(told, ("unit", "date"), "", file)
-    for key, value in told.items():
-        if not (isinstance(value, str) if key == "unit" else _date(value) is not None):
-            raise InputError(f"{short(value)} is no {key}", file=file, place=key, remedy=_EXAMPLE)
+    with in_file(file):
+        no_strangers(told, ("unit", "date"), "")
+        for key, value in told.items():
+            if not (isinstance(value, str) if key == "unit" else _date(value) is not None):
+                raise InputError(f"{short(value)} is no {key}", place=key, remedy=_EXAMPLE)
     return told
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from idtool.errors import InputError
+from idtool.errors import InputError, in_file
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.io.toml import is_finite, load_toml
 from idtool.log import Log
@@ -76,31 +76,37 @@ def read_path(file: Path) -> tuple[TaughtPath, Axis]:
     Raises:
         InputError: it is neither, the axis does not move in it, or for longer than a shift.
     """
-    if file.suffix == ".toml":
-        return read_waypoints(file)
-    log = Log.read(file)
+    with in_file(file):
+        return read_waypoints(file) if file.suffix == ".toml" else _taught(Log.read(file))
+
+
+def _taught(log: Log) -> tuple[TaughtPath, Axis]:
+    """The part of a log in which the axis moves.
+
+    Raises:
+        InputError: it does not, or for longer than a shift.
+    """
     trial = log.trials[0]
     time = trial["time_s"].to_numpy(dtype=float)
     values = log.column("position")
     if values is None:
-        raise InputError("holds no position", file=file, remedy="record one with `ffc-id teach -o`")
+        raise InputError("holds no position", remedy="record one with `ffc-id teach -o`")
     position = values[: len(time)]
     way = float(np.ptp(position))
     moved = np.flatnonzero(np.abs(position - position[0]) > _STILL_SHARE * way)
     going = np.flatnonzero(np.abs(position - position[-1]) > _STILL_SHARE * way)
     if way == 0.0 or not len(moved) or not len(going):
-        raise InputError("the axis does not move in it", file=file, remedy="teach it a path first")
+        raise InputError("the axis does not move in it", remedy="teach it a path first")
     part = slice(max(int(moved[0]) - 1, 0), min(int(going[-1]) + 2, len(time)))
-    _refuse_long(time[part], file)
+    _refuse_long(time[part])
     return smoothed(time[part] - time[part][0], position[part], log.axis.kind), log.axis
 
 
-def _refuse_long(time: Array, file: Path) -> None:
+def _refuse_long(time: Array) -> None:
     lasts = float(time[-1]) - float(time[0])
     if lasts > _LONGEST_S:
         raise InputError(
             f"the path lasts {lasts:.3g} s, longer than the {_LONGEST_S:g} s that a path may",
-            file=file,
             remedy="its time must count seconds (`ffc-id import --unit time=ms` converts), without a pause",
         )
 
@@ -202,25 +208,23 @@ def read_waypoints(file: Path) -> tuple[TaughtPath, Axis]:
 
     document = load_toml(file, _LARGEST, what="a file of waypoints", made_by="`ffc-id play --waypoints`")
     if document.get("schema") != SCHEMA:
-        raise InputError(
-            f'expected "{SCHEMA}"', file=file, place="schema", remedy="make it with `play --waypoints`"
-        )
-    axis = Axis.from_table(document.get("axis", {}), file=file)
+        raise InputError(f'expected "{SCHEMA}"', place="schema", remedy="make it with `play --waypoints`")
+    axis = Axis.from_table(document.get("axis", {}))
     key = "position_m" if axis.kind == "linear" else "position_rad"
     rows = document.get("points")
     if not isinstance(rows, list) or len(rows) < 2:
-        raise InputError("expected two points at least", file=file, place="points")
+        raise InputError("expected two points at least", place="points")
     numbers = np.zeros((len(rows), 2))
     for index, row in enumerate(rows):
         for column, name in enumerate(("time_s", key)):
             value = row.get(name) if isinstance(row, dict) else None
             if not is_finite(value):
-                raise InputError("expected a number", file=file, place=f"points[{index}].{name}")
+                raise InputError("expected a number", place=f"points[{index}].{name}")
             numbers[index, column] = value
     time, position = numbers.T
     if not np.all(np.diff(time) > 0.0):
-        raise InputError("the times do not rise", file=file, place="points", remedy="put them in order")
-    _refuse_long(time, file)
+        raise InputError("the times do not rise", place="points", remedy="put them in order")
+    _refuse_long(time)
     grid = np.arange(0.0, time[-1] - time[0] + STEP_S, STEP_S)
     even = PchipInterpolator(time - time[0], position)(np.minimum(grid, time[-1] - time[0]))
     return smoothed(grid, np.asarray(even, dtype=float), axis.kind, WAYPOINT_SMOOTHING_S), axis

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -47,7 +46,7 @@ _PENDULUM = {"mass": "mass_kg", "length": "lever_m"}
 _CURRENTS: tuple[tuple[str, str], ...] = (("measured_current", "A"), ("present_current", "mA"))
 
 
-def read(raw: bytes, file: Path) -> Table:
+def read(raw: bytes) -> Table:
     """The entries of a BAM log, and what was run as facts.
 
     Raises:
@@ -57,30 +56,25 @@ def read(raw: bytes, file: Path) -> Table:
         content = json.loads(raw)
     except (ValueError, RecursionError) as error:
         raise InputError(
-            "is JSON that cannot be read", file=file, remedy="copy it again from where it was recorded"
+            "is JSON that cannot be read", remedy="copy it again from where it was recorded"
         ) from error
     entries = content.get("entries") if isinstance(content, dict) else None
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-        raise InputError(
-            'is JSON without a list of "entries", so no log of BAM', file=file, remedy="export it as CSV"
-        )
+        raise InputError('is JSON without a list of "entries", so no log of BAM', remedy="export it as CSV")
     frame = pd.DataFrame(entries)
     if missing := [name for name in ("timestamp", "position") if len(frame) and name not in frame]:
         raise InputError(
-            f'its entries have no "{missing[0]}", so it is no log of BAM',
-            file=file,
-            remedy="export it as CSV",
+            f'its entries have no "{missing[0]}", so it is no log of BAM', remedy="export it as CSV"
         )
     meanings = {item.source: item for item in _MEANINGS if item.source in frame}
     if current := _current(frame):
         meanings[current.source] = current
     elif "load" in frame:
-        frame["load"] = duty_share(frame["load"], str(content.get("motor", "")), file)
+        frame["load"] = duty_share(frame["load"], str(content.get("motor", "")))
         meanings["load"] = Meaning("load", "duty", "share")
     elif len(frame):
         raise InputError(
             "holds neither a current nor the duty cycle of the motor",
-            file=file,
             remedy="record present_current or measured_current with a newer BAM, or log the current",
         )
     notes = []
@@ -103,13 +97,12 @@ def read(raw: bytes, file: Path) -> Table:
     )
 
 
-def duty_share(counts: pd.Series[Any], motor: str, file: Path) -> pd.Series[float]:
+def duty_share(counts: pd.Series[Any], motor: str) -> pd.Series[float]:
     """The share of full duty from the counts of a register of 16 bits.
 
     Args:
         counts: as the servo's register holds them.
         motor: its name, "sts3215".
-        file: for messages.
 
     Raises:
         InputError: a servo whose full duty is not known here.
@@ -118,7 +111,6 @@ def duty_share(counts: pd.Series[Any], motor: str, file: Path) -> pd.Series[floa
     if known is None:
         raise InputError(
             f'holds the duty in counts of "{motor}", whose full duty is not known here',
-            file=file,
             remedy="export it as CSV and import it with --unit duty=count:N (N: counts at full duty)",
         )
     full, sign = known

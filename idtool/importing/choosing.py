@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,13 +37,13 @@ def _stated_unit(source: Table, name: str, role: str) -> str:
 
 
 def given(
-    table_source: Table, table: pd.DataFrame, mapping: Mapping[str, str], stated: dict[str, Kind], file: Path
+    table_source: Table, table: pd.DataFrame, mapping: Mapping[str, str], stated: dict[str, Kind]
 ) -> tuple[dict[str, Meaning], set[str]]:
     """Role -> column as `mapping` says, and the columns that are thereby spoken for."""
     chosen: dict[str, Meaning] = {}
     for left, source in mapping.items():
         role, implied = role_of(left)
-        cleaning.source_column(table, source, f"--map {left}={source}", file)
+        cleaning.source_column(table, source, f"--map {left}={source}")
         if role in chosen:
             raise UsageError(f"--map names the {role} twice; name it once.")
         if implied:
@@ -57,18 +56,18 @@ def given(
     return chosen, {item.source for item in chosen.values()}
 
 
-def fill(chosen: dict[str, Meaning], free: list[Meaning], kind: Kind, file: Path) -> None:
+def fill(chosen: dict[str, Meaning], free: list[Meaning], kind: Kind) -> None:
     """Choose columns for the roles that no option names; a command stands in where nothing was measured."""
     measured = [m for m in free if not m.commanded]
     commands = [as_command(m) for m in free if m.commanded]
     for role in columns_of(kind):
         if role in chosen or (role in ("current", "torque") and _one_effort_is_given(chosen)):
             continue
-        found = choose(commands if role.endswith("_command") else measured, role, kind, file)
+        found = choose(commands if role.endswith("_command") else measured, role, kind)
         if found:
             chosen[role] = found
     for role in ("torque", "current"):
-        if not set(_EFFORTS) & set(chosen) and (found := choose(commands, role, kind, file)):
+        if not set(_EFFORTS) & set(chosen) and (found := choose(commands, role, kind)):
             chosen[role] = found
 
 
@@ -83,7 +82,7 @@ def drop_empty(chosen: dict[str, Meaning], table: pd.DataFrame, notes: list[str]
             del chosen[role]
 
 
-def require(chosen: Mapping[str, Meaning], table: pd.DataFrame, kind: Kind, file: Path) -> None:
+def require(chosen: Mapping[str, Meaning], table: pd.DataFrame, kind: Kind) -> None:
     names = columns_of(kind)
     filled = [str(name) for name in table.columns if table[name].notna().any()]
     there = ", ".join(filled[:12])
@@ -97,7 +96,6 @@ def require(chosen: Mapping[str, Meaning], table: pd.DataFrame, kind: Kind, file
             counter = roles[0] == "position" and re.search("count|tick", there, re.IGNORECASE)
             raise InputError(
                 f"no column looks like {words} (it has {there})",
-                file=file,
                 remedy=f"say which is it with --map {choices}"
                 + (", and of a counter --unit position=count:COUNTS_PER_TURN" if counter else ""),
             )
@@ -110,7 +108,6 @@ def with_units(
     presumed: Mapping[str, str],
     kind: Kind,
     table: pd.DataFrame,
-    file: Path,
 ) -> tuple[Taken, ...]:
     stated: dict[str, str] = {}
     for left, text in units.items():
@@ -136,14 +133,14 @@ def with_units(
         elif not named and dimension(role, kind) and item.source not in given:
             why = "presumed"
             if role == "time":
-                _refuse_odd_clock(table[item.source], item.source, file)
+                _refuse_odd_clock(table[item.source], item.source)
         taken.append(
             Taken(column, role, item.source, unit, why, item.commanded and role in ("torque", "current"))
         )
     return tuple(taken)
 
 
-def _refuse_odd_clock(column: pd.Series[Any], name: str, file: Path) -> None:
+def _refuse_odd_clock(column: pd.Series[Any], name: str) -> None:
     """A clock of unknown unit that steps by a second or more is likely one of milli- or microseconds."""
     if not pd.api.types.is_numeric_dtype(column):
         return
@@ -154,6 +151,5 @@ def _refuse_odd_clock(column: pd.Series[Any], name: str, file: Path) -> None:
     if step >= 1:
         raise InputError(
             f'column "{name}" has no unit and steps by {step:g}, which is slow for seconds',
-            file=file,
             remedy="say its unit with --unit time=ms (or us, ns, s)",
         )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ _WHICH = re.compile(
 _MOST_AXES = 254
 
 
-def source_column(frame: pd.DataFrame, name: str, option: str, file: Path) -> pd.Series[Any]:
+def source_column(frame: pd.DataFrame, name: str, option: str) -> pd.Series[Any]:
     """A column of the recording that an option names.
 
     Raises:
@@ -32,19 +31,19 @@ def source_column(frame: pd.DataFrame, name: str, option: str, file: Path) -> pd
     """
     if name not in frame.columns:
         raise InputError(
-            f'has no column "{name}"', file=file, place=option, remedy=nearest(name, list(frame.columns)[:40])
+            f'has no column "{name}"', place=option, remedy=nearest(name, list(frame.columns)[:40])
         )
     return frame[name]
 
 
-def keep_where(frame: pd.DataFrame, where: Mapping[str, Sequence[str]], file: Path) -> pd.DataFrame:
+def keep_where(frame: pd.DataFrame, where: Mapping[str, Sequence[str]]) -> pd.DataFrame:
     """The rows in which every named column holds one of its wanted values.
 
     Raises:
         InputError: no such column, or no row is left.
     """
     for name, wanted in where.items():
-        column = source_column(frame, name, f"--where {name}", file)
+        column = source_column(frame, name, f"--where {name}")
         keep = np.zeros(len(frame), dtype=bool)
         for value in wanted:
             keep |= _equal(column, value)
@@ -52,7 +51,6 @@ def keep_where(frame: pd.DataFrame, where: Mapping[str, Sequence[str]], file: Pa
             there = ", ".join(str(value) for value in pd.unique(column)[:8])
             raise InputError(
                 f"no row has {name} = {' or '.join(wanted)}",
-                file=file,
                 place=f"--where {name}",
                 remedy=f"it holds {there}",
             )
@@ -60,7 +58,7 @@ def keep_where(frame: pd.DataFrame, where: Mapping[str, Sequence[str]], file: Pa
     return frame.reset_index(drop=True)
 
 
-def require_single(frame: pd.DataFrame, names: Sequence[str], file: Path) -> None:
+def require_single(frame: pd.DataFrame, names: Sequence[str]) -> None:
     """Refuse rows of several axes; which is wanted, `--where` says.
 
     Raises:
@@ -71,7 +69,6 @@ def require_single(frame: pd.DataFrame, names: Sequence[str], file: Path) -> Non
         if len(there) > 1:
             raise InputError(
                 f'holds several axes: column "{name}" is {", ".join(there[:8])}',
-                file=file,
                 remedy=f'choose one with --where "{name}={there[0]}" (trials of one: --trial-by "{name}")',
             )
 
@@ -100,7 +97,7 @@ def _equal(column: pd.Series[Any], value: str) -> np.ndarray:
     return np.asarray(column.astype(str).str.strip() == value.strip())
 
 
-def to_numbers(column: pd.Series[Any], name: str, file: Path) -> np.ndarray:
+def to_numbers(column: pd.Series[Any], name: str) -> np.ndarray:
     """A column as numbers; NaN where it holds none.
 
     Raises:
@@ -114,7 +111,6 @@ def to_numbers(column: pd.Series[Any], name: str, file: Path) -> np.ndarray:
         shown = str(column[column.notna()].iloc[0])[:40]
         raise InputError(
             f'column "{name}" holds text ("{shown}"), not numbers',
-            file=file,
             remedy="map another column to it with --map, or export it as numbers",
         )
     return numbers
@@ -148,7 +144,7 @@ def trial_numbers(column: pd.Series[Any]) -> tuple[np.ndarray, bool]:
     return codes.astype(np.int64), True
 
 
-def order_rows(frame: pd.DataFrame, notes: list[str], file: Path) -> pd.DataFrame:
+def order_rows(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """Rows of a trial together, time rising inside each; a clock that restarts begins a new trial.
 
     Rows out of order are sorted; rows that are there twice, or whose time stamp was there, are dropped.
@@ -177,7 +173,6 @@ def order_rows(frame: pd.DataFrame, notes: list[str], file: Path) -> pd.DataFram
     if np.mean(repeated) > _ALIKE:
         raise InputError(
             f"its {len(frame)} rows have {int(np.sum(~repeated))} time stamps only",
-            file=file,
             remedy="export the time with all its digits, or map another column to it with --map",
         )
     if repeated.any():

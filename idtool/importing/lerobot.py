@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from idtool.errors import InputError
+from idtool.errors import InputError, in_file
 from idtool.importing.bam import duty_share
 from idtool.importing.names import Meaning
 from idtool.importing.table import Table
@@ -68,24 +68,29 @@ def is_frame(frame: pd.DataFrame) -> bool:
     return {"timestamp", "episode_index", _STATE} <= set(frame.columns)
 
 
-def read_folder(path: Path, parquet: Callable[[bytes, Path], pd.DataFrame]) -> Table:
+def read_folder(path: Path, parquet: Callable[[bytes], pd.DataFrame]) -> Table:
     """All the rows of a dataset.
 
     Args:
         path: its folder.
-        parquet: reads a file.
+        parquet: reads the bytes of a file.
 
     Raises:
         InputError: no data, or none that tells of the motor.
     """
     files = sorted((path / "data").glob("**/*.parquet"))
     if not files:
-        raise InputError("is a dataset without data/*.parquet", file=path, remedy="download its data too")
+        raise InputError("is a dataset without data/*.parquet", remedy="download its data too")
     try:
-        frames = [parquet(file.read_bytes(), file) for file in files]
+        frames = [_within(file, parquet) for file in files]
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", file=path, remedy="copy it again") from error
+        raise InputError(f"cannot be read ({error.strerror})", remedy="copy it again") from error
     return interpret(pd.concat(frames, ignore_index=True), path, _info(path, 0))
+
+
+def _within(file: Path, parquet: Callable[[bytes], pd.DataFrame]) -> pd.DataFrame:
+    with in_file(file):
+        return parquet(file.read_bytes())
 
 
 def interpret(frame: pd.DataFrame, file: Path, info: Mapping[str, Any] | None = None) -> Table:
@@ -93,7 +98,7 @@ def interpret(frame: pd.DataFrame, file: Path, info: Mapping[str, Any] | None = 
 
     Args:
         frame: as in the file.
-        file: for messages, and to find the names of the joints.
+        file: where the names of the joints are looked for.
         info: `meta/info.json`; None looks for it.
 
     Raises:
@@ -106,7 +111,7 @@ def interpret(frame: pd.DataFrame, file: Path, info: Mapping[str, Any] | None = 
         quantity = "goal_position" if feature == _GOAL else _quantity(feature)
         if quantity is None or not isinstance(frame[feature].iloc[0], list | np.ndarray):
             continue
-        values = _matrix(frame[feature], feature, file)
+        values = _matrix(frame[feature], feature)
         for column, name in zip(values.T, _names(info, feature, values.shape[1]), strict=True):
             joint, _, end = name.rpartition(".")
             said = _QUANTITIES.get(end) if joint else None
@@ -116,10 +121,9 @@ def interpret(frame: pd.DataFrame, file: Path, info: Mapping[str, Any] | None = 
     if not any({"load", "effort", "reported_current"} & columns.keys() for columns in joints.values()):
         raise InputError(
             "holds positions and goals only, and nothing that tells of a motor's torque",
-            file=file,
             remedy="record the load with the supply's voltage, or a current, as further observations",
         )
-    long = [_of_joint(frame, name, columns, file) for name, columns in joints.items()]
+    long = [_of_joint(frame, name, columns) for name, columns in joints.items()]
     table = pd.concat(long, ignore_index=True)
     notes.append(
         "positions are taken for degrees, which they are only where the robot was set to use_degrees; else "
@@ -139,11 +143,11 @@ def interpret(frame: pd.DataFrame, file: Path, info: Mapping[str, Any] | None = 
     )
 
 
-def _of_joint(frame: pd.DataFrame, name: str, columns: dict[str, Any], file: Path) -> pd.DataFrame:
+def _of_joint(frame: pd.DataFrame, name: str, columns: dict[str, Any]) -> pd.DataFrame:
     start = {"timestamp": frame["timestamp"].to_numpy(dtype=float), "joint": name}
     rows = pd.DataFrame(start | {"episode": frame["episode_index"].to_numpy()} | columns)
     if "load" in rows and float(rows["load"].abs().max()) > 1.0:  # counts; a share stays one
-        rows["load"] = duty_share(rows["load"], "sts", file)
+        rows["load"] = duty_share(rows["load"], "sts")
     return rows
 
 
@@ -152,16 +156,14 @@ def _quantity(feature: str) -> str | None:
     return _QUANTITIES.get(end) if head == "observation" else None
 
 
-def _matrix(column: pd.Series[Any], feature: str, file: Path) -> np.ndarray:
+def _matrix(column: pd.Series[Any], feature: str) -> np.ndarray:
     try:
         values = np.array(column.to_list(), dtype=float)
     except (TypeError, ValueError):
         values = np.zeros(0)
     if values.ndim != 2:
         raise InputError(
-            f'column "{feature}" is no list of numbers of one length',
-            file=file,
-            remedy="copy the dataset again",
+            f'column "{feature}" is no list of numbers of one length', remedy="copy the dataset again"
         )
     return values
 

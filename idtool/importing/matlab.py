@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import warnings
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ def is_hdf5(raw: bytes) -> bool:
     return raw.startswith((_HDF5, b"MATLAB 7.3")) or raw[512:520] == _HDF5
 
 
-def read_matlab(raw: bytes, file: Path, notes: list[str]) -> pd.DataFrame:
+def read_matlab(raw: bytes, notes: list[str]) -> pd.DataFrame:
     """The vectors of a MATLAB file up to v7; fields of structures and columns of matrices become columns.
 
     Raises:
@@ -36,16 +35,16 @@ def read_matlab(raw: bytes, file: Path, notes: list[str]) -> pd.DataFrame:
             content = loadmat(stream, squeeze_me=True, struct_as_record=True)
     except Exception as error:  # the reader of a foreign format may raise anything on bad bytes
         raise InputError(
-            "is not a MATLAB file that can be read", file=file, remedy="in MATLAB save it with -v7"
+            "is not a MATLAB file that can be read", remedy="in MATLAB save it with -v7"
         ) from error
     vectors: dict[str, np.ndarray] = {}
     for name, value in content.items():
         if not name.startswith("__"):
             _flatten(name, value, vectors)
-    return _longest(vectors, file, notes)
+    return _longest(vectors, notes)
 
 
-def read_hdf5(raw: bytes, file: Path, notes: list[str]) -> pd.DataFrame:
+def read_hdf5(raw: bytes, notes: list[str]) -> pd.DataFrame:
     """The vectors of a MATLAB v7.3 file, or of any HDF5 file.
 
     Raises:
@@ -56,7 +55,6 @@ def read_hdf5(raw: bytes, file: Path, notes: list[str]) -> pd.DataFrame:
     except ImportError as error:
         raise InputError(
             "is HDF5 (MATLAB v7.3 saves that too), which needs h5py",
-            file=file,
             remedy="pip install 'ffc-id[hdf5]', or in MATLAB save it with -v7",
         ) from error
     vectors: dict[str, np.ndarray] = {}
@@ -74,18 +72,16 @@ def read_hdf5(raw: bytes, file: Path, notes: list[str]) -> pd.DataFrame:
             content.visititems(visit)
     except Exception as error:  # the reader of a foreign format may raise anything on bad bytes
         raise InputError(
-            "is a damaged HDF5 file", file=file, remedy="copy it again from where it was recorded"
+            "is a damaged HDF5 file", remedy="copy it again from where it was recorded"
         ) from error
-    return _longest(vectors, file, notes)
+    return _longest(vectors, notes)
 
 
-def _longest(vectors: dict[str, np.ndarray], file: Path, notes: list[str]) -> pd.DataFrame:
+def _longest(vectors: dict[str, np.ndarray], notes: list[str]) -> pd.DataFrame:
     """The vectors of the commonest length as one table."""
     lengths = Counter(len(vector) for vector in vectors.values())
     if not lengths:
-        raise InputError(
-            "holds no vectors of numbers", file=file, remedy="save time, position and torque as vectors"
-        )
+        raise InputError("holds no vectors of numbers", remedy="save time, position and torque as vectors")
     rows = lengths.most_common(1)[0][0]
     left = [name for name, vector in vectors.items() if len(vector) != rows]
     if left:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from idtool.errors import InputError, UsageError, nearest, sentence
 from idtool.importing.conversion import Unit, named_unit
@@ -184,7 +183,7 @@ def role_of(text: str) -> tuple[str, Kind | None]:
     raise UsageError(sentence(f'"{text}" is no column of a log', advice))
 
 
-def check_kind(chosen: Iterable[Meaning], kind: Kind, file: Path) -> None:
+def check_kind(chosen: Iterable[Meaning], kind: Kind) -> None:
     """Refuse a column that an option names though the unit in its name is of the other kind of axis.
 
     Raises:
@@ -194,18 +193,16 @@ def check_kind(chosen: Iterable[Meaning], kind: Kind, file: Path) -> None:
         if item.unit and not named_unit(item.unit, item.role, kind):
             raise InputError(
                 f'"{item.source}" is in {item.unit}, no unit of {item.role} on a {kind} axis',
-                file=file,
                 remedy="choose columns of one kind, and check --map and --kind",
             )
 
 
-def choose_kind(meanings: Iterable[Meaning], stated: Mapping[str, Kind], file: Path) -> Kind:
+def choose_kind(meanings: Iterable[Meaning], stated: Mapping[str, Kind]) -> Kind:
     """Rotary or linear: as an option states, else as units and words tell, else rotary.
 
     Args:
         meanings: the columns that may be taken.
         stated: what in the options implies a kind -> that kind.
-        file: for messages.
 
     Raises:
         UsageError: options that contradict each other.
@@ -229,13 +226,12 @@ def choose_kind(meanings: Iterable[Meaning], stated: Mapping[str, Kind], file: P
     if len(hints) == 2:
         raise InputError(
             f'"{hints["rotary"]}" belongs to a rotary axis and "{hints["linear"]}" to a linear one',
-            file=file,
             remedy="choose with --kind rotary or --kind linear",
         )
     return next(iter(hints), "rotary")
 
 
-def choose(meanings: Iterable[Meaning], role: str, kind: Kind, file: Path) -> Meaning | None:
+def choose(meanings: Iterable[Meaning], role: str, kind: Kind) -> Meaning | None:
     """The column taken for a role, or None where no column is it.
 
     Raises:
@@ -251,9 +247,7 @@ def choose(meanings: Iterable[Meaning], role: str, kind: Kind, file: Path) -> Me
         return None
     names = ", ".join(f'"{m.source}"' for m in fitting[:4])
     raise InputError(
-        f"columns {names} may all be the {role}",
-        file=file,
-        remedy=f"choose with --map {column}={fitting[0].source}",
+        f"columns {names} may all be the {role}", remedy=f"choose with --map {column}={fitting[0].source}"
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from idtool.errors import InputError, UsageError
+from idtool.errors import InputError, UsageError, in_file
 from idtool.importing import choosing, cleaning
 from idtool.importing.conversion import si_unit
 from idtool.importing.names import (
@@ -92,48 +92,44 @@ def import_recording(
     file = Path(path)
     source = read_table(file)
     header, notes = source.header, source.notes
-    table = cleaning.keep_where(source.frame, where or {}, file)
-    parted = {trial_by, (mapping or {}).get("trial")}
-    telling = source.single or [name for name in cleaning.which_axis(table) if name not in parted]
-    cleaning.require_single(table, telling, file)
-    stated: dict[str, Kind] = {f"--kind {kind}": kind} if kind else {}
-    chosen, given = choosing.given(source, table, mapping or {}, stated, file)
-    old_axis = Axis.from_table(header["axis"], file=file) if "axis" in header else None
-    if old_axis and not stated:
-        stated["its [axis] table"] = old_axis.kind
-    free = [
-        m for name in table.columns if name not in given and (m := choosing.meaning_of(source, str(name)))
-    ]
-    axis_kind = choose_kind([*free, *chosen.values()], stated, file)
-    check_kind(chosen.values(), axis_kind, file)
-    choosing.fill(chosen, free, axis_kind, file)
-    if trial_by:
-        cleaning.source_column(table, trial_by, "--trial-by", file)
-        chosen["trial"] = Meaning(trial_by, "trial")
-    choosing.drop_empty(chosen, table, notes)
-    choosing.require(chosen, table, axis_kind, file)
-    # a role ("current") says no unit, a column of a log ("current_a") does
-    given -= {column for left, column in (mapping or {}).items() if left == role_of(left)[0]}
-    taken = choosing.with_units(chosen, given, units or {}, source.presumed, axis_kind, table, file)
-    frame, kept = _convert(table, taken, axis_kind, unwrap, file, notes)
-    axis = _axis(axis_kind, torque_constant, old_axis)
-    rows = len(frame)
-    frame = _clean(frame, taken, file, notes)
-    _remark(frame, taken, axis_kind, unwrap, notes)
-    _remark_effort(taken, axis, notes)
-    experiment = experiment or source.experiment or str(header.get("experiment", ""))
-    provenance = _provenance(file, taken, where, trial_by, unwrap) | source.facts
-    log = Log(frame, axis, experiment, provenance, str(file))
-    return Imported(log, taken, tuple(kept), tuple(notes), rows)
+    with in_file(file):
+        table = cleaning.keep_where(source.frame, where or {})
+        parted = {trial_by, (mapping or {}).get("trial")}
+        telling = source.single or [name for name in cleaning.which_axis(table) if name not in parted]
+        cleaning.require_single(table, telling)
+        stated: dict[str, Kind] = {f"--kind {kind}": kind} if kind else {}
+        chosen, given = choosing.given(source, table, mapping or {}, stated)
+        old_axis = Axis.from_table(header["axis"]) if "axis" in header else None
+        if old_axis and not stated:
+            stated["its [axis] table"] = old_axis.kind
+        free = [
+            m for name in table.columns if name not in given and (m := choosing.meaning_of(source, str(name)))
+        ]
+        axis_kind = choose_kind([*free, *chosen.values()], stated)
+        check_kind(chosen.values(), axis_kind)
+        choosing.fill(chosen, free, axis_kind)
+        if trial_by:
+            cleaning.source_column(table, trial_by, "--trial-by")
+            chosen["trial"] = Meaning(trial_by, "trial")
+        choosing.drop_empty(chosen, table, notes)
+        choosing.require(chosen, table, axis_kind)
+        # a role ("current") says no unit, a column of a log ("current_a") does
+        given -= {column for left, column in (mapping or {}).items() if left == role_of(left)[0]}
+        taken = choosing.with_units(chosen, given, units or {}, source.presumed, axis_kind, table)
+        frame, kept = _convert(table, taken, axis_kind, unwrap, notes)
+        axis = _axis(axis_kind, torque_constant, old_axis)
+        rows = len(frame)
+        frame = _clean(frame, taken, notes)
+        _remark(frame, taken, axis_kind, unwrap, notes)
+        _remark_effort(taken, axis, notes)
+        experiment = experiment or source.experiment or str(header.get("experiment", ""))
+        provenance = _provenance(file, taken, where, trial_by, unwrap) | source.facts
+        log = Log(frame, axis, experiment, provenance, str(file))
+        return Imported(log, taken, tuple(kept), tuple(notes), rows)
 
 
 def _convert(
-    table: pd.DataFrame,
-    taken: tuple[Taken, ...],
-    kind: Kind,
-    unwrap: float | None,
-    file: Path,
-    notes: list[str],
+    table: pd.DataFrame, taken: tuple[Taken, ...], kind: Kind, unwrap: float | None, notes: list[str]
 ) -> tuple[pd.DataFrame, list[str]]:
     """The log's columns in SI, in the log's order, then the other columns as they are."""
     if unwrap is not None and not any(item.role == "position" for item in taken):
@@ -151,7 +147,7 @@ def _convert(
         if seconds is not None:
             columns[item.column] = seconds
             continue
-        values = cleaning.to_numbers(source, item.source, file)
+        values = cleaning.to_numbers(source, item.source)
         columns[item.column] = values * item.unit.factor + item.unit.offset
         bad = int(np.isnan(values).sum()) - int(source.isna().sum())
         if bad > 0:
@@ -182,18 +178,16 @@ def _unwrap(
     notes.append(f"unwrapped {jumps} jumps of the position with period {period:g} {unit.text}")
 
 
-def _clean(frame: pd.DataFrame, taken: tuple[Taken, ...], file: Path, notes: list[str]) -> pd.DataFrame:
+def _clean(frame: pd.DataFrame, taken: tuple[Taken, ...], notes: list[str]) -> pd.DataFrame:
     core = [item.column for item in taken if item.role in _CORE]
     missing = frame[core].isna().any(axis=1).to_numpy()
     if missing.any():
         where = ", ".join(name for name in core if frame[name].isna().any())
         if missing.all():
-            raise InputError(
-                f"no row has a number in each of {where}", file=file, remedy="map other columns with --map"
-            )
+            raise InputError(f"no row has a number in each of {where}", remedy="map other columns with --map")
         frame = frame[~missing].reset_index(drop=True)
         notes.append(f"dropped {int(missing.sum())} rows without a number in {where}")
-    frame = cleaning.order_rows(frame, notes, file)
+    frame = cleaning.order_rows(frame, notes)
     for item in taken:
         if item.role in _HELD and (gaps := int(frame[item.column].isna().sum())):
             if gaps == len(frame):
@@ -206,7 +200,7 @@ def _clean(frame: pd.DataFrame, taken: tuple[Taken, ...], file: Path, notes: lis
     if abs(first) > 1e7:  # the time of day since 1970, in which a float has no microseconds left
         frame["time_s"] -= first
         notes.append(f"time counts from the first row (it was at {first:.6f} s)")
-        frame = cleaning.order_rows(frame, notes, file)
+        frame = cleaning.order_rows(frame, notes)
     return frame
 
 

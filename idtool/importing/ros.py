@@ -58,9 +58,9 @@ def read(path: Path) -> Table:
         InputError: the packages are not installed, the recording is damaged or holds no JointState.
     """
     if path.is_file() and _starts(path, ".bag") and path.suffix != ".bag":
-        raise InputError("is a ROS 1 bag by another name", file=path, remedy="let its name end in .bag")
+        raise InputError("is a ROS 1 bag by another name", remedy="let its name end in .bag")
     messages = _mcap if path.is_file() and _starts(path, ".mcap") else _bag
-    rows = _rows(_guarded(messages, path), path)
+    rows = _rows(_guarded(messages, path))
     frame = pd.DataFrame(rows)
     stamps = frame.pop("stamp").to_numpy()
     received = frame.pop("received").to_numpy()
@@ -88,14 +88,13 @@ def _guarded(messages: Callable[[Path], Iterator[_Message]], path: Path) -> Iter
         yield from messages(path)
     except ImportError as error:
         raise InputError(
-            f"is a ROS recording, which needs {error.name}", file=path, remedy="pip install 'ffc-id[ros]'"
+            f"is a ROS recording, which needs {error.name}", remedy="pip install 'ffc-id[ros]'"
         ) from error
     except InputError:
         raise
     except Exception as error:
         raise InputError(
             "is a damaged or unfinished recording",
-            file=path,
             remedy="repair it with rosbag reindex, ros2 bag reindex or mcap recover, or record it again",
         ) from error
 
@@ -109,7 +108,7 @@ def _bag(path: Path) -> Iterator[_Message]:
     with AnyReader([path], default_typestore=store) as reader:
         wanted = [connection for connection in reader.connections if connection.msgtype in _TYPES]
         if not wanted:
-            raise _no_joints(path, {connection.msgtype for connection in reader.connections})
+            raise _no_joints({connection.msgtype for connection in reader.connections})
         for connection, received, raw in reader.messages(connections=wanted):
             yield _Message(connection.topic, received, reader.deserialize(raw, connection.msgtype))
 
@@ -127,21 +126,20 @@ def _mcap(path: Path) -> Iterator[_Message]:
         names = {schema.id: schema.name for schema in summary.schemas.values()}
         topics = [c.topic for c in summary.channels.values() if names.get(c.schema_id) in _TYPES]
         if not topics:
-            raise _no_joints(path, set(names.values()))
+            raise _no_joints(set(names.values()))
         for _, channel, message, content in reader.iter_decoded_messages(topics=topics):
             yield _Message(channel.topic, message.log_time, content)
 
 
-def _no_joints(path: Path, types: set[str]) -> InputError:
+def _no_joints(types: set[str]) -> InputError:
     there = ", ".join(sorted(types)[:6]) or "no messages"
     return InputError(
         f"holds no sensor_msgs/JointState (it has {there})",
-        file=path,
         remedy="record the topic that the joint state broadcaster publishes",
     )
 
 
-def _rows(messages: Iterator[_Message], path: Path) -> dict[str, Any]:
+def _rows(messages: Iterator[_Message]) -> dict[str, Any]:
     rows: dict[str, list[Any]] = {name: [] for name in ("topic", "joint", "stamp", "received")}
     fields: dict[str, list[float]] = {name: [] for name in ("position", "velocity", "effort")}
     for topic, received, content in messages:
@@ -155,11 +153,9 @@ def _rows(messages: Iterator[_Message], path: Path) -> dict[str, Any]:
             found = getattr(content, name)
             values += [float(found[k]) if k < len(found) else np.nan for k in range(count)]
         if len(rows["stamp"]) > MAX_SAMPLES:
-            raise InputError(
-                f"holds over {MAX_SAMPLES} samples of joints", file=path, remedy="split it into parts"
-            )
+            raise InputError(f"holds over {MAX_SAMPLES} samples of joints", remedy="split it into parts")
     if not rows["stamp"]:
-        raise InputError("has no data rows", file=path, remedy="record it again")
+        raise InputError("has no data rows", remedy="record it again")
     return rows | fields
 
 

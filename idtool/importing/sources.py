@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from idtool.errors import InputError
+from idtool.errors import InputError, in_file
 from idtool.importing import bam, dynamixel, lerobot, matlab, ros, text
 from idtool.importing.table import Reader, Table
 from idtool.io.entry_points import load, outside
@@ -30,17 +30,18 @@ def read_table(file: Path) -> Table:
     Raises:
         InputError: not readable, no table, or a format that is not read.
     """
-    if lerobot.is_dataset(file):
-        table = lerobot.read_folder(file, _parquet)
-    else:
-        table = ros.read(file) if ros.is_bag(file) else _read_file(file)
-    frame = table.frame
-    frame.columns = pd.Index([str(name).strip() for name in frame.columns])
-    doubled = [name for name, count in Counter(frame.columns).items() if count > 1]
-    if doubled:
-        raise InputError(f'column "{doubled[0]}" appears twice', file=file, remedy="rename or remove one")
-    if not len(frame):
-        raise InputError("has no data rows", file=file, remedy="record it again")
+    with in_file(file):
+        if lerobot.is_dataset(file):
+            table = lerobot.read_folder(file, _parquet)
+        else:
+            table = ros.read(file) if ros.is_bag(file) else _read_file(file)
+        frame = table.frame
+        frame.columns = pd.Index([str(name).strip() for name in frame.columns])
+        doubled = [name for name, count in Counter(frame.columns).items() if count > 1]
+        if doubled:
+            raise InputError(f'column "{doubled[0]}" appears twice', remedy="rename or remove one")
+        if not len(frame):
+            raise InputError("has no data rows", remedy="record it again")
     return table
 
 
@@ -51,31 +52,29 @@ def _read_file(file: Path) -> Table:
             return reader.read(raw, file)
     for magic, problem, remedy in _FOREIGN:
         if raw.startswith(magic):
-            raise InputError(problem, file=file, remedy=remedy)
+            raise InputError(problem, remedy=remedy)
     notes = ["the gzip stream is cut short; read up to its last whole row"] if cut else []
     if raw.startswith(b"PAR1"):
-        frame = _parquet(raw, file)
+        frame = _parquet(raw)
         return lerobot.interpret(frame, file) if lerobot.is_frame(frame) else Table(frame, notes=notes)
     if matlab.is_hdf5(raw):
-        return Table(matlab.read_hdf5(raw, file, notes), notes=notes)
+        return Table(matlab.read_hdf5(raw, notes), notes=notes)
     if raw.startswith(b"MATLAB") or file.suffix.lower() == ".mat":
-        return Table(matlab.read_matlab(raw, file, notes), notes=notes)
+        return Table(matlab.read_matlab(raw, notes), notes=notes)
     if raw.lstrip()[:1] == b"{":
-        return bam.read(raw, file)
-    frame, header, units = text.read_csv(raw, file, cut, notes)
+        return bam.read(raw)
+    frame, header, units = text.read_csv(raw, cut, notes)
     meanings, presumed = dynamixel.interpret(frame, notes)
     return Table(frame, header, notes, meanings, presumed, units)
 
 
-def _parquet(raw: bytes, file: Path) -> pd.DataFrame:
+def _parquet(raw: bytes) -> pd.DataFrame:
     try:
         frame = pd.read_parquet(io.BytesIO(raw), engine="pyarrow")
     except ImportError as error:
-        raise InputError(
-            "is Parquet, which needs pyarrow", file=file, remedy="pip install 'ffc-id[parquet]'"
-        ) from error
+        raise InputError("is Parquet, which needs pyarrow", remedy="pip install 'ffc-id[parquet]'") from error
     except Exception as error:  # the reader of a foreign format may raise anything on bad bytes
         raise InputError(
-            "is a damaged Parquet file", file=file, remedy="copy it again from where it was recorded"
+            "is a damaged Parquet file", remedy="copy it again from where it was recorded"
         ) from error
     return frame.reset_index() if frame.index.name else frame

@@ -6,7 +6,6 @@ import csv
 import io
 import re
 import warnings
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -16,23 +15,20 @@ from idtool.log.format import parse_header
 from idtool.log.text import is_number
 
 
-def read_csv(
-    raw: bytes, file: Path, cut: bool, notes: list[str]
-) -> tuple[pd.DataFrame, dict[str, Any], dict[str, str]]:
+def read_csv(raw: bytes, cut: bool, notes: list[str]) -> tuple[pd.DataFrame, dict[str, Any], dict[str, str]]:
     """The table, its header if it is a log of ours, and column -> unit if a row under the names tells.
 
     Args:
         raw: the unpacked bytes.
-        file: for messages.
         cut: the file was cut short; its last line is not whole.
         notes: what was repaired is added here.
 
     Raises:
         InputError: no text, no header row, no data, or no table.
     """
-    text = _decode(raw, file)
+    text = _decode(raw)
     if not text.strip():
-        raise InputError("the file is empty", file=file, remedy="record it again")
+        raise InputError("the file is empty", remedy="record it again")
     lines = text.split("\n")
     while lines and not lines[-1].strip():
         lines.pop()
@@ -42,7 +38,7 @@ def read_csv(
         (k for k, line in enumerate(lines) if line.strip() and not line.startswith(("#", "%"))), None
     )
     if start is None:
-        raise InputError("has no data rows", file=file, remedy="record it again")
+        raise InputError("has no data rows", remedy="record it again")
     comments = [line[1:].removeprefix(" ") for line in lines[:start]]
     delimiter = _delimiter(lines[start])
     names = _fields(lines[start], delimiter)
@@ -50,15 +46,12 @@ def read_csv(
         above = _fields(comments[-1], delimiter) if comments else []
         if len(above) != len(names) or any(map(is_number, above)):
             raise InputError(
-                "has no header row",
-                file=file,
-                place=f"line {start + 1}",
-                remedy="name the columns in a first row",
+                "has no header row", place=f"line {start + 1}", remedy="name the columns in a first row"
             )
         names, body = above, lines[start:]
     else:
         body = lines[start + 1 :]
-    header = parse_header(comments, file)
+    header = parse_header(comments)
     width = len(names)
     if body and len(_fields(body[-1], delimiter)) < width:
         body.pop()
@@ -70,8 +63,8 @@ def read_csv(
         body = body[1:]
         notes.append("the row under the column names was read as their units")
     if not body:
-        raise InputError("has no data rows", file=file, remedy="record it again")
-    table = _table(names, body, delimiter, file, len(lines) - len(body))
+        raise InputError("has no data rows", remedy="record it again")
+    table = _table(names, body, delimiter, len(lines) - len(body))
     if unnamed and table[names[0]].equals(pd.Series(range(len(table)))):
         table = table.drop(columns=names[0])
         notes.append("the first column has no name and numbers the rows; left out")
@@ -93,7 +86,7 @@ def _row_of_units(names: list[str], body: list[str], delimiter: str) -> dict[str
     }
 
 
-def _decode(raw: bytes, file: Path) -> str:
+def _decode(raw: bytes) -> str:
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings = ["utf-16"]
     else:
@@ -105,9 +98,7 @@ def _decode(raw: bytes, file: Path) -> str:
             continue
         if not re.search("[\x00-\x08\x0e-\x1f]", text[:100_000]) and "\0" not in text:
             return text.replace("\r\n", "\n").replace("\r", "\n")
-    raise InputError(
-        "is neither text, Parquet nor a MATLAB file", file=file, remedy="export the recording as CSV"
-    )
+    raise InputError("is neither text, Parquet nor a MATLAB file", remedy="export the recording as CSV")
 
 
 def _delimiter(line: str) -> str:
@@ -128,7 +119,7 @@ def _fields(line: str, delimiter: str) -> list[str]:
         return [field.strip() for field in line.split(delimiter)]
 
 
-def _table(names: list[str], body: list[str], delimiter: str, file: Path, first: int) -> pd.DataFrame:
+def _table(names: list[str], body: list[str], delimiter: str, first: int) -> pd.DataFrame:
     lines = "\n".join(body) + "\n"
     decimal = "," if delimiter in ";\t" and re.search(r"(?:^|[;\t])\s*-?\d+,\d", lines, re.MULTILINE) else "."
     try:
@@ -149,7 +140,6 @@ def _table(names: list[str], body: list[str], delimiter: str, file: Path, first:
         place = re.search(r"line (\d+)", str(error))
         raise InputError(
             "a row has too many fields" if place else "is not a table",
-            file=file,
             place=f"line {int(place[1]) + first}" if place else None,
             remedy="correct or delete that row" if place else "export the recording as CSV",
         ) from error

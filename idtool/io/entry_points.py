@@ -29,6 +29,7 @@ def outside(group: str, own: Container[str] = ()) -> dict[str, EntryPoint]:
     if taken := next((point for name, point in found.items() if name in own), None):
         raise InputError(
             f'{_package(taken)} adds "{taken.name}" to {group}, a name that the tool has itself',
+            file="",
             remedy="uninstall it, or have it name what it adds otherwise",
         )
     return found
@@ -42,6 +43,7 @@ def _points(group: str) -> dict[str, EntryPoint]:
         if other.value != point.value:
             raise InputError(
                 f'{_package(other)} and {_package(point)} both add "{point.name}" to {group}',
+                file="",
                 remedy="uninstall one of them",
             )
     return found
@@ -61,11 +63,13 @@ def load(group: str, name: str, kind: type[T]) -> T:
     except Exception as error:  # code of others may raise anything
         raise InputError(
             f'{_package(point)} adds "{name}" to {group}, but {point.value} cannot be loaded ({error})',
+            file="",
             remedy="install another version of that package, or uninstall it",
         ) from error
     if not isinstance(value, kind):
         raise InputError(
             f'{_package(point)} adds "{name}" to {group}, but {point.value} is no {kind.__name__}',
+            file="",
             remedy="install another version of that package, or uninstall it",
         )
     return value

@@ -12,7 +12,7 @@ from idtool.io.toml import is_finite, short
 File = str | PathLike[str]
 
 
-def check_schema(document: Mapping[str, Any], schema: str, file: File, remedy: str = "") -> None:
+def check_schema(document: Mapping[str, Any], schema: str, remedy: str = "") -> None:
     """Refuse a document of another kind, or of another version.
 
     Raises:
@@ -22,13 +22,12 @@ def check_schema(document: Mapping[str, Any], schema: str, file: File, remedy: s
     if found != schema:
         raise InputError(
             f"unknown schema {short(found)}" if "schema" in document else "is missing",
-            file=file,
             place="schema",
             remedy=remedy or f'expected schema = "{schema}"',
         )
 
 
-def no_strangers(table: Iterable[str], known: Iterable[str], prefix: str, file: File) -> None:
+def no_strangers(table: Iterable[str], known: Iterable[str], prefix: str) -> None:
     """Refuse a key that has no meaning; `prefix` is where the table stands, with its dot.
 
     Raises:
@@ -38,25 +37,21 @@ def no_strangers(table: Iterable[str], known: Iterable[str], prefix: str, file: 
     for key in table:
         if key not in names:
             shown = key if len(key) <= 60 and key.isprintable() else short(key)
-            raise InputError(
-                "unknown key", file=file, place=f"{prefix}{shown}", remedy=nearest(key[:60], names)
-            )
+            raise InputError("unknown key", place=f"{prefix}{shown}", remedy=nearest(key[:60], names))
 
 
-def table_at(value: Any, place: str, file: File, remedy: str = "") -> Mapping[str, Any]:
+def table_at(value: Any, place: str, remedy: str = "") -> Mapping[str, Any]:
     """The value, if it is a table.
 
     Raises:
         InputError: it is none.
     """
     if not isinstance(value, dict):
-        raise InputError(
-            "expected a table", file=file, place=place, remedy=remedy or f"write it as [{place}]"
-        )
+        raise InputError("expected a table", place=place, remedy=remedy or f"write it as [{place}]")
     return value
 
 
-def finite(value: Any, place: str, file: File) -> float:
+def finite(value: Any, place: str) -> float:
     """The value, if it is a number that a float can hold.
 
     Raises:
@@ -64,9 +59,6 @@ def finite(value: Any, place: str, file: File) -> float:
     """
     if not is_finite(value):
         raise InputError(
-            f"expected a finite number, found {short(value)}",
-            file=file,
-            place=place,
-            remedy="write a number there",
+            f"expected a finite number, found {short(value)}", place=place, remedy="write a number there"
         )
     return float(value)

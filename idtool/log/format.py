@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import tomli_w
@@ -55,7 +54,7 @@ def header_text(axis: Axis, experiment: str, extra: Mapping[str, Any]) -> str:
     return "".join(f"# {line}\n" if line else "#\n" for line in lines)
 
 
-def parse_header(lines: list[str], file: Path) -> dict[str, Any]:
+def parse_header(lines: list[str]) -> dict[str, Any]:
     """The TOML document of the leading lines, which come without their `# `.
 
     Comment lines of another program are no error; they give an empty document.
@@ -70,7 +69,7 @@ def parse_header(lines: list[str], file: Path) -> dict[str, Any]:
         if not ours:
             return {}
         raise InputError(
-            f"the `# ` lines on top are not TOML ({error})", file=file, remedy="correct or remove them"
+            f"the `# ` lines on top are not TOML ({error})", remedy="correct or remove them"
         ) from error
     if not ours:
         return header if isinstance(header.get("axis"), dict) else {}
@@ -78,31 +77,29 @@ def parse_header(lines: list[str], file: Path) -> dict[str, Any]:
     if type(version) is not int or version != LOG_VERSION:
         raise InputError(
             f"log version {short(version)} is not known",
-            file=file,
             place="ffc-id-log",
             remedy=f"this program reads version {LOG_VERSION}",
         )
     return header
 
 
-def header_axis(header: Mapping[str, Any], columns: list[str], file: Path) -> tuple[Axis, str]:
+def header_axis(header: Mapping[str, Any], columns: list[str]) -> tuple[Axis, str]:
     """The axis (of the header, else as the columns tell) and the experiment.
 
     Raises:
         InputError: an experiment that is no text, or a bad `[axis]` table.
     """
     if wrong := misspelt(("axis",), header):
-        raise InputError("unknown key", file=file, place=wrong[0], remedy=f'did you mean "{wrong[1]}"')
+        raise InputError("unknown key", place=wrong[0], remedy=f'did you mean "{wrong[1]}"')
     experiment = header.get("experiment", "")
     if not isinstance(experiment, str):
         raise InputError(
             f"must be a word in quotes, not {short(experiment)}",
-            file=file,
             place="experiment",
             remedy='write it as experiment = "sweep"',
         )
     if "axis" in header:
-        return Axis.from_table(header["axis"], file=file), experiment
+        return Axis.from_table(header["axis"]), experiment
     linear = columns_of("linear")
     is_linear = any(linear[role] in columns for role in ("position", "velocity", "torque"))
     return Axis("linear" if is_linear else "rotary"), experiment

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.errors import in_file
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, header_text, parse_header
 from idtool.log.rows import Numbers, frame_of, row_count, trial_of_rows, values_of
@@ -132,18 +133,19 @@ class Log:
                 names the row (counted as an editor does, from 1) or the key.
         """
         file = Path(path)
-        text = read_text(file)
-        header = parse_header(text.comments, file)
-        found, experiment = header_axis(header, text.names, file)
-        if axis is not None:
-            found = found.completed(axis, file=file)
-        if torque_constant is not None and found.torque_constant is None:
-            constant = check_constant(torque_constant, argument="torque_constant")
-            found = replace(found, torque_constant=constant)
-        numbered = False
-        rows: pd.DataFrame | Numbers | None = Numbers.of(text, found, file)
-        if rows is None:
-            rows, numbered = frame_of(text, found, file)
+        with in_file(file):
+            text = read_text(file)
+            header = parse_header(text.comments)
+            found, experiment = header_axis(header, text.names)
+            if axis is not None:
+                found = found.completed(axis)
+            if torque_constant is not None and found.torque_constant is None:
+                constant = check_constant(torque_constant, argument="torque_constant")
+                found = replace(found, torque_constant=constant)
+            numbered = False
+            rows: pd.DataFrame | Numbers | None = Numbers.of(text, found, file)
+            if rows is None:
+                rows, numbered = frame_of(text, found)
         rest = {key: value for key, value in header.items() if key not in TOP_KEYS}
         return cls(rows, found, experiment, rest, str(file), text.incomplete, text.line_of_rows, numbered)
 
@@ -173,7 +175,8 @@ class Log:
         """
         file = Path(path)
         refuse_existing(file, force)
-        frame = check_rows(self.frame.copy(), self.axis, None, file)
+        with in_file(file):
+            frame = check_rows(self.frame.copy(), self.axis, None)
         text = header_text(self.axis, self.experiment, self.header)
         if file.suffix == ".gz":
             content = text + frame.to_csv(index=False, lineterminator="\n")

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.errors import InputError
+from idtool.errors import InputError, in_file
 from idtool.log.format import columns_of
 from idtool.log.table import check_names, check_rows, check_values, parse_rows, without_row_numbers
 from idtool.log.text import LogText
@@ -54,12 +54,12 @@ class Numbers:
         if len(text.rows) > _SHORT or not all(text.names):
             return None
         try:
-            check_names(set(text.names), axis.kind, file)
+            check_names(set(text.names), axis.kind)
             values = _numbers(text.rows, len(text.names))
             columns = dict(zip(text.names, np.ascontiguousarray(values), strict=True))
             columns.setdefault("trial", np.zeros(values.shape[1]))
             roles = columns_of(axis.kind).values()
-            check_values({name: columns[name] for name in roles if name in columns}, text, file)
+            check_values({name: columns[name] for name in roles if name in columns}, text)
         except (ValueError, InputError):
             return None
         whole = values.shape[1] == len(text.ends) and np.abs(columns["trial"]).max() < _WHOLE
@@ -72,7 +72,8 @@ class Numbers:
     @cached_property
     def frame(self) -> pd.DataFrame:
         """The rows as pandas reads them, whole numbers as such; once made, its values are the log's."""
-        return frame_of(self.text, self.axis, self.file)[0]
+        with in_file(self.file):
+            return frame_of(self.text, self.axis)[0]
 
     @property
     def latest(self) -> pd.DataFrame | Numbers:
@@ -80,14 +81,14 @@ class Numbers:
         return self.frame if "frame" in vars(self) else self
 
 
-def frame_of(text: LogText, axis: Axis, file: Path) -> tuple[pd.DataFrame, bool]:
+def frame_of(text: LogText, axis: Axis) -> tuple[pd.DataFrame, bool]:
     """The rows of a log file, and whether a column without a name numbered them.
 
     Raises:
         InputError: naming the column and the line.
     """
-    table, numbered = without_row_numbers(parse_rows(text, file), text, file)
-    return check_rows(table, axis, text, file), numbered
+    table, numbered = without_row_numbers(parse_rows(text), text)
+    return check_rows(table, axis, text), numbered
 
 
 def _numbers(rows: bytes, columns: int) -> NDArray[np.float64]:

@@ -9,7 +9,6 @@ import io
 import math
 import warnings
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,7 +35,7 @@ _UNITLESS = {
 _IMPORT = "or use `ffc-id import --map`"
 
 
-def parse_rows(text: LogText, file: Path) -> pd.DataFrame:
+def parse_rows(text: LogText) -> pd.DataFrame:
     """The table; columns that are numbers throughout as numbers, others as text.
 
     Raises:
@@ -58,19 +57,15 @@ def parse_rows(text: LogText, file: Path) -> pd.DataFrame:
                 low_memory=False,
             )
     except UnicodeDecodeError as error:
-        raise not_text(file) from error
+        raise not_text() from error
     except (pd.errors.ParserError, ValueError, OverflowError) as error:
-        raise InputError(
-            f"is not a CSV table ({str(error).strip()})", file=file, remedy="correct that place"
-        ) from error
+        raise InputError(f"is not a CSV table ({str(error).strip()})", remedy="correct that place") from error
     if len(frame) != len(text.ends):
-        raise InputError(
-            "is not a CSV table (a quote is not closed)", file=file, remedy="remove or close the quote"
-        )
+        raise InputError("is not a CSV table (a quote is not closed)", remedy="remove or close the quote")
     return frame
 
 
-def without_row_numbers(frame: pd.DataFrame, text: LogText, file: Path) -> tuple[pd.DataFrame, bool]:
+def without_row_numbers(frame: pd.DataFrame, text: LogText) -> tuple[pd.DataFrame, bool]:
     """The table without the row numbers that pandas' `to_csv` puts first, and whether there were any.
 
     Raises:
@@ -82,83 +77,79 @@ def without_row_numbers(frame: pd.DataFrame, text: LogText, file: Path) -> tuple
 
     numbers = frame.iloc[:, 0]
     if not pd.api.types.is_integer_dtype(numbers) or (numbers < 0).any():
-        raise nameless(0, text.first_line - 1, file)
+        raise nameless(0, text.first_line - 1)
     return frame.iloc[:, 1:].copy(), True
 
 
-def check_rows(frame: pd.DataFrame, axis: Axis, text: LogText | None, file: Path) -> pd.DataFrame:
+def check_rows(frame: pd.DataFrame, axis: Axis, text: LogText | None) -> pd.DataFrame:
     """The table with every needed column there, numbers finite and rows in order; `trial` added if absent.
 
     Args:
         frame: the rows, columns named as in the file.
         axis: the axis they belong to.
         text: where they were read from; None for a table made in memory.
-        file: for messages.
 
     Raises:
         InputError: naming the column and the line.
     """
     roles = columns_of(axis.kind)
     columns = set(frame.columns)
-    check_names(columns, axis.kind, file)
+    check_names(columns, axis.kind)
     for name in roles.values():
         if name in columns and name != "trial":
-            frame[name] = _numeric(frame[name], name, text, file)
+            frame[name] = _numeric(frame[name], name, text)
     if "trial" not in columns:
         frame.insert(0, "trial", 0)
     elif frame["trial"].isna().any():
-        _numeric(frame["trial"].where(frame["trial"].isna(), 0), "trial", text, file)
+        _numeric(frame["trial"].where(frame["trial"].isna(), 0), "trial", text)
     there = [name for name in roles.values() if name in frame.columns]
-    check_values({name: frame[name].to_numpy() for name in there}, text, file)
+    check_values({name: frame[name].to_numpy() for name in there}, text)
     return frame
 
 
-def check_names(columns: set[str], kind: Kind, file: Path) -> None:
+def check_names(columns: set[str], kind: Kind) -> None:
     """Refuse a table without a column that a log needs.
 
     Raises:
         InputError: naming the column.
     """
     roles = columns_of(kind)
-    _need(columns, ["time"], roles, file)
-    _need(columns, ["velocity", "position"], roles, file)
-    _need(columns, ["current", "torque", "bus_current", "duty"], roles, file)
-    _check_drive(columns, file)
+    _need(columns, ["time"], roles)
+    _need(columns, ["velocity", "position"], roles)
+    _need(columns, ["current", "torque", "bus_current", "duty"], roles)
+    _check_drive(columns)
 
 
-def check_values(columns: Mapping[str, np.ndarray], text: LogText | None, file: Path) -> None:
+def check_values(columns: Mapping[str, np.ndarray], text: LogText | None) -> None:
     """Refuse rows that are out of order, and values that a column cannot hold in its unit.
 
     Args:
         columns: those with a meaning; the time and the trial among them, shape (rows,) each.
         text: where they were read from; None for a table made in memory.
-        file: for messages.
 
     Raises:
         InputError: naming the column and the line.
     """
-    _check_order(columns["trial"], columns["time_s"], text, file)
-    _check_ranges(columns, text, file)
+    _check_order(columns["trial"], columns["time_s"], text)
+    _check_ranges(columns, text)
 
 
-def _check_drive(columns: set[str], file: Path) -> None:
+def _check_drive(columns: set[str]) -> None:
     """The columns that tell of a drive whose motor current nobody measured."""
     measured = columns & {"torque_nm", "force_n", "current_a"}
     if "bus_current_a" in columns and not measured and "duty" not in columns:
         raise InputError(
             'column "bus_current_a" is the current of the supply, which is not the motor\'s',
-            file=file,
             remedy='add column "duty" (the motor has the supply\'s current over the duty)',
         )
     if "duty" in columns and not measured | (columns & {"bus_current_a", "supply_voltage_v"}):
         raise InputError(
             'column "duty" says nothing of the motor without the voltage of the supply',
-            file=file,
             remedy='add column "supply_voltage_v"',
         )
 
 
-def _check_ranges(columns: Mapping[str, np.ndarray], text: LogText | None, file: Path) -> None:
+def _check_ranges(columns: Mapping[str, np.ndarray], text: LogText | None) -> None:
     for name, low, high, wanted, remedy in _RANGES:
         if name not in columns:
             continue
@@ -169,10 +160,7 @@ def _check_ranges(columns: Mapping[str, np.ndarray], text: LogText | None, file:
         if len(bad):
             row = int(bad[0])
             raise InputError(
-                f'column "{name}" holds {values[row]:g}, not {wanted}',
-                file=file,
-                place=_place(text, row),
-                remedy=remedy,
+                f'column "{name}" holds {values[row]:g}, not {wanted}', place=_place(text, row), remedy=remedy
             )
 
 
@@ -214,7 +202,7 @@ _RANGES = (
 )
 
 
-def _need(columns: set[str], any_of: list[str], roles: Mapping[str, str], file: Path) -> None:
+def _need(columns: set[str], any_of: list[str], roles: Mapping[str, str]) -> None:
     names = [roles[role] for role in any_of]
     if columns & set(names):
         return
@@ -224,7 +212,6 @@ def _need(columns: set[str], any_of: list[str], roles: Mapping[str, str], file: 
         if role in any_of:
             raise InputError(
                 f'column "{column}" has no unit',
-                file=file,
                 remedy=f'name it "{roles[role]}" if that is its unit, {_IMPORT}',
             )
     free = sorted(columns - set(roles.values()))
@@ -234,10 +221,9 @@ def _need(columns: set[str], any_of: list[str], roles: Mapping[str, str], file: 
             found = guess.removeprefix("did you mean ")
             raise InputError(
                 f"needs a column {wanted}",
-                file=file,
                 remedy=f'rename {found} if that is it and its unit is the one in "{name}", {_IMPORT}',
             )
-    raise InputError(f"needs a column {wanted}", file=file, remedy=f"rename the column that is it, {_IMPORT}")
+    raise InputError(f"needs a column {wanted}", remedy=f"rename the column that is it, {_IMPORT}")
 
 
 def as_numbers(values: pd.Series[Any]) -> pd.Series[float]:
@@ -251,7 +237,7 @@ def as_numbers(values: pd.Series[Any]) -> pd.Series[float]:
     return pd.Series(numbers.to_numpy(dtype=float, na_value=np.nan), values.index, name=values.name)
 
 
-def _numeric(values: pd.Series[Any], name: str, text: LogText | None, file: Path) -> pd.Series[float]:
+def _numeric(values: pd.Series[Any], name: str, text: LogText | None) -> pd.Series[float]:
     import pandas as pd
 
     if pd.api.types.is_bool_dtype(values):  # TRUE and FALSE are words here, not 1 and 0
@@ -263,10 +249,7 @@ def _numeric(values: pd.Series[Any], name: str, text: LogText | None, file: Path
         word = str(values.iloc[row])[:40]
         shown = "is empty or NaN" if word.lower() in ("nan", "") else f'holds "{word}", not a finite number'
         raise InputError(
-            f'column "{name}" {shown}',
-            file=file,
-            place=_place(text, row),
-            remedy=_remedy(len(bad), len(numbers)),
+            f'column "{name}" {shown}', place=_place(text, row), remedy=_remedy(len(bad), len(numbers))
         )
     return numbers
 
@@ -281,13 +264,12 @@ def _place(text: LogText | None, row: int) -> str:
     return f"line {text.line(row)}" if text else f"row {row + 1}"
 
 
-def _check_order(trial: np.ndarray, time: np.ndarray, text: LogText | None, file: Path) -> None:
+def _check_order(trial: np.ndarray, time: np.ndarray, text: LogText | None) -> None:
     known = set()
     for row in (0, *(np.flatnonzero(trial[1:] != trial[:-1]) + 1).tolist()):
         if trial[row] in known:
             raise InputError(
                 f"trial {trial[row]} starts again",
-                file=file,
                 place=_place(text, row),
                 remedy="keep the rows of a trial together; `ffc-id import` can do it",
             )
@@ -298,7 +280,6 @@ def _check_order(trial: np.ndarray, time: np.ndarray, text: LogText | None, file
         verb = "stands still" if time[row] == time[row - 1] else "goes backwards"
         raise InputError(
             f"time {verb} ({time[row - 1]:.10g} s, then {time[row]:.10g} s)",
-            file=file,
             place=_place(text, row),
             remedy=f"sort or remove such rows ({int(back.sum())} in all); `ffc-id import` can do it",
         )

@@ -57,14 +57,14 @@ def read_text(file: Path) -> LogText:
     if raw.endswith(b"\0"):  # a power cut leaves zeros where the data never arrived
         raw, cut = raw.rstrip(b"\0"), True
     if b"\0" in raw:
-        raise not_text(file)
+        raise not_text()
     if not raw.strip():
-        raise InputError("the file is empty", file=file, remedy="record it again")
+        raise InputError("the file is empty", remedy="record it again")
     if file.suffix == ".toml":
-        raise InputError("is a TOML file and no log", file=file, remedy="pass the CSV file of a run")
-    comments, start = _comments(raw, file)
+        raise InputError("is a TOML file and no log", remedy="pass the CSV file of a run")
+    comments, start = _comments(raw)
     line_end = raw.find(b"\n", start)
-    names = _names(raw[start:] if line_end < 0 else raw[start:line_end], len(comments) + 1, file)
+    names = _names(raw[start:] if line_end < 0 else raw[start:line_end], len(comments) + 1)
     rows = raw[line_end + 1 :] if line_end >= 0 else b""
     # In a log of ours a last line without its newline was cut, even if all its fields are there: its
     # last number may lack digits. Elsewhere many programs leave that newline out.
@@ -72,24 +72,23 @@ def read_text(file: Path) -> LogText:
     quoted = rows.count(b'"')
     rows, ends, dropped = _whole_rows(rows, len(names), drop_unended=ours)
     if not len(ends) and quoted % 2:
-        raise InputError("a quote is not closed", file=file, remedy="remove or close the quote")
+        raise InputError("a quote is not closed", remedy="remove or close the quote")
     if not len(ends):
-        raise InputError("has no data rows", file=file, remedy="record it again")
+        raise InputError("has no data rows", remedy="record it again")
     text = LogText(comments, names, rows, ends, len(comments) + 2, cut or dropped)
-    _check_lengths(text, file)
+    _check_lengths(text)
     return text
 
 
-def not_text(file: Path) -> InputError:
+def not_text() -> InputError:
     """The one sentence about a file that is no text."""
     return InputError(
         "is not a text file in UTF-8",
-        file=file,
         remedy="`ffc-id import` reads other encodings, Parquet and MATLAB files",
     )
 
 
-def _comments(raw: bytes, file: Path) -> tuple[list[str], int]:
+def _comments(raw: bytes) -> tuple[list[str], int]:
     """The leading `#` lines without `# `, and where the rest starts."""
     start = 0
     lines: list[str] = []
@@ -98,28 +97,25 @@ def _comments(raw: bytes, file: Path) -> tuple[list[str], int]:
         end = len(raw) if end < 0 else end
         if end - start > MAX_LINE:
             raise InputError(
-                "a line of over 1 MiB is no log",
-                file=file,
-                place=f"line {len(lines) + 1}",
-                remedy="check the path",
+                "a line of over 1 MiB is no log", place=f"line {len(lines) + 1}", remedy="check the path"
             )
         try:
             lines.append(raw[start + 1 : end].decode().removeprefix(" "))
         except UnicodeDecodeError as error:
-            raise not_text(file) from error
+            raise not_text() from error
         start = end + 1
     return lines, start
 
 
-def _names(line: bytes, number: int, file: Path) -> list[str]:
-    wrong = partial(InputError, file=file, place=f"line {number}")
+def _names(line: bytes, number: int) -> list[str]:
+    wrong = partial(InputError, place=f"line {number}")
     if len(line) > MAX_LINE:
         raise wrong("a line of over 1 MiB is no log", remedy="check the path")
     try:
         text = line.decode()
         names = [name.strip() for name in next(csv.reader([text], skipinitialspace=True), [])]
     except UnicodeDecodeError as error:
-        raise not_text(file) from error
+        raise not_text() from error
     except csv.Error as error:
         raise wrong(f"the header row is not CSV ({error})", remedy="correct that line") from error
     if not any(names):
@@ -131,16 +127,16 @@ def _names(line: bytes, number: int, file: Path) -> list[str]:
     if len(names) == 1 and (";" in text or "\t" in text):
         raise wrong("the columns are not separated by commas", remedy="`ffc-id import` reads such files")
     if "" in names[1:]:
-        raise nameless(names.index("", 1), number, file)
+        raise nameless(names.index("", 1), number)
     if doubled := sorted(name for name in set(names) if names.count(name) > 1):
         raise wrong(f'column "{doubled[0]}" appears twice', remedy="rename or remove one")
     return names
 
 
-def nameless(column: int, number: int, file: Path) -> InputError:
+def nameless(column: int, number: int) -> InputError:
     """The one sentence about a column, counted from 0, without a name."""
     return InputError(
-        f"column {column + 1} has no name", file=file, place=f"line {number}", remedy="name it or remove it"
+        f"column {column + 1} has no name", place=f"line {number}", remedy="name it or remove it"
     )
 
 
@@ -181,7 +177,7 @@ def _outside_quotes(rows: bytes, mark: bytes) -> np.ndarray:
     return found
 
 
-def _check_lengths(text: LogText, file: Path) -> None:
+def _check_lengths(text: LogText) -> None:
     fields = np.diff(np.searchsorted(_outside_quotes(text.rows, b","), text.ends), prepend=0) + 1
     wrong = np.flatnonzero(fields != len(text.names))
     if len(wrong):
@@ -190,7 +186,6 @@ def _check_lengths(text: LogText, file: Path) -> None:
         blank = not text.rows[start : int(text.ends[row])].strip()
         raise InputError(
             "the line is empty" if blank else f"has {fields[row]} fields, expected {len(text.names)}",
-            file=file,
             place=f"line {text.line(row)}",
             remedy=f"correct or delete that line ({len(wrong)} such)"
             if len(wrong) > 1

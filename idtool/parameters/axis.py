@@ -87,8 +87,8 @@ class Axis:
             table["effort"] = self.effort
         return table | self.extra
 
-    def completed(self, known: Axis, *, file: Any = None) -> Axis:
-        """This axis with what only `known` says of it; `file` is where this one was read.
+    def completed(self, known: Axis) -> Axis:
+        """This axis with what only `known` says of it.
 
         Raises:
             InputError: they contradict each other.
@@ -96,7 +96,6 @@ class Axis:
         if not self.agrees(known):
             raise InputError(
                 "is of another axis than the axis file (kind or torque constant differs)",
-                file=file,
                 place="[axis]",
                 remedy="name the file of this axis",
             )
@@ -112,19 +111,18 @@ class Axis:
         )
 
     @classmethod
-    def from_table(cls, table: Any, *, file: Any = None) -> Axis:
+    def from_table(cls, table: Any) -> Axis:
         """Read and check an `[axis]` table.
 
         Raises:
             InputError: unknown kind, or a torque constant that is not a finite positive number.
         """
         if not isinstance(table, dict):
-            raise InputError("axis is not a table", file=file, place="[axis]", remedy="write it as [axis]")
+            raise InputError("axis is not a table", place="[axis]", remedy="write it as [axis]")
         kind = table.get("kind", "rotary")
         if kind not in ("rotary", "linear"):
             raise InputError(
                 f"unknown kind of axis {short(kind)}",
-                file=file,
                 place="axis.kind",
                 remedy=nearest(str(kind), ["rotary", "linear"]),
             )
@@ -134,19 +132,14 @@ class Axis:
         for key_of in (constant_key, voltage_key):
             if (other := key_of(elsewhere)) in table:
                 raise InputError(
-                    f"{other} does not fit a {kind} axis",
-                    file=file,
-                    place=f"axis.{other}",
-                    remedy=f"use {key_of(kind)}",
+                    f"{other} does not fit a {kind} axis", place=f"axis.{other}", remedy=f"use {key_of(kind)}"
                 )
         known = ("kind", *keys.values(), "effort")
         missing = [key for key in known if key not in table]
         if wrong := misspelt(missing, [key for key in table if key not in known]):
-            raise InputError(
-                "unknown key", file=file, place=f"axis.{wrong[0]}", remedy=f'did you mean "{wrong[1]}"'
-            )
+            raise InputError("unknown key", place=f"axis.{wrong[0]}", remedy=f'did you mean "{wrong[1]}"')
         numbers = {
-            name: check_constant(table[key], _CALLED[name], file=file, place=f"axis.{key}")
+            name: check_constant(table[key], _CALLED[name], place=f"axis.{key}")
             for name, key in keys.items()
             if table.get(key) is not None
         }
@@ -154,7 +147,6 @@ class Axis:
         if effort not in ("torque", "current", "voltage"):
             raise InputError(
                 f"unknown effort {short(effort)}",
-                file=file,
                 place="axis.effort",
                 remedy=nearest(str(effort), ["torque", "current", "voltage"]),
             )
@@ -184,12 +176,7 @@ def voltage_key(kind: str) -> str:
 
 
 def check_constant(
-    value: Any,
-    what: str = "the torque constant",
-    *,
-    file: Any = None,
-    place: str | None = None,
-    argument: str | None = None,
+    value: Any, what: str = "the torque constant", *, place: str | None = None, argument: str | None = None
 ) -> float:
     """A torque constant or another number of a motor, checked.
 
@@ -199,7 +186,6 @@ def check_constant(
     if is_finite(value) and value > 0 and not _LEAST <= value <= _MOST:
         raise InputError(
             f"{what} is {value:g}, which no motor has (expected {_LEAST:g} to {_MOST:g})",
-            file=file,
             place=place,
             argument=argument,
             remedy="look for a slip of the power of ten",
@@ -207,7 +193,6 @@ def check_constant(
     if not is_finite(value) or value <= 0:
         raise InputError(
             f"{what} must be a finite number above zero, not {short(value)}",
-            file=file,
             place=place,
             argument=argument,
             remedy="take it from the servo's data sheet (stall torque / stall current)"

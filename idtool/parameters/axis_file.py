@@ -27,7 +27,7 @@ from typing import Any
 
 import tomli_w
 
-from idtool.errors import InputError
+from idtool.errors import InputError, in_file
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.io.tables import check_schema, no_strangers, table_at
 from idtool.io.toml import is_finite, load_toml, short
@@ -77,7 +77,8 @@ class AxisFile:
         file = Path(path)
         refuse_existing(file, force)
         document = self.to_document()
-        AxisFile.from_document(document, file)
+        with in_file(file):
+            AxisFile.from_document(document)
         with atomic_write(file) as stream:
             stream.write(tomli_w.dumps(document))
 
@@ -89,19 +90,18 @@ class AxisFile:
             InputError: naming the file, the key and what was expected.
         """
         file = Path(path)
-        return cls.from_document(
-            load_toml(file, MAX_BYTES, what="an axis file", made_by="`ffc-id init`"), file
-        )
+        with in_file(file):
+            return cls.from_document(load_toml(file, MAX_BYTES, what="an axis file", made_by="`ffc-id init`"))
 
     @classmethod
-    def from_document(cls, document: Mapping[str, Any], file: Path) -> AxisFile:
-        """Check a TOML document; `file` is for messages."""
-        check_schema(document, SCHEMA, file, f'an axis file has schema = "{SCHEMA}"; ffc-id init writes one')
-        no_strangers(document, ("schema", "axis", "limits"), "", file)
+    def from_document(cls, document: Mapping[str, Any]) -> AxisFile:
+        """Check a TOML document."""
+        check_schema(document, SCHEMA, f'an axis file has schema = "{SCHEMA}"; ffc-id init writes one')
+        no_strangers(document, ("schema", "axis", "limits"), "")
         if "axis" not in document:
-            raise InputError("is missing", file=file, place="[axis]", remedy="add [axis] with its kind")
-        axis = Axis.from_table(document["axis"], file=file)
-        return cls(axis, _limits(document.get("limits", {}), axis.kind, file))
+            raise InputError("is missing", place="[axis]", remedy="add [axis] with its kind")
+        axis = Axis.from_table(document["axis"])
+        return cls(axis, _limits(document.get("limits", {}), axis.kind))
 
 
 def _keys(kind: Kind) -> dict[str, str]:
@@ -109,16 +109,15 @@ def _keys(kind: Kind) -> dict[str, str]:
     return {file_key(name, dimension, kind): name for name, dimension in LIMITS.items()}
 
 
-def _limits(table: Any, kind: Kind, file: Path) -> dict[str, float]:
+def _limits(table: Any, kind: Kind) -> dict[str, float]:
     keys = _keys(kind)
-    no_strangers(table_at(table, "limits", file), keys, "limits.", file)
+    no_strangers(table_at(table, "limits"), keys, "limits.")
     limits = {}
     for key, value in table.items():
         positive = keys[key] in _POSITIVE
         if not is_finite(value) or (positive and value <= 0):
             raise InputError(
                 f"expected a finite number{' above zero' if positive else ''}, found {short(value)}",
-                file=file,
                 place=f"limits.{key}",
                 remedy="correct it",
             )
@@ -126,7 +125,6 @@ def _limits(table: Any, kind: Kind, file: Path) -> dict[str, float]:
     if limits.get("lowest", -1e300) >= limits.get("highest", 1e300):
         raise InputError(
             "the lowest position is not below the highest",
-            file=file,
             place=f"limits.{file_key('lowest', 'position', kind)}",
             remedy="swap them",
         )

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, Literal
 
 from idtool.errors import InputError, nearest
@@ -97,7 +96,7 @@ def dimensions(command: Command) -> dict[str, str]:
 LOOP = ("position_gain", "velocity_gain", "limit", "delay")
 
 
-def check_drive(table: Mapping[str, Any], file: Path) -> tuple[Command, float | None]:
+def check_drive(table: Mapping[str, Any]) -> tuple[Command, float | None]:
     """What the table says besides its identified numbers.
 
     Raises:
@@ -107,7 +106,6 @@ def check_drive(table: Mapping[str, Any], file: Path) -> tuple[Command, float | 
     if command not in _DIMENSIONS:
         raise InputError(
             "is missing" if command is None else f"unknown command {short(command)}",
-            file=file,
             place="drive.command",
             remedy=nearest(short(command).strip("'"), _DIMENSIONS),
         )
@@ -115,7 +113,6 @@ def check_drive(table: Mapping[str, Any], file: Path) -> tuple[Command, float | 
     if setting is not None and (not is_finite(setting) or setting <= 0):
         raise InputError(
             f"expected a number above zero, found {short(setting)}",
-            file=file,
             place="drive.gain_setting",
             remedy="correct it",
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from idtool.errors import InputError
@@ -76,99 +75,79 @@ class Parameter:
 
 
 def read_parameters(
-    table: Any,
-    dimensions: Mapping[str, str],
-    place: str,
-    kind: Units,
-    file: Path,
-    optional: frozenset[str] = frozenset(),
+    table: Any, dimensions: Mapping[str, str], place: str, kind: Units, optional: frozenset[str] = frozenset()
 ) -> dict[str, Parameter]:
-    table = table_at(table, place, file)
+    table = table_at(table, place)
     keys = {file_key(name, dimension, kind): name for name, dimension in dimensions.items()}
-    no_strangers(table, tuple(keys), f"{place}.", file)
+    no_strangers(table, tuple(keys), f"{place}.")
     for key, name in keys.items():
         if key not in table and name not in optional:
-            raise InputError(
-                "is missing", file=file, place=f"{place}.{key}", remedy=f"add {key} = {{value = ...}}"
-            )
-    return {
-        name: _parameter(table[key], f"{place}.{key}", file) for key, name in keys.items() if key in table
-    }
+            raise InputError("is missing", place=f"{place}.{key}", remedy=f"add {key} = {{value = ...}}")
+    return {name: _parameter(table[key], f"{place}.{key}") for key, name in keys.items() if key in table}
 
 
-def _parameter(value: Any, place: str, file: Path) -> Parameter:
+def _parameter(value: Any, place: str) -> Parameter:
     if not isinstance(value, dict):
         raise InputError(
-            f"expected a table, found {short(value)}",
-            file=file,
-            place=place,
-            remedy="write {value = ..., stderr = ...}",
+            f"expected a table, found {short(value)}", place=place, remedy="write {value = ..., stderr = ...}"
         )
-    no_strangers(value, ("value", "stderr", "ci95", "at_bound", "identified", *_LIMITS), f"{place}.", file)
+    no_strangers(value, ("value", "stderr", "ci95", "at_bound", "identified", *_LIMITS), f"{place}.")
     if "value" not in value:
-        raise InputError("is missing", file=file, place=f"{place}.value", remedy="expected a finite number")
-    number = _number(value["value"], f"{place}.value", file, MOST)
-    stderr = _number(value["stderr"], f"{place}.stderr", file, _UNSURE) if "stderr" in value else None
+        raise InputError("is missing", place=f"{place}.value", remedy="expected a finite number")
+    number = _number(value["value"], f"{place}.value", MOST)
+    stderr = _number(value["stderr"], f"{place}.stderr", _UNSURE) if "stderr" in value else None
     if stderr is not None and stderr < 0:
-        raise InputError("is negative", file=file, place=f"{place}.stderr", remedy="expected a number >= 0")
-    interval = _interval(value["ci95"], number, f"{place}.ci95", file) if "ci95" in value else None
-    at_bound = _flag(value.get("at_bound", False), f"{place}.at_bound", file)
-    identified = _flag(value.get("identified", True), f"{place}.identified", file)
+        raise InputError("is negative", place=f"{place}.stderr", remedy="expected a number >= 0")
+    interval = _interval(value["ci95"], number, f"{place}.ci95") if "ci95" in value else None
+    at_bound = _flag(value.get("at_bound", False), f"{place}.at_bound")
+    identified = _flag(value.get("identified", True), f"{place}.identified")
     found = Parameter(number, stderr, interval, at_bound, identified)
     if found.known:
         return found
     # an error beside what is not determined would be believed; files of earlier versions hold some
-    low, high = (
-        _number(value[key], f"{place}.{key}", file, _UNSURE) if key in value else None for key in _LIMITS
-    )
+    low, high = (_number(value[key], f"{place}.{key}", _UNSURE) if key in value else None for key in _LIMITS)
     if low is not None and high is not None and low > high:
-        raise InputError(
-            "at_least is above at_most", file=file, place=place, remedy="expected the lower first"
-        )
+        raise InputError("at_least is above at_most", place=place, remedy="expected the lower first")
     return found.undetermined(low, high)
 
 
-def _number(value: Any, place: str, file: Path, most: float) -> float:
+def _number(value: Any, place: str, most: float) -> float:
     """A finite number of such a size."""
-    number = finite(value, place, file)
+    number = finite(value, place)
     if abs(number) > most:
         raise InputError(
             f"expected a number of a machine, below {most:g}, found {number:g}",
-            file=file,
             place=place,
             remedy="correct it, or fit it again",
         )
     return number
 
 
-def _interval(bounds: Any, number: float, place: str, file: Path) -> tuple[float, float]:
+def _interval(bounds: Any, number: float, place: str) -> tuple[float, float]:
     """The 95 % interval of a number."""
     if not isinstance(bounds, list) or len(bounds) != 2:
         raise InputError(
             f"expected [low, high], found {short(bounds)}",
-            file=file,
             place=place,
             remedy="write the two ends of the interval, or remove the key",
         )
-    low, high = (_number(bound, place, file, _UNSURE) for bound in bounds)
+    low, high = (_number(bound, place, _UNSURE) for bound in bounds)
     if low > high:
-        raise InputError("low is above high", file=file, place=place, remedy="expected [low, high]")
+        raise InputError("low is above high", place=place, remedy="expected [low, high]")
     slack = ROUNDING * (1.0 + abs(number))
     if not low - slack <= number <= high + slack:
         raise InputError(
             f"[{low:g}, {high:g}] does not hold the value {number:g}",
-            file=file,
             place=place,
             remedy="expected the interval of this value; correct it, or remove the key",
         )
     return low, high
 
 
-def _flag(value: Any, place: str, file: Path) -> bool:
+def _flag(value: Any, place: str) -> bool:
     if not isinstance(value, bool):
         raise InputError(
             f"expected true or false, found {short(value)}",
-            file=file,
             place=place,
             remedy="write true or false without quotes",
         )

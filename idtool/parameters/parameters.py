@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from idtool.errors import InputError
+from idtool.errors import InputError, in_file
 from idtool.io.atomic import atomic_write, refuse_existing
 from idtool.io.lock import held_folder
 from idtool.io.tables import check_schema, no_strangers, table_at
@@ -182,7 +182,8 @@ class Parameters:
         """
         refuse_existing(Path(path), force)
         document = self.to_document()
-        Parameters.from_document(document, Path(path))
+        with in_file(path):
+            Parameters.from_document(document)
         text = _text(document, Path(path))
         with atomic_write(path) as stream:
             stream.write(text)
@@ -207,39 +208,38 @@ class Parameters:
             InputError: naming the file, the key and what was expected.
         """
         file = Path(path)
-        return cls.from_document(load_toml(file, MAX_BYTES), file)
+        with in_file(file):
+            return cls.from_document(load_toml(file, MAX_BYTES))
 
     @classmethod
-    def from_document(cls, document: Mapping[str, Any], file: Path) -> Parameters:
-        """Check a TOML document; `file` is for messages."""
-        check_schema(document, SCHEMA, file)
+    def from_document(cls, document: Mapping[str, Any]) -> Parameters:
+        """Check a TOML document."""
+        check_schema(document, SCHEMA)
         known = ("schema", "axis", "gravity", "friction", "effects", "drive", "controller", "provenance")
-        no_strangers(document, known, "", file)
+        no_strangers(document, known, "")
         if "axis" not in document:
-            raise InputError(
-                "is missing", file=file, place="[axis]", remedy="add [axis] with kind and torque constant"
-            )
-        axis = Axis.from_table(document["axis"], file=file)
-        model, gravity = read_gravity(document, axis.units, file)
-        friction = table_at(document.get("friction", {}), "friction", file)
-        no_strangers(friction, ("static", "dynamic"), "friction.", file)
+            raise InputError("is missing", place="[axis]", remedy="add [axis] with kind and torque constant")
+        axis = Axis.from_table(document["axis"])
+        model, gravity = read_gravity(document, axis.units)
+        friction = table_at(document.get("friction", {}), "friction")
+        no_strangers(friction, ("static", "dynamic"), "friction.")
         parts = {
-            part: read_parameters(friction[part], dimensions, f"friction.{part}", axis.units, file)
+            part: read_parameters(friction[part], dimensions, f"friction.{part}", axis.units)
             if part in friction
             else {}
             for part, dimensions in (("static", STATIC), ("dynamic", DYNAMIC))
         }
-        some_friction(parts["static"], parts["dynamic"], axis.units, file)
+        some_friction(parts["static"], parts["dynamic"], axis.units)
         return cls(
             axis=axis,
             gravity_model=model,
             gravity=gravity,
-            static=positive(parts["static"], STATIC, "friction.static", axis.units, file),
-            dynamic=positive(parts["dynamic"], DYNAMIC, "friction.dynamic", axis.units, file),
-            effects=read_effects(effects_of_today(document, axis.units), axis.units, file),
-            drive=read_drive(document.get("drive"), axis.units, file),
-            controller=read_controller(document.get("controller"), axis.units, file),
-            provenance=dict(table_at(document.get("provenance", {}), "provenance", file)),
+            static=positive(parts["static"], STATIC, "friction.static", axis.units),
+            dynamic=positive(parts["dynamic"], DYNAMIC, "friction.dynamic", axis.units),
+            effects=read_effects(effects_of_today(document, axis.units), axis.units),
+            drive=read_drive(document.get("drive"), axis.units),
+            controller=read_controller(document.get("controller"), axis.units),
+            provenance=dict(table_at(document.get("provenance", {}), "provenance")),
         )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 
 from idtool.errors import InputError
 from idtool.model.units import Units, file_key
@@ -12,7 +11,7 @@ from idtool.parameters.parameter import ROUNDING, Parameter
 
 
 def positive(
-    values: dict[str, Parameter], dimensions: Mapping[str, str], place: str, kind: Units, file: Path
+    values: dict[str, Parameter], dimensions: Mapping[str, str], place: str, kind: Units
 ) -> dict[str, Parameter]:
     for name, parameter in values.items():
         zero_allowed = name in ("viscous", "bristle_damping", "coulomb", "static")
@@ -20,27 +19,23 @@ def positive(
             key = file_key(name, dimensions[name], kind)
             raise InputError(
                 f"expected a number {'>= 0' if zero_allowed else '> 0'}, found {parameter.value:g}",
-                file=file,
                 place=f"{place}.{key}.value",
                 remedy="correct it, or fit it again",
             )
     return values
 
 
-def some_friction(
-    static: dict[str, Parameter], dynamic: dict[str, Parameter], kind: Units, file: Path
-) -> None:
+def some_friction(static: dict[str, Parameter], dynamic: dict[str, Parameter], kind: Units) -> None:
     """A bristle needs a level that limits its deflection: LuGre divides by it."""
     if dynamic and static and static["coulomb"].value == 0 and static["static"].value == 0:
         raise InputError(
             "both levels of the friction are 0, against which no bristle is deflected",
-            file=file,
             place=f"friction.static.{file_key('coulomb', 'torque', kind)}.value",
             remedy="expected a number > 0, or no [friction.dynamic]",
         )
 
 
-def within_bounds(name: str, values: Mapping[str, Parameter], place: str, kind: Units, file: Path) -> None:
+def within_bounds(name: str, values: Mapping[str, Parameter], place: str, kind: Units) -> None:
     """Refuse what the effect's physics rules out; an estimate may lie where the fit may look for it."""
     from idtool.effects import registry  # it knows every effect; imported late to keep reading light
 
@@ -59,7 +54,6 @@ def within_bounds(name: str, values: Mapping[str, Parameter], place: str, kind: 
             key = file_key(parameter.name, parameter.dimension, kind)
             raise InputError(
                 f"expected a number {wanted} ({parameter.meaning}), found {number:g}",
-                file=file,
                 place=f"{place}.{key}.value",
                 remedy="correct it, or fit it again",
             )

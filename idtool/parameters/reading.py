@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from idtool.errors import InputError, nearest
@@ -30,88 +29,78 @@ def effect_dimensions(name: str) -> dict[str, str]:
     return {p.name: p.dimension for p in registry.get(name).parameters}
 
 
-def read_gravity(
-    document: Mapping[str, Any], kind: Units, file: Path
-) -> tuple[str | None, dict[str, Parameter]]:
+def read_gravity(document: Mapping[str, Any], kind: Units) -> tuple[str | None, dict[str, Parameter]]:
     if "gravity" not in document:
         return None, {}
-    table = dict(table_at(document["gravity"], "gravity", file))
+    table = dict(table_at(document["gravity"], "gravity"))
     model = table.pop("model", None)
     if not isinstance(model, str) or model not in GRAVITY_MODELS:
         raise InputError(
             "is missing" if model is None else f"unknown gravity model {short(model)}",
-            file=file,
             place="gravity.model",
             remedy=nearest(short(model).strip("'"), GRAVITY_MODELS),
         )
-    return model, read_parameters(table, GRAVITY_MODELS[model], "gravity", kind, file)
+    return model, read_parameters(table, GRAVITY_MODELS[model], "gravity", kind)
 
 
-def read_effects(entries: Any, kind: Units, file: Path) -> tuple[EffectEntry, ...]:
+def read_effects(entries: Any, kind: Units) -> tuple[EffectEntry, ...]:
     from idtool.effects import registry
 
     if not isinstance(entries, list):
-        raise InputError(
-            "expected a list of tables", file=file, place="effects", remedy="write it as [[effects]]"
-        )
+        raise InputError("expected a list of tables", place="effects", remedy="write it as [[effects]]")
     result: list[EffectEntry] = []
     for index, entry in enumerate(entries):
         place = f"effects[{index}]"
-        table = table_at(entry, place, file)
-        no_strangers(table, ("name", "parameters"), f"{place}.", file)
+        table = table_at(entry, place)
+        no_strangers(table, ("name", "parameters"), f"{place}.")
         name = table.get("name")
         if not isinstance(name, str) or not registry.knows(name):
             raise InputError(
                 "is missing" if name is None else f"unknown effect {short(name)}",
-                file=file,
                 place=f"{place}.name",
                 remedy=nearest(short(name).strip("'"), registry.names()),
             )
         if any(other.name == name for other in result):
-            raise InputError(
-                f"effect {name} appears twice", file=file, place=f"{place}.name", remedy="remove one"
-            )
+            raise InputError(f"effect {name} appears twice", place=f"{place}.name", remedy="remove one")
         optional = frozenset(p.name for p in registry.get(name).parameters if p.optional)
         values = read_parameters(
-            table.get("parameters", {}), effect_dimensions(name), f"{place}.parameters", kind, file, optional
+            table.get("parameters", {}), effect_dimensions(name), f"{place}.parameters", kind, optional
         )
-        within_bounds(name, values, f"{place}.parameters", kind, file)
+        within_bounds(name, values, f"{place}.parameters", kind)
         result.append(EffectEntry(name, values))
     return tuple(result)
 
 
-def read_drive(table: Any, kind: Units, file: Path) -> Drive | None:
+def read_drive(table: Any, kind: Units) -> Drive | None:
     if table is None:
         return None
-    table = dict(table_at(table, "drive", file))
-    command, setting = check_drive(table, file)
+    table = dict(table_at(table, "drive"))
+    command, setting = check_drive(table)
     numbers = {key: value for key, value in table.items() if key not in ("command", "gain_setting")}
     known = dimensions(command)
     loop = any(file_key(name, known[name], kind) in numbers for name in LOOP)
     optional = frozenset(known) - (frozenset(LOOP) if loop else frozenset())
-    read = read_parameters(numbers, known, "drive", kind, file, optional)
+    read = read_parameters(numbers, known, "drive", kind, optional)
     for name in {"bend", "dead_band"} & set(read):
         if read[name].value < 0.0:
             raise InputError(
                 f"expected a number >= 0, found {read[name].value:g}",
-                file=file,
                 place=f"drive.{name}.value",
                 remedy="correct it, or fit it again",
             )
     return Drive(command, **read, gain_setting=setting)
 
 
-def read_controller(table: Any, kind: Units, file: Path) -> Controller | None:
+def read_controller(table: Any, kind: Units) -> Controller | None:
     if table is None:
         return None
-    table = table_at(table, "controller", file)
+    table = table_at(table, "controller")
     keys = {options[is_linear(kind)]: name for name, options in CONTROLLER_KEYS.items()}
-    no_strangers(table, (*keys, "mode"), "controller.", file)
+    no_strangers(table, (*keys, "mode"), "controller.")
     mode = table.get("mode", "paper")
     if mode not in CONTROLLER_MODES:
         raise InputError(
             f"unknown mode {short(mode)}",
-            file=file,
             place="controller.mode",
             remedy=nearest(short(mode).strip("'"), CONTROLLER_MODES),
         )
@@ -120,10 +109,8 @@ def read_controller(table: Any, kind: Units, file: Path) -> Controller | None:
         if key not in table and name in CONTROLLER_OPTIONAL:
             continue
         if key not in table:
-            raise InputError(
-                "is missing", file=file, place=f"controller.{key}", remedy="expected a number > 0"
-            )
-        values[name] = finite(table[key], f"controller.{key}", file)
+            raise InputError("is missing", place=f"controller.{key}", remedy="expected a number > 0")
+        values[name] = finite(table[key], f"controller.{key}")
         least, most = PERIODS_S if name == "period" else (0.0, MOST)
         if not least <= values[name] <= most or values[name] == 0.0:
             wanted = (
@@ -131,7 +118,6 @@ def read_controller(table: Any, kind: Units, file: Path) -> Controller | None:
             )
             raise InputError(
                 f"expected a number {wanted}, found {values[name]:g}",
-                file=file,
                 place=f"controller.{key}",
                 remedy="correct it",
             )

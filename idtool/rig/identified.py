@@ -36,20 +36,18 @@ def plant_of(parameters: Parameters, file: Path) -> PlantFile:
     if axis.kind != "rotary":
         raise InputError(
             "is of a linear axis, and simulated rigs turn",
-            file=file,
             place="axis.kind",
             remedy="simulate its logs with ffc-id simulate",
         )
     if axis.effort != "torque":
         raise InputError(
             f"counts in {axis.effort}, and a simulated rig in N m",
-            file=file,
             place="axis.effort",
             remedy="put it into N m from a known load: ffc-id calibrate LOG --mass KG --lever M -p FILE",
         )
     if not parameters.static:
         raise InputError(
-            "has no [friction.static]", file=file, remedy="make it with ffc-id identify, or ffc-id fit-static"
+            "has no [friction.static]", remedy="make it with ffc-id identify, or ffc-id fit-static"
         )
     effects, left_out = _effects(parameters)
     inertia = next((one["inertia_kg_m2"] for one in effects if one["name"] == "inertia"), 0.0)

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from idtool.errors import InputError, UnknownNameError, misspelt, nearest
+from idtool.errors import InputError, UnknownNameError, in_file, misspelt, nearest
 from idtool.io.entry_points import load, outside
 from idtool.io.read_file import read_bytes
 from idtool.rig.base import Rig
@@ -162,7 +162,9 @@ def _plant_or_parameters(file: Path) -> PlantFile:
     from idtool.parameters import Parameters
     from idtool.rig.identified import plant_of
 
-    return plant_of(Parameters.read(file), file)
+    parameters = Parameters.read(file)
+    with in_file(file):
+        return plant_of(parameters, file)
 
 
 def _options(parts: list[str], known: tuple[str, ...], spec: str) -> dict[str, str]:

@@ -23,7 +23,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from idtool.errors import InputError, nearest
+from idtool.errors import InputError, in_file, nearest
 from idtool.io.tables import finite, no_strangers, table_at
 from idtool.io.toml import is_finite, load_toml, short
 from idtool.parameters.axis import Axis
@@ -159,67 +159,67 @@ def read_plant_file(path: str | Path) -> PlantFile:
 
 def parse_plant(table: dict[str, Any], file: Path) -> PlantFile:
     """Check a plant file's table."""
-    no_strangers(table, _TOP, "", file)
-    axis_table = _table(table, "axis", file)
-    no_strangers(axis_table, ("kind", "torque_constant_nm_per_a", "force_constant_n_per_a"), "axis.", file)
-    axis = Axis.from_table(axis_table, file=file)
+    with in_file(file):
+        return _plant(table, f"a simulated axis ({file.stem})")
+
+
+def _plant(table: dict[str, Any], usual: str) -> PlantFile:
+    no_strangers(table, _TOP, "")
+    axis_table = _table(table, "axis")
+    no_strangers(axis_table, ("kind", "torque_constant_nm_per_a", "force_constant_n_per_a"), "axis.")
+    axis = Axis.from_table(axis_table)
     if axis.kind != "rotary" or axis.torque_constant is None:
         raise InputError(
             "a simulated rig needs a rotary axis with its torque constant",
-            file=file,
             place="axis.torque_constant_nm_per_a",
             remedy="state it at the shaft where the motor's current is a torque",
         )
-    gravity = dict(_table(table, "gravity", file))
+    gravity = dict(_table(table, "gravity"))
     kind = gravity.pop("kind", "slide")
     if kind not in _GRAVITY:
         raise InputError(
             f"unknown kind of gravity {short(kind)}",
-            file=file,
             place="gravity.kind",
             remedy=nearest(str(kind), _GRAVITY),
         )
-    friction = _numbers(_table(table, "friction", file), dict.fromkeys(_FRICTION), file, "friction.")
+    friction = _numbers(_table(table, "friction"), dict.fromkeys(_FRICTION), "friction.")
     for key in _FRICTION[:3]:
-        _above_zero(friction[key], file, f"friction.{key}")
+        _above_zero(friction[key], f"friction.{key}")
     for key in _FRICTION[3:]:
-        _not_below_zero(friction[key], file, f"friction.{key}")
+        _not_below_zero(friction[key], f"friction.{key}")
     limits = _numbers(
-        _table(table, "limits", file),
+        _table(table, "limits"),
         dict.fromkeys(("lowest_rad", "highest_rad", "speed_rad_s", "current_a")),
-        file,
         "limits.",
     )
     for key in ("speed_rad_s", "current_a"):
-        _above_zero(limits[key], file, f"limits.{key}")
+        _above_zero(limits[key], f"limits.{key}")
     if limits["lowest_rad"] >= limits["highest_rad"]:
-        raise InputError(
-            "lowest_rad is not below highest_rad", file=file, place="limits", remedy="swap the two"
-        )
-    plant = _numbers(_table(table, "plant", file), {"inertia_kg_m2": None}, file, "plant.")
-    _above_zero(plant["inertia_kg_m2"], file, "plant.inertia_kg_m2")
-    temperature, sensor = _temperature(table, file)
-    effects = _effects(table.get("effects", []), file)
-    _check_speed_of_effects(effects, plant["inertia_kg_m2"], file)
+        raise InputError("lowest_rad is not below highest_rad", place="limits", remedy="swap the two")
+    plant = _numbers(_table(table, "plant"), {"inertia_kg_m2": None}, "plant.")
+    _above_zero(plant["inertia_kg_m2"], "plant.inertia_kg_m2")
+    temperature, sensor = _temperature(table)
+    effects = _effects(table.get("effects", []))
+    _check_speed_of_effects(effects, plant["inertia_kg_m2"])
     return PlantFile(
-        description=_description(table, file),
+        description=_description(table.get("description", usual)),
         axis=axis,
         inertia=plant["inertia_kg_m2"],
         gravity_kind=kind,
-        gravity=_numbers(gravity, _GRAVITY[kind], file, "gravity."),
+        gravity=_numbers(gravity, _GRAVITY[kind], "gravity."),
         friction=friction,
         limits=limits,
-        drive=_drive(table, file),
-        motor=_motor(table, axis.torque_constant, limits, file),
+        drive=_drive(table),
+        motor=_motor(table, axis.torque_constant, limits),
         temperature=temperature,
         temperature_sensor=sensor,
         effects=effects,
-        period_s=_period(table.get("period_s", 0.005), file),
-        sensors=check_sensors(table.get("sensors", "lab"), file),
+        period_s=_period(table.get("period_s", 0.005)),
+        sensors=check_sensors(table.get("sensors", "lab")),
     )
 
 
-def check_sensors(name: Any, file: Path | None = None) -> str:
+def check_sensors(name: Any) -> str:
     """A known set of sensors.
 
     Raises:
@@ -227,35 +227,31 @@ def check_sensors(name: Any, file: Path | None = None) -> str:
     """
     if name in SENSORS:
         return str(name)
-    raise InputError(
-        f"unknown sensors {short(name)}", file=file, place="sensors", remedy=nearest(str(name), SENSORS)
-    )
+    raise InputError(f"unknown sensors {short(name)}", place="sensors", remedy=nearest(str(name), SENSORS))
 
 
-def _description(table: dict[str, Any], file: Path) -> str:
-    text = table.get("description", f"a simulated axis ({file.stem})")
+def _description(text: Any) -> str:
     if not isinstance(text, str) or "\n" in text:
-        raise InputError("not one line of text", file=file, place="description", remedy="write one line")
+        raise InputError("not one line of text", place="description", remedy="write one line")
     return text
 
 
-def _period(value: Any, file: Path) -> float:
+def _period(value: Any) -> float:
     steps = value / STEP_S if is_finite(value) else 0.0
     if not 10.0 <= steps <= 1000.0 or abs(steps - round(steps)) > 1e-6:
         raise InputError(
             f"{short(value)} is no sampling period",
-            file=file,
             place="period_s",
             remedy="give 0.001 to 0.1 s, in whole steps of 0.1 ms",
         )
     return float(value)
 
 
-def _drive(table: dict[str, Any], file: Path) -> Drive:
+def _drive(table: dict[str, Any]) -> Drive:
     defaults: dict[str, float | None] = {item.name: float(item.default) for item in fields(Drive)}  # type: ignore[arg-type]
-    numbers = _numbers(table_at(table.get("drive", {}), "drive", file), defaults, file, "drive.")
+    numbers = _numbers(table_at(table.get("drive", {}), "drive"), defaults, "drive.")
     for key, value in numbers.items():
-        _above_zero(value, file, f"drive.{key}")
+        _above_zero(value, f"drive.{key}")
     return Drive(**numbers)
 
 
@@ -263,9 +259,9 @@ def _drive(table: dict[str, Any], file: Path) -> Drive:
 _SUPPLY, _USED = 24.0, 0.9
 
 
-def _motor(table: dict[str, Any], constant: float, limits: dict[str, float], file: Path) -> Motor:
+def _motor(table: dict[str, Any], constant: float, limits: dict[str, float]) -> Motor:
     """The motor; one that the file does not describe has a winding that fits its limits."""
-    given = table_at(table.get("motor", {}), "motor", file)
+    given = table_at(table.get("motor", {}), "motor")
     supply = given.get("supply_v", _SUPPLY)
     supply = float(supply) if is_finite(supply) else _SUPPLY  # what is no number is named below
     left = max(_USED * supply - constant * limits["speed_rad_s"], (1.0 - _USED) * supply)
@@ -274,27 +270,27 @@ def _motor(table: dict[str, Any], constant: float, limits: dict[str, float], fil
         "resistance_ohm": left / limits["current_a"],
         "supply_resistance_ohm": 0.0,
     }
-    numbers = _numbers(given, defaults, file, "motor.")
+    numbers = _numbers(given, defaults, "motor.")
     for key in ("supply_v", "resistance_ohm"):
-        _above_zero(numbers[key], file, f"motor.{key}")
-    _not_below_zero(numbers["supply_resistance_ohm"], file, "motor.supply_resistance_ohm")
+        _above_zero(numbers[key], f"motor.{key}")
+    _not_below_zero(numbers["supply_resistance_ohm"], "motor.supply_resistance_ohm")
     return Motor(*numbers.values())
 
 
-def _temperature(table: dict[str, Any], file: Path) -> tuple[dict[str, float], bool]:
-    values = dict(table_at(table.get("temperature", {}), "temperature", file))
+def _temperature(table: dict[str, Any]) -> tuple[dict[str, float], bool]:
+    values = dict(table_at(table.get("temperature", {}), "temperature"))
     sensor = values.pop("sensor", False)
     if not isinstance(sensor, bool):
-        raise InputError("not true or false", file=file, place="temperature.sensor", remedy="write true")
+        raise InputError("not true or false", place="temperature.sensor", remedy="write true")
     defaults: dict[str, float | None] = {"ambient_degc": 25.0, "rise_k": 0.0, "time_constant_s": 900.0}
-    numbers = _numbers(values, defaults, file, "temperature.")
-    _above_zero(numbers["time_constant_s"], file, "temperature.time_constant_s")
+    numbers = _numbers(values, defaults, "temperature.")
+    _above_zero(numbers["time_constant_s"], "temperature.time_constant_s")
     return numbers, sensor
 
 
-def _effects(entries: Any, file: Path) -> dict[str, dict[str, float]]:
+def _effects(entries: Any) -> dict[str, dict[str, float]]:
     if not isinstance(entries, list):
-        raise InputError("not a list", file=file, place="effects", remedy="write each as [[effects]]")
+        raise InputError("not a list", place="effects", remedy="write each as [[effects]]")
     effects: dict[str, dict[str, float]] = {}
     for number, entry in enumerate(entries, start=1):
         values = renamed(entry) if isinstance(entry, dict) else {}
@@ -302,21 +298,19 @@ def _effects(entries: Any, file: Path) -> dict[str, dict[str, float]]:
         if name not in EFFECT_KEYS:
             raise InputError(
                 f"unknown effect {short(name)}",
-                file=file,
                 place=f"effects[{number}].name",
                 remedy=nearest(str(name), EFFECT_KEYS),
             )
         if name in effects:
-            raise InputError(f"a second {name}", file=file, place=f"effects[{number}]", remedy="merge them")
-        checked = _numbers(values, EFFECT_KEYS[name], file, f"{name}.")
+            raise InputError(f"a second {name}", place=f"effects[{number}]", remedy="merge them")
+        checked = _numbers(values, EFFECT_KEYS[name], f"{name}.")
         for key in _POSITIVE & checked.keys():
-            _above_zero(checked[key], file, f"{name}.{key}")
+            _above_zero(checked[key], f"{name}.{key}")
         for key in _NOT_NEGATIVE & checked.keys():
-            _not_below_zero(checked[key], file, f"{name}.{key}")
+            _not_below_zero(checked[key], f"{name}.{key}")
         if not 0.0 <= checked.get("delay_s", 0.0) <= _LONGEST_DELAY:
             raise InputError(
                 f"{checked['delay_s']} s is no delay",
-                file=file,
                 place=f"{name}.delay_s",
                 remedy=f"give 0 to {_LONGEST_DELAY} s",
             )
@@ -324,7 +318,7 @@ def _effects(entries: Any, file: Path) -> dict[str, dict[str, float]]:
     return effects
 
 
-def _check_speed_of_effects(effects: dict[str, dict[str, float]], inertia: float, file: Path) -> None:
+def _check_speed_of_effects(effects: dict[str, dict[str, float]], inertia: float) -> None:
     """Refuse what is too fast for the plant's step, which would blow up instead of moving.
 
     A spring k and damper d between two inertias of reduced inertia m, advanced speed first and then
@@ -332,14 +326,13 @@ def _check_speed_of_effects(effects: dict[str, dict[str, float]], inertia: float
     """
     if "compliance" in effects:
         c = effects["compliance"]
-        _above_zero(c["stiffness_nm_per_rad"], file, "compliance.stiffness_nm_per_rad")
+        _above_zero(c["stiffness_nm_per_rad"], "compliance.stiffness_nm_per_rad")
         motor = inertia + effects.get("inertia", {}).get("inertia_kg_m2", 0.0)
         reduced = 1.0 / (1.0 / motor + 1.0 / c["load_inertia_kg_m2"])
         pace = STEP_S * (c["stiffness_nm_per_rad"] * STEP_S + 2.0 * c["damping_nm_s_per_rad"]) / reduced
         if pace > 2.0:
             raise InputError(
                 "the spring and damper are too stiff for their inertia to be simulated",
-                file=file,
                 place="compliance",
                 remedy="lower stiffness_nm_per_rad or damping_nm_s_per_rad, or raise load_inertia_kg_m2",
             )
@@ -347,37 +340,34 @@ def _check_speed_of_effects(effects: dict[str, dict[str, float]], inertia: float
     if dwell < 10.0 * STEP_S:
         raise InputError(
             f"{dwell:g} s is too short to be simulated",
-            file=file,
             place="breakaway_dwell.time_constant_s",
             remedy=f"give {10.0 * STEP_S:g} s or more",
         )
 
 
-def _table(table: dict[str, Any], name: str, file: Path) -> Mapping[str, Any]:
+def _table(table: dict[str, Any], name: str) -> Mapping[str, Any]:
     if name not in table:
-        raise InputError("is missing", file=file, place=f"[{name}]", remedy=f"add [{name}]")
-    return table_at(table[name], name, file)
+        raise InputError("is missing", place=f"[{name}]", remedy=f"add [{name}]")
+    return table_at(table[name], name)
 
 
-def _numbers(
-    table: Mapping[str, Any], wanted: dict[str, float | None], file: Path, prefix: str
-) -> dict[str, float]:
+def _numbers(table: Mapping[str, Any], wanted: dict[str, float | None], prefix: str) -> dict[str, float]:
     """The wanted keys of a table as finite numbers; nothing else may stand in it."""
-    no_strangers(table, wanted, prefix, file)
+    no_strangers(table, wanted, prefix)
     numbers = {}
     for key, default in wanted.items():
         value = table.get(key, default)
         if value is None:
-            raise InputError("is missing", file=file, place=f"{prefix}{key}", remedy="add it, in SI units")
-        numbers[key] = finite(value, f"{prefix}{key}", file)
+            raise InputError("is missing", place=f"{prefix}{key}", remedy="add it, in SI units")
+        numbers[key] = finite(value, f"{prefix}{key}")
     return numbers
 
 
-def _above_zero(value: float, file: Path, place: str) -> None:
+def _above_zero(value: float, place: str) -> None:
     if value <= 0.0:
-        raise InputError(f"{value:g} is not above zero", file=file, place=place, remedy="correct it")
+        raise InputError(f"{value:g} is not above zero", place=place, remedy="correct it")
 
 
-def _not_below_zero(value: float, file: Path, place: str) -> None:
+def _not_below_zero(value: float, place: str) -> None:
     if value < 0.0:
-        raise InputError(f"{value:g} is below zero", file=file, place=place, remedy="correct it")
+        raise InputError(f"{value:g} is below zero", place=place, remedy="correct it")

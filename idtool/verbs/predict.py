@@ -16,7 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from idtool.effects import registry
-from idtool.errors import InputError
+from idtool.errors import InputError, in_file
 from idtool.fit.model import LOGARITHMIC, JointModel
 from idtool.fit.own_filter import filtered_before
 from idtool.fit.spec import FrictionKind, Scales, Spec
@@ -212,16 +212,17 @@ def of_axis(logs: Sequence[Log], parameters: Parameters) -> list[Log]:
             )
     if known.effort != "torque":
         return list(logs)
-    told = [replace(log, axis=log.axis.completed(known, file=log.source)) for log in logs]
-    for log in told:
-        if (effort := effort_of(log)).unit != "torque":
-            raise InputError(
-                f"gives a {effort.unit}, and the parameter file is in {unit_text('torque', known.units)} "
-                "without a constant between the two",
-                file=log.source,
-                place="[axis]",
-                remedy="give the constant with --axis, or identify the axis from these logs",
-            )
+    told = []
+    for log in logs:
+        with in_file(log.source):
+            told.append(replace(log, axis=log.axis.completed(known)))
+            if (effort := effort_of(told[-1])).unit != "torque":
+                raise InputError(
+                    f"gives a {effort.unit}, and the parameter file is in {unit_text('torque', known.units)} "
+                    "without a constant between the two",
+                    place="[axis]",
+                    remedy="give the constant with --axis, or identify the axis from these logs",
+                )
     return told
 
 

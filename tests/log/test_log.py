@@ -317,7 +317,7 @@ def test_a_whole_number_beyond_a_float_is_no_finite_one(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=rf'column "{column}" holds "10+", not a finite number'):
         Log.read(put(tmp_path, text))
     table = frame.rename(columns={column: "iq"}).assign(iq=lambda rows: rows["iq"].astype(object))
-    assert np.isnan(to_numbers(table["iq"], "iq", tmp_path)).sum() == 1
+    assert np.isnan(to_numbers(table["iq"], "iq")).sum() == 1
 
 
 @SLOW

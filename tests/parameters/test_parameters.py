@@ -137,7 +137,7 @@ def test_arbitrary_bytes_are_an_input_error_or_parameters(
 )
 def test_any_document_is_an_input_error_or_parameters(tree: Any, key: str) -> None:
     with suppress(InputError):
-        Parameters.from_document({"schema": "ffc-id/params/1", "axis": {}, key: tree}, Path("p.toml"))
+        Parameters.from_document({"schema": "ffc-id/params/1", "axis": {}, key: tree})
 
 
 @pytest.mark.parametrize("name", registry.names())
