@@ -14,7 +14,7 @@ from .numbers import POSITIVE, NumberRange
 from .progress import Progress
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    pass
 
 #: As `tune` takes one: a longer one is in millimetres.
 _LEVER = NumberRange(0.0, 10.0, min_open=True)
@@ -64,14 +64,12 @@ def calibrate(
     force = "N" if result.kind == "linear" else "N m"
     per = "A" if result.unit == "current" else "V"
 
-    def show(console: Console) -> None:
-        click.echo(f"{result.key}: {result.constant.value:.5g} {force}/{per}, 95 % {low:.5g} to {high:.5g}")
-        click.echo(f"the load, {result.load:.4g} {force} at its most, takes {result.effort:.4g} {per}")
-        for note in result.notes:
-            click.echo(f"note: {note}")
-        if params is not None:
-            click.echo(f"written: {params}, now in {force}")
-
+    lines = [
+        f"{result.key}: {result.constant.value:.5g} {force}/{per}, 95 % {low:.5g} to {high:.5g}",
+        f"the load, {result.load:.4g} {force} at its most, takes {result.effort:.4g} {per}",
+        *(f"note: {note}" for note in result.notes),
+        *([] if params is None else [f"written: {params}, now in {force}"]),
+    ]
     document = {
         "key": result.key,
         **result.constant.to_table(),
@@ -81,7 +79,7 @@ def calibrate(
         "notes": list(result.notes),
         "file": None if params is None else str(params),
     }
-    output.result(document, show)
+    output.result(document, lines)
     if params is not None:
         output.next("tune", "-p", params, "--hand-force", "2")
     elif result.unit == "current" and all(log.axis.torque_constant is None for log in read):

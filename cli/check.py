@@ -12,7 +12,7 @@ from .axis import Given, axis_options
 from .common import Output, logs_argument, output_options
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    pass
 
 
 @click.command()
@@ -32,34 +32,26 @@ def check(logs: Sequence[Path], given: Given, output: Output) -> None:
 
     result = run(given.read(logs, output))
 
-    def show(console: Console) -> None:
-        for log in result.logs:
-            facts = log.facts
-            seconds = facts["seconds"]
-            click.echo(
-                f"{log.file}: {facts['rows']} rows, {counted(facts['trials'], 'trial')}, "
-                f"{seconds:{'.0f' if seconds >= 10 else '.2g'}} s at {facts['rate_hz']:.0f} Hz, "
-                f"{counted(facts['steady_windows'], 'steady window')}"
-            )
-            for finding in log.findings:
-                click.echo(f"  ! {finding}")
-        for note in result.notes:
-            click.echo(f"note: {note}")
-        click.echo("\nthese logs can determine")
-        for verdict in result.can:
-            click.echo(f"  {verdict.what}" + ("" if verdict.why == "testable" else f" ({verdict.why})"))
-        if result.cannot:
-            click.echo("they cannot determine")
-        for verdict in result.cannot:
-            click.echo(f"  {verdict.what}: {verdict.why}" + (f"; try {verdict.run}" if verdict.run else ""))
-        if result.open:
-            click.echo("only ffc-id identify tells, which looks for effects")
-        for verdict in result.open:
-            click.echo(f"  {verdict.what}: {verdict.why}")
-        if result.findings:
-            click.echo("what they lack")
-        for lacking in result.findings:
-            click.echo(f"  {lacking.sentence}")
-
-    output.result(result.to_document(), show)
+    lines = []
+    for log in result.logs:
+        facts = log.facts
+        seconds = facts["seconds"]
+        lines.append(
+            f"{log.file}: {facts['rows']} rows, {counted(facts['trials'], 'trial')}, "
+            f"{seconds:{'.0f' if seconds >= 10 else '.2g'}} s at {facts['rate_hz']:.0f} Hz, "
+            f"{counted(facts['steady_windows'], 'steady window')}"
+        )
+        lines += [f"  ! {finding}" for finding in log.findings]
+    lines += [f"note: {note}" for note in result.notes]
+    can = [one.what + ("" if one.why == "testable" else f" ({one.why})") for one in result.can]
+    cannot = [f"{one.what}: {one.why}" + (f"; try {one.run}" if one.run else "") for one in result.cannot]
+    for title, found in (
+        ("\nthese logs can determine", can),
+        ("they cannot determine", cannot),
+        ("only ffc-id identify tells, which looks for effects", [f"{o.what}: {o.why}" for o in result.open]),
+        ("what they lack", [lacking.sentence for lacking in result.findings]),
+    ):
+        if found or found is can:
+            lines += [title, *(f"  {line}" for line in found)]
+    output.result(result.to_document(), lines)
     output.next("identify", *logs, "-o", "result", odd=result.odd)

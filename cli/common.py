@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import wraps
 from pathlib import Path
@@ -60,14 +60,17 @@ class Output:
         if not self.json:
             self.say(f"next: {shlex.join(['ffc-id', *map(str, ('plot', odd[0]) if odd else words)])}")
 
-    def result(self, document: Any, show: Callable[[Console], None]) -> None:
-        """The result: `document` as JSON, or what `show` prints on a rich console."""
+    def result(self, document: Any, show: Callable[[Console], None] | Iterable[str]) -> None:
+        """The result: `document` as JSON; or its lines, or what `show` prints on a rich console."""
         if self.json:
             from idtool.io.plain import plain
 
             click.echo(json.dumps(plain(document), indent=1, allow_nan=False, default=str))
-        else:
+        elif callable(show):
             show(console())
+        else:
+            for line in show:
+                click.echo(line)
 
 
 def given_words(*but: str) -> list[str]:

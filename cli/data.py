@@ -13,7 +13,7 @@ from .lazy import LazyGroup
 from .progress import Progress
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    pass
 
 #: sub-command -> (module beside this one, function, help line)
 COMMANDS: dict[str, tuple[str, str, str]] = {
@@ -54,16 +54,14 @@ def list_recordings(catalogue: Path | None, output: Output) -> None:
 
     known = read_catalogue(catalogue).recordings
 
-    def show(_: Console) -> None:
-        for name, entry in known.items():
-            click.echo(f"{name}: {entry.title}")
-            click.echo(f"  {entry.by}; {entry.licence}" + (f"; {entry.page}" if entry.page else ""))
-            for source in entry.files:
-                click.echo(f"  {source.name}: SHA-256 {source.sum_in_words}")
-            if entry.elsewhere:
-                click.echo(f"  not fetched from here: {entry.elsewhere}")
-
-    output.result({"recordings": {name: asdict(entry) for name, entry in known.items()}}, show)
+    lines = []
+    for name, entry in known.items():
+        lines.append(f"{name}: {entry.title}")
+        lines.append(f"  {entry.by}; {entry.licence}" + (f"; {entry.page}" if entry.page else ""))
+        lines += [f"  {source.name}: SHA-256 {source.sum_in_words}" for source in entry.files]
+        if entry.elsewhere:
+            lines.append(f"  not fetched from here: {entry.elsewhere}")
+    output.result({"recordings": {name: asdict(entry) for name, entry in known.items()}}, lines)
     output.next("data", "get", next(iter(known), "sample"))
 
 
@@ -97,12 +95,9 @@ def get_recording(
     with Progress(output, f"fetching {name}") as bar:
         found = fetch(entry, place, force=force, progress=lambda done, of: bar.at(done, of or done))
 
-    def show(_: Console) -> None:
-        for path, checksum in found.items():
-            click.echo(f"{path}: {path.stat().st_size} bytes, SHA-256 {checksum}")
-
+    lines = [f"{path}: {path.stat().st_size} bytes, SHA-256 {checksum}" for path, checksum in found.items()]
     files = {str(path): checksum for path, checksum in found.items()}
-    output.result({"name": name, "licence": entry.licence, "page": entry.page, "files": files}, show)
+    output.result({"name": name, "licence": entry.licence, "page": entry.page, "files": files}, lines)
     words = shlex.split(entry.next)
     output.next(
         *(f"{place}{word.removeprefix(name)}" if word.startswith(f"{name}/") else word for word in words)

@@ -14,7 +14,7 @@ from .common import PATH, Output, force_option, handed, output_options, params_o
 from .words import Choice
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    pass
 
 _friction_option = click.option(
     "--friction",
@@ -171,15 +171,12 @@ def _run(target: str, friction: str, asked: _Asked) -> None:
     with atomic_write(out) as stream:
         stream.write(exported.text)
 
-    def show(console: Console) -> None:
-        for sentence in exported.plan.lost:
-            click.echo(f"not carried: {sentence}")
-        for note in exported.plan.notes:
-            click.echo(f"note: {note}.")
-        for line in error_lines(exported.errors, parameters.axis.units):
-            click.echo(line)
-        click.echo(f"written: {out}")
-
+    lines = [
+        *(f"not carried: {sentence}" for sentence in exported.plan.lost),
+        *(f"note: {note}." for note in exported.plan.notes),
+        *error_lines(exported.errors, parameters.axis.units),
+        f"written: {out}",
+    ]
     document = {
         "schema": "ffc-id/export/1",
         "target": target,
@@ -189,7 +186,7 @@ def _run(target: str, friction: str, asked: _Asked) -> None:
         "unit": unit_text("torque", parameters.axis.units),
         "errors": exported.errors,
     }
-    output.result(document, show)
+    output.result(document, lines)
     # with logs it says what that costs
     if exported.plan.lost and not logs and (fitted := logs_of(parameters)):
         output.next("export", target, "-p", params, "-o", out, "--force", *fitted)

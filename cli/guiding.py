@@ -325,11 +325,14 @@ def stop_document(stop: Stop | None) -> dict[str, Any] | None:
     return {"why": stop.why, "time_s": stop.time_s, "position": stop.position, "torque": stop.torque}
 
 
-def show_stop(screen: Console, stop: Stop, kind: Kind) -> None:
-    """Where and why an axis was stopped, for a person."""
+def show_end(screen: Console, stop: Stop | None, kind: Kind, log: Path | None) -> None:
+    """Where and why an axis was stopped, if it was, and what was written, for a person."""
     from idtool.model.units import unit_text
 
-    where = f"{stop.position:.4g} {unit_text('position', kind)}"
-    felt = "" if stop.torque is None else f", {stop.torque:+.3g} {unit_text('torque', kind)} felt"
-    word = "met something" if stop.why == "contact" else "stayed behind where it was wanted"
-    screen.print(f"stopped: the axis {word} at {where}{felt}.")
+    if stop is not None:
+        where = f"{stop.position:.4g} {unit_text('position', kind)}"
+        felt = "" if stop.torque is None else f", {stop.torque:+.3g} {unit_text('torque', kind)} felt"
+        word = "met something" if stop.why == "contact" else "stayed behind where it was wanted"
+        screen.print(f"stopped: the axis {word} at {where}{felt}.")
+    if log is not None:
+        screen.print(f"written: {log}", soft_wrap=True)

@@ -143,7 +143,7 @@ def import_recording(
     imported.log.write(target, force=force)
     _tell(output, imported, target)
     if output.json:
-        output.result(_document(imported, target), lambda console: None)
+        output.result(_document(imported, target), ())
     output.next("check", target)
 
 

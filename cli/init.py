@@ -93,12 +93,10 @@ def init(
     file = AxisFile(axis, limits)
     file.write(target, force=force)
 
-    def show(_: object) -> None:
-        click.echo(f"written: {target}")
-        if chosen == "rotary":
-            click.echo(f"a servo takes it too: --rig dynamixel:DEVICE,axis={target}")
-
-    output.result(file.to_document() | {"file": str(target)}, show)
+    lines = [f"written: {target}"]
+    if chosen == "rotary":
+        lines.append(f"a servo takes it too: --rig dynamixel:DEVICE,axis={target}")
+    output.result(file.to_document() | {"file": str(target)}, lines)
     if logs := logs_beside([target], ("gravity", "sweep", "sine")):
         output.next("identify", "--axis", target, *logs, "-o", "result")
     else:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .guiding import Watched, setup_of, show_stop, stop_document, travel_of, watched_options
+from .guiding import Watched, setup_of, show_end, stop_document, travel_of, watched_options
 from .live import live_page
 from .moving import result_on
 from .numbers import POSITIVE
@@ -121,7 +121,4 @@ def _document(jogged: Jogged, ratio: float | None, log: Path | None) -> dict[str
 
 def _show(screen: Console, jogged: Jogged, ratio: float | None, kind: Kind, log: Path | None) -> None:
     screen.print(f"at {_place(jogged.position, ratio, kind)}.")
-    if jogged.stopped is not None:
-        show_stop(screen, jogged.stopped, kind)
-    if log is not None:
-        screen.print(f"written: {log}", soft_wrap=True)
+    show_end(screen, jogged.stopped, kind, log)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import PATH, given_words
-from .guiding import Watched, setup_of, show_stop, stop_document, travel_of, watched_options
+from .guiding import Watched, setup_of, show_end, stop_document, travel_of, watched_options
 from .live import live_page
 from .moving import result_on
 from .numbers import NumberRange
@@ -125,7 +125,4 @@ def _show(screen: Console, played: Played, ratio: float | None, kind: Kind, log:
         screen.print(f"played in part; position off by {error} rms {lag}.")
     else:
         screen.print(f"played; position off by {error} rms {lag}.")
-    if played.stopped is not None:
-        show_stop(screen, played.stopped, kind)
-    if log is not None:
-        screen.print(f"written: {log}", soft_wrap=True)
+    show_end(screen, played.stopped, kind, log)

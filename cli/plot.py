@@ -34,5 +34,5 @@ def plot(log: Path, target: Path | None, given: Given, force: bool, output: Outp
     path = target or Path(f"{log.name.removesuffix('.gz').removesuffix('.csv')}.png")
     refuse_existing(path, force, log)
     save(read.plot(), path)
-    output.result({"figure": str(path)}, lambda _: click.echo(f"figure: {path}"))
+    output.result({"figure": str(path)}, [f"figure: {path}"])
     output.next("check", log)

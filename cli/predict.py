@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from .axis import Given, axis_options
 from .common import PATH, Output, force_option, logs_argument, output_options, params_option
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 @click.command()
@@ -45,7 +41,7 @@ def predict(
     \b
     ffc-id predict validation.csv -p result/params.toml -o predicted.csv
     """
-    from idtool.io.atomic import atomic_write, refuse_existing
+    from idtool.io.atomic import refuse_existing, write_table
     from idtool.parameters import Parameters
     from idtool.parameters.correction import Correction
     from idtool.verbs.predict import predict as run
@@ -55,15 +51,10 @@ def predict(
     refuse_existing(out, force, params, correction, *logs)
     result = run(read, parameters, None if correction is None else Correction.read(correction))
     output.warn(*result.contradictions)
-    with atomic_write(out) as stream:
-        result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
-
-    def show(console: Console) -> None:
-        for line in (*result.lines, f"written: {out}"):
-            click.echo(line)
-
+    write_table(out, result.frame)
     notes = [*result.contradictions, *result.notes]
-    output.result({"file": str(out), "errors": result.errors, "unit": result.unit, "notes": notes}, show)
+    document = {"file": str(out), "errors": result.errors, "unit": result.unit, "notes": notes}
+    output.result(document, (*result.lines, f"written: {out}"))
     if result.poor:
         output.next("check", *logs, odd=result.odd)
     else:

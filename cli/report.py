@@ -11,7 +11,7 @@ from .common import PATH, Output, output_options
 from .progress import Progress
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    pass
 
 
 @click.command()
@@ -36,10 +36,6 @@ def report(folder: Path, svg: bool, output: Output) -> None:
     figures = sorted((folder / "figures").glob("*.png"))
     forms = "PNG and SVG" if svg else "PNG"
 
-    def show(console: Console) -> None:
-        # plain text: a path must stay on one line and is not markup
-        click.echo(f"report: {page}")
-        click.echo(f"figures: {len(figures)} in {folder / 'figures'}, as {forms}")
-
-    output.result({"report": str(page), "figures": [str(figure) for figure in figures]}, show)
+    lines = [f"report: {page}", f"figures: {len(figures)} in {folder / 'figures'}, as {forms}"]
+    output.result({"report": str(page), "figures": [str(figure) for figure in figures]}, lines)
     output.next(*next_step_of(folder).words)

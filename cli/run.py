@@ -197,7 +197,7 @@ def _tell(summary: RunSummary, recipe: Recipe, told: RunOptions, rig: str, simul
         "longest_period_s": loop.longest_s,
     }
     if output.json:
-        output.result(document, lambda _: None)
+        output.result(document, ())
     elif not output.quiet and not summary.interrupted:
         click.echo(
             f"{summary.file}: {summary.rows} rows, {summary.trials} trials, "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import click
 
@@ -12,9 +12,6 @@ from .axis import Given, axis_options
 from .common import PATH, Output, force_option, logs_argument, output_options, params_option
 from .progress import Progress
 from .words import Choice
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 @click.command()
@@ -51,7 +48,7 @@ def simulate(
     \b
     ffc-id simulate validation.csv -p result/params.toml --from goal -o simulated.csv
     """
-    from idtool.io.atomic import atomic_write, refuse_existing
+    from idtool.io.atomic import refuse_existing, write_table
     from idtool.parameters import Parameters
     from idtool.verbs.simulate import simulate as run
 
@@ -60,12 +57,7 @@ def simulate(
     refuse_existing(out, force, params, *logs)
     with Progress(output, "simulating") as bar:
         result = run(read, parameters, source, progress=lambda share: bar.at(share, 1.0))
-    with atomic_write(out) as stream:
-        result.frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
-
-    def show(console: Console) -> None:
-        for line in (*result.lines, f"written: {out}"):
-            click.echo(line)
-
-    output.result({"file": str(out), "from": source, **result.to_document()}, show)
+    write_table(out, result.frame)
+    document = {"file": str(out), "from": source, **result.to_document()}
+    output.result(document, (*result.lines, f"written: {out}"))
     output.next("fit-motion", *logs, "-p", "motion.toml")

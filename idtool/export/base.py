@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -75,6 +76,11 @@ class Target(ABC):
     @abstractmethod
     def render(self, plan: Plan, remarks: Sequence[str], joint: str) -> str:
         """The text of the file; `remarks` go into it as comments."""
+
+
+def comment_lines(remarks: Sequence[str]) -> list[str]:
+    """Remarks as comments of Python or YAML, wrapped."""
+    return [f"# {line}".rstrip() for remark in remarks for line in textwrap.wrap(remark, 100) or [""]]
 
 
 def number(value: float) -> str:

@@ -220,29 +220,19 @@ def _paper(c: ForceFreeController, its: PaperLaw, window: int) -> Groups:
 def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
     k = its.constants
 
-    def read(**names: str) -> dict[str, float]:
-        return {name: float(k[key]) for name, key in names.items()}
+    def read(*names: str, **others: str) -> dict[str, float]:
+        return {
+            name.upper(): float(k[key]) for name, key in (*zip(names, names, strict=True), *others.items())
+        }
 
     torques = read(
-        GAIN="gain",
-        NOISE="noise",
-        FLOOR="floor",
-        COVERAGE="coverage",
-        LEFT="left",
-        SEEMS="seems",
-        JUMP="jump",
-        START_TORQUE="start_torque",
-        ZERO_SAMPLES="zero_samples",
-        BIAS_MOST="bias_most",
-        ZERO_MOST="zero_most",
+        *("gain", "noise", "floor", "coverage", "left", "seems", "jump", "start_torque"),
+        *("zero_samples", "bias_most", "zero_most"),
     )
     torques["COMES"], torques["STEADY"] = kernel.COMES, kernel.STEADY
     torques["STOP_VARIANCE"] = float(k["stop_torque"]) ** 2 + float(k["stop_noise"]) ** 2
     shares = read(
-        VIRTUAL="virtual",
-        FOLLOWS="follows",
-        VELOCITY_GAIN="velocity_gain",
-        HAND_FILTER="hand_filter",
+        *("virtual", "follows", "velocity_gain", "hand_filter"),
         ZERO_SHARE="zero_time",
         USUAL_SHARE="usual_time",
         LEAST_SHARE="least_time",
@@ -253,13 +243,11 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         _group("law: shares per period", **shares),
         _group(
             "law: motion",
-            REST_SPEED=float(k["rest_speed"]),
-            SERVO_TIME=float(k["servo_time"]),
+            **read("rest_speed", "servo_time"),
             TRIM=2.0 * float(k["trim_rate"]) * c.period,  # at every other sample
-            TRIM_RANGE=float(k["trim_range"]),
-            TRACKING_TIME=float(k["tracking_time"]),
+            **read("trim_range", "tracking_time"),
             TRACKING_LEAST=4.0 * c.resolution,
-            COAST=float(k["coast"]),
+            **read("coast"),
         ),
         _group(
             "law: standard deviations before anything is learned",
@@ -270,13 +258,11 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         ),
         _group(
             "law: tare",
-            TARE_MIDDLE=float(k["tare_middle"]),
-            TARE_TOP=float(k["tare_top"]),
-            TARE_APART=float(k["tare_apart"]),
+            **read("tare_middle", "tare_top", "tare_apart"),
             TARE_VARIANCE=float(k["tare_noise"]) ** 2 / kernel.SAMPLES_PER_SUM,
             TARE_LATE=float(k["tare_late"]) / math.sqrt(kernel.SAMPLES_PER_SUM),
             TARE_LEFT=float(k["tare_left"]) ** 2,
-            **({"REFUSE": float(k["refuse"])} if math.isfinite(k["refuse"]) else {}),
+            **(read("refuse") if math.isfinite(k["refuse"]) else {}),
         ),
     ]
     cycle = round(float(k["tare_cycle"]))

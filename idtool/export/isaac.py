@@ -7,11 +7,10 @@ Isaac Lab 2.2, `isaaclab.actuators.ImplicitActuatorCfg`; mjlab, `mjlab.actuator.
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from typing import final
 
-from idtool.export.base import Plan, Target, number
+from idtool.export.base import Plan, Target, comment_lines, number
 from idtool.export.joint import inertia_alone, inertia_of, simulated
 from idtool.log import Log
 from idtool.parameters import Parameters
@@ -26,14 +25,13 @@ class Isaac(Target):
         return simulated(parameters, logs, friction, inertia_alone, bristle=False)
 
     def render(self, plan: Plan, remarks: Sequence[str], joint: str) -> str:
-        comments = [f"# {line}".rstrip() for remark in remarks for line in textwrap.wrap(remark, 100) or [""]]
         model = plan.model
         static = {name: number(model.static[name].value) for name in ("coulomb", "viscous")}
         armature = number(inertia_of(model) or 0.0)
         lines, stiffness, damping = _gains(model)
         return "\n".join(
             [
-                *comments,
+                *comment_lines(remarks),
                 *lines,
                 f"ARMATURE = {armature}  # all of the identified inertia; take off what your bodies have",
                 "",

@@ -7,11 +7,10 @@ effect is a group by its name. Reference: https://docs.ros.org, "Passing ROS arg
 from __future__ import annotations
 
 import json
-import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, final
 
-from idtool.export.base import Plan, Target, number
+from idtool.export.base import Plan, Target, comment_lines, number
 from idtool.log import Log
 from idtool.parameters import Parameters
 
@@ -26,9 +25,8 @@ class Ros2(Target):
         return Plan(parameters, lost, ("values only: your node has to compute the model",))
 
     def render(self, plan: Plan, remarks: Sequence[str], joint: str) -> str:
-        comments = [f"# {line}".rstrip() for remark in remarks for line in textwrap.wrap(remark, 100) or [""]]
         document = {"/**": {"ros__parameters": {joint: _groups(plan.model)}}}
-        return "\n".join([*comments, *_yaml(document, 0), ""])
+        return "\n".join([*comment_lines(remarks), *_yaml(document, 0), ""])
 
 
 def _groups(model: Parameters) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from idtool.fleet.scheduler import Greeted
 from idtool.fleet.session import find_sessions, load
 from idtool.fleet.summary import Fleet, SessionRow, document, summarise, table
 from idtool.fleet.work import Outcome
-from idtool.io.atomic import atomic_write
+from idtool.io.atomic import atomic_write, write_table
 from idtool.parameters.axis import Axis
 from idtool.presentation.text import counted
 from idtool.report.result_folder import FILES, OPTIONAL_FILES, make_folder, write_json
@@ -105,8 +105,7 @@ def run_fleet(
                 progress(done, len(pending))
     fleet = summarise([rows[path.name] for path in sessions], out / SESSIONS)
     rows_of_all = table(fleet)
-    with atomic_write(out / "summary.csv") as stream:
-        rows_of_all.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
+    write_table(out / "summary.csv", rows_of_all)
     _write_parquet(rows_of_all, out / "summary.parquet", tell)
     write_json(out / "summary.json", document(fleet))
     with atomic_write(out / PAGE) as stream:

@@ -7,10 +7,13 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from idtool.errors import InputError, UsageError
 from idtool.io.lock import refuse_held
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def refuse_existing(path: Path, force: bool, *read: Path | None) -> None:
@@ -81,6 +84,12 @@ def atomic_write(path: str | os.PathLike[str], mode: str = "w") -> Iterator[IO[A
     finally:
         if temporary is not None:
             Path(temporary).unlink(missing_ok=True)
+
+
+def write_table(path: Path, frame: pd.DataFrame) -> None:
+    """A table as CSV, with nine digits."""
+    with atomic_write(path) as stream:
+        frame.to_csv(stream, index=False, lineterminator="\n", float_format="%.9g")
 
 
 def _permissions(target: Path) -> int:
