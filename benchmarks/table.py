@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from pages.markdown import row
+
 
 @dataclass(frozen=True)
 class Goal:
@@ -41,9 +43,8 @@ class Section:
         """The section as Markdown."""
         lines = [f"{'#' * depth} {self.title}", ""]
         if self.rows:
-            lines += [_row(self.head), _row(["---"] + ["---:"] * (len(self.head) - 1))]
-            lines += [_row(row) for row in self.rows]
-            lines.append("")
+            right = ["---:"] * (len(self.head) - 1)
+            lines += [*map(row, (self.head, ["---", *right], *self.rows)), ""]
         for note in self.notes:
             lines += [note, ""]
         for part in self.more:
@@ -78,7 +79,3 @@ def seconds(value: float) -> str:
     if value < 1e-3:
         return f"{1e6 * value:.3g} µs"
     return f"{1e3 * value:.3g} ms" if value < 1.0 else f"{value:.3g} s"
-
-
-def _row(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cells) + " |"

@@ -8,7 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -122,6 +122,16 @@ def missing(said: str, printed: str) -> list[str]:
         for line in said.splitlines()
         if line.strip(" .") and not any(alike(line, other) for other in left)
     ]
+
+
+def row(cells: Iterable[object]) -> str:
+    """A row of a table."""
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+def table(head: Sequence[str], rows: Iterable[Iterable[object]]) -> list[str]:
+    """The lines of a table."""
+    return [row(head), "|" + "---|" * len(head), *map(row, rows)]
 
 
 def with_made(page: str, part: str, text: str, target: str = "docs-effects") -> str:

@@ -26,7 +26,7 @@ from idtool.fit.results import dynamic_parameters, gravity_parameters, static_pa
 from idtool.model.torque import linearise
 from idtool.rig.sensors import SENSORS
 from idtool.signals import Recording, record
-from pages.markdown import keeping_made
+from pages import markdown
 from testbench.plants import TORQUE_CONSTANT, Plant, random_plant, record_session
 from testbench.truth import NAMES, SPEC, truth_of
 
@@ -126,27 +126,25 @@ def study(sessions: int, grade: Grade) -> list[Outcome]:
 
 def table(outcomes: list[Outcome]) -> list[str]:
     """One row a parameter, over the sessions whose fit says that it is determined."""
-    lines = [
-        "| parameter | determined in | error / bound | error / standard error | bias / standard error "
-        "| in 95 % interval |",
-        "|---|---|---|---|---|---|",
-    ]
+    rows = []
     for j, name in enumerate(NAMES):
         kept = [o for o in outcomes if o.identified[j]]
         error = np.array([o.estimate[j] - o.truth[j] for o in kept])
         bound = np.array([o.bound[j] for o in kept])
         spread = np.array([o.stderr[j] for o in kept])
         reach = np.array([o.quantile[j] for o in kept]) * spread
-        cells = [
-            name.rpartition(".")[2].replace("_", " "),
-            f"{len(kept)} of {len(outcomes)}",
-            f"{_root_mean(error / bound):.2f}",
-            f"{_root_mean(error / spread):.2f}",
-            f"{np.mean(error / spread):+.2f}",
-            f"{100 * np.mean(np.abs(error) <= reach):.1f} %",
-        ]
-        lines.append("| " + " | ".join(cells) + " |")
-    return lines
+        rows.append(
+            (
+                name.rpartition(".")[2].replace("_", " "),
+                f"{len(kept)} of {len(outcomes)}",
+                f"{_root_mean(error / bound):.2f}",
+                f"{_root_mean(error / spread):.2f}",
+                f"{np.mean(error / spread):+.2f}",
+                f"{100 * np.mean(np.abs(error) <= reach):.1f} %",
+            )
+        )
+    of = ("error / bound", "error / standard error", "bias / standard error", "in 95 % interval")
+    return markdown.table(("parameter", "determined in", *of), rows)
 
 
 def _root_mean(values: np.ndarray) -> float:
@@ -200,7 +198,7 @@ def main(sessions: int, out: Path) -> None:
     for title, grade in GRADES.items():
         results[title] = study(max(1, round(grade.share * sessions)), grade)
         click.echo("\n".join([title, *table(results[title])]))
-        out.write_text(keeping_made(page(results), before), encoding="utf-8")
+        out.write_text(markdown.keeping_made(page(results), before), encoding="utf-8")
 
 
 if __name__ == "__main__":

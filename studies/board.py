@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from idtool.effects import registry
+from pages import markdown
 from testbench.board.files import EFFECTS, with_effects
 from testbench.board.measure import CLOCK_HZ, Figures, measure, missing
 
@@ -80,17 +81,13 @@ def table(*, light: bool) -> list[str]:
             "ms, worst in a tare",
         ]
     heads += ["flash, bytes", "RAM, bytes: structure + stack"]
-    lines = [_line(heads), "|---" * len(heads) + "|"]
+    lines = markdown.table(heads, ())
     for title, names in files.items():
         with tempfile.TemporaryDirectory() as folder:
             figures = measure(with_effects(*names, light=light), Path(folder))
-        lines.append(_line((light_row if light else row)(title, figures)))
+        lines.append(markdown.row((light_row if light else row)(title, figures)))
         click.echo(lines[-1])
     return lines
-
-
-def _line(cells: list[str]) -> str:
-    return "| " + " | ".join(cells) + " |"
 
 
 @click.command()

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pages import markdown
 from testbench.cases import DISTURBANCES, EFFECTS
 from testbench.diagnosis_cases import AXES, KINDS
 from testbench.other_plants.effects import DISTURBANCES as OTHER_DISTURBANCES
@@ -59,44 +60,32 @@ def page(results: Sequence[Result], command: str) -> str:
 def _section(results: Sequence[Result]) -> list[str]:
     """What came of the axes of one kind."""
     none, one, several, unknown, real = ([r for r in results if r.case.kind == kind] for kind in KINDS)
-    lines = _goals(none, one, several, unknown)
-    grades = sorted({r.sensors for r in results})
-    lines += [
-        "",
-        "## No effect",
-        "",
-        "| sensors | sessions | silent | verdict adequate |",
-        "|---|---|---|---|",
-    ]
-    for grade in grades:
+    lines = [*_goals(none, one, several, unknown), "", "## No effect", ""]
+    rows: list[tuple[object, ...]] = []
+    for grade in sorted({r.sensors for r in results}):
         some = [r for r in none if r.sensors == grade]
         adequate = sum(r.verdict == "adequate" for r in some)
-        lines.append(f"| {grade} | {len(some)} | {sum(not r.extra for r in some)} | {adequate} |")
-    lines += ["", *_wrong(none)]
-    lines += ["## One effect", "", "| effect | sessions | first | exact | sizes |", "|---|---|---|---|---|"]
+        rows.append((grade, len(some), sum(not r.extra for r in some), adequate))
+    lines += markdown.table(("sensors", "sessions", "silent", "verdict adequate"), rows)
+    lines += ["", *_wrong(none), "## One effect", ""]
+    rows = []
     for name in EFFECTS:
         some = [r for r in one if r.case.what == (name,)]
         if not some:
             continue
         sizes = [r.size[0] for r in some if r.size and np.isfinite(r.size[0])]
         span = f"{min(sizes):.1f} to {max(sizes):.1f}" if sizes else "late readings"
-        lines.append(
-            f"| {name} | {len(some)} | {sum(r.first for r in some)} | {sum(r.named for r in some)} | {span} |"
-        )
-    lines += ["", *_wrong(one), "## Two or three effects", "", *_wrong(several)]
-    lines += [
-        "## Not in the library",
-        "",
-        "| disturbance | sessions | unexplained | right variable | falsely explained |",
-        "|---|---|---|---|---|",
-    ]
+        rows.append((name, len(some), sum(r.first for r in some), sum(r.named for r in some), span))
+    lines += markdown.table(("effect", "sessions", "first", "exact", "sizes"), rows)
+    lines += ["", *_wrong(one), "## Two or three effects", "", *_wrong(several), "## Not in the library", ""]
+    rows = []
     for kind in dict.fromkeys([*DISTURBANCES, *OTHER_DISTURBANCES]):
         some = [r for r in unknown if r.case.what == (kind,)]
         if some:
             tests = (_unexplained, _right_variable, _falsely)
-            lines.append(
-                f"| {kind} | {' | '.join(map(str, [len(some), *(sum(map(t, some)) for t in tests)]))} |"
-            )
+            rows.append((kind, len(some), *(sum(map(test, some)) for test in tests)))
+    head = ("disturbance", "sessions", "unexplained", "right variable", "falsely explained")
+    lines += markdown.table(head, rows)
     lines += ["", *_wrong(unknown, lambda r: _right_variable(r) and not _falsely(r))]
     if real:
         lines += ["## Like a real joint", "", *_real(real)]
@@ -105,13 +94,14 @@ def _section(results: Sequence[Result]) -> list[str]:
 
 def _real(results: Sequence[Result]) -> list[str]:
     """Effects that were there and named; those that were not there."""
-    lines = ["| effect | stands out | named |", "|---|---|---|"]
+    rows = []
     for name in dict.fromkeys(n for r in results for n in r.effects):
         some = [r for r in results if name in r.effects]
         named = sum(name in {n for f in r.found for n in (f, *r.alternatives.get(f, []))} for r in some)
-        lines.append(f"| {name} | {len(some)} | {named} |")
+        rows.append((name, len(some), named))
     false = Counter(n for r in results for n in r.extra)
     told = ", ".join(f"{n} ({k})" for n, k in false.most_common()) or "none"
+    lines = markdown.table(("effect", "stands out", "named"), rows)
     return [*lines, "", f"Named though not there, in {len(results)} sessions: {told}.", ""]
 
 
@@ -170,7 +160,7 @@ def _goals(
             _share([*none, *both, *unknown], lambda r: bool(r.absurd or r.failed)),
         ),
     ]
-    return ["| | goal | found |", "|---|---|---|", *(f"| {a} | {b} | {c} |" for a, b, c in rows)]
+    return ["| | goal | found |", "|---|---|---|", *map(markdown.row, rows)]
 
 
 def _holds_coulomb(result: Result) -> bool:

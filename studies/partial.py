@@ -18,6 +18,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import click
@@ -28,7 +29,7 @@ from idtool.cli.commands import ffc_id
 from idtool.errors import InputError
 from idtool.log import Log
 from idtool.parameters import Parameter, Parameters
-from pages.markdown import with_made
+from pages import markdown
 from testbench.cases import EFFECTS, draw_effects
 from testbench.other_plants.effects import EFFECTS as OTHER_EFFECTS
 from testbench.other_plants.physics import Axis
@@ -207,19 +208,18 @@ def study(each: int, effects: Sequence[str] = (), kinds: Sequence[str] = _AXES) 
 
 def table(found: Sequence[Told]) -> str:
     """One row an effect, and one for each kind of axis together."""
-    lines = [
-        "| effect | " + " | ".join(f"{axes}, {one}" for axes in _AXES for one in _COMMANDS) + " |",
-        "|---|" + "---|" * (len(_AXES) * len(_COMMANDS)),
-    ]
     groups: dict[tuple[str, str, str], list[Told]] = defaultdict(list)
     for one in found:
         groups[one.effect, one.axes, one.command].append(one)
         if one.effect != NONE:
             groups["together", one.axes, one.command].append(one)
-    for effect in [*dict.fromkeys(one.effect for one in found), "together"]:
-        cells = [_cell(groups[effect, axes, command]) for axes in _AXES for command in _COMMANDS]
-        lines.append("| " + " | ".join([effect.replace("_", " "), *cells]) + " |")
-    return "\n".join(lines) + "\n"
+    columns = list(product(_AXES, _COMMANDS))
+    rows = [
+        [effect.replace("_", " "), *(_cell(groups[effect, axes, command]) for axes, command in columns)]
+        for effect in [*dict.fromkeys(one.effect for one in found), "together"]
+    ]
+    head = ["effect", *(f"{axes}, {command}" for axes, command in columns)]
+    return "\n".join(markdown.table(head, rows)) + "\n"
 
 
 def _cell(group: Sequence[Told]) -> str:
@@ -278,7 +278,7 @@ def main(each: int, effects: tuple[str, ...], kinds: tuple[str, ...], out: Path)
     """Run the study and write its part of the page."""
     found = section(study(each, effects, kinds), each)
     page = out.read_text(encoding="utf-8")
-    out.write_text(with_made(page, "single fits", found, "study-partial"), encoding="utf-8")
+    out.write_text(markdown.with_made(page, "single fits", found, "study-partial"), encoding="utf-8")
     click.echo(f"written: {out}")
 
 

@@ -27,7 +27,7 @@ from idtool.log import Log
 from idtool.parameters import Parameter
 from idtool.rig.dynamixel.servo import WATCHDOG_S
 from idtool.rig.opening import read_plant
-from pages.markdown import keeping_made
+from pages import markdown
 from testbench.bench import BAUD, Bench
 from testbench.kill import RECIPE, Killed, killed
 
@@ -211,29 +211,26 @@ def page(repeats: int, kills: int) -> str:
 
 
 def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
-    lines = [
-        "## What ends a run",
-        "",
-        "Each at a random instant of a motion at 0.5 rad/s.",
-        "",
-        "| what happens | told as | runs | stood still after, longest | stayed | settings put back "
-        "| logs read back | last second |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for word, runs in ends.items():
-        cells = [
+    rows = [
+        (
             ENDING[word],
             ", ".join(f"`{kind}`" for kind in sorted({r.kind for r in runs})),
-            str(len(runs)),
+            len(runs),
             f"{1e3 * max(r.stood_after_s for r in runs):.0f} ms",
             _share([r.stands for r in runs]),
             _share([r.restored for r in runs]),
             _share([r.rows > 0 for r in runs]),
             f"{np.median([r.history_s for r in runs]):.2f} s",
-        ]
-        lines.append("| " + " | ".join(cells) + " |")
+        )
+        for word, runs in ends.items()
+    ]
+    head = ("what happens", "told as", "runs", "stood still after, longest", "stayed", "settings put back")
     return [
-        *lines,
+        "## What ends a run",
+        "",
+        "Each at a random instant of a motion at 0.5 rad/s.",
+        "",
+        *markdown.table((*head, "logs read back", "last second"), rows),
         "",
         "Where the servo can no longer be reached, its settings stay, and its own watchdog has stopped it.",
         "Where the torque goes off the deflected bristles spring back by some milliradians, which counts as",
@@ -243,24 +240,20 @@ def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
 
 
 def _bus_table(bus: dict[str, list[Survived]]) -> list[str]:
-    lines = [
-        "## What a run survives",
-        "",
-        "| on the bus | finished | packets hit | asked again | late samples | longest period | wrong rows |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for word, runs in bus.items():
-        cells = [
+    rows = [
+        (
             f"`{word}`",
             _share([r.finished for r in runs]),
-            str(sum(r.struck for r in runs)),
-            str(sum(r.retries for r in runs)),
+            sum(r.struck for r in runs),
+            sum(r.retries for r in runs),
             f"{100 * sum(r.overruns for r in runs) / max(sum(r.samples for r in runs), 1):.1f} %",
             f"{1e3 * max(r.longest_s for r in runs):.0f} ms",
-            str(sum(r.wrong for r in runs)),
-        ]
-        lines.append("| " + " | ".join(cells) + " |")
-    return lines
+            sum(r.wrong for r in runs),
+        )
+        for word, runs in bus.items()
+    ]
+    head = ("on the bus", "finished", "packets hit", "asked again", "late samples", "longest period")
+    return ["## What a run survives", "", *markdown.table((*head, "wrong rows"), rows)]
 
 
 def _kill_text(dead: list[Killed]) -> list[str]:
@@ -280,24 +273,22 @@ def _kill_text(dead: list[Killed]) -> list[str]:
 
 
 def _session_table(session: dict[int, dict[str, tuple[float, Parameter]]]) -> list[str]:
-    lines = [
+    rows = []
+    for name, (truth, _) in next(iter(session.values())).items():
+        back = (found[name][1] for found in session.values())
+        cells = (
+            f"{one.value:.4g} ± {one.stderr or math.nan:.1g} ({100 * (one.value / truth - 1):+.1f} %)"
+            for one in back
+        )
+        rows.append((name.replace("_", " "), f"{truth:g}", *cells))
+    return [
         "## What comes back through the bus",
         "",
         "A whole session (gravity, sweep, sine) on the virtual servo in front of `sim:bench`, identified",
         "from its logs. The servo measures in its own coarse units: 1.5 mrad, 0.024 rad/s, 2.69 mA.",
         "",
-        "| parameter | truth | " + " | ".join(f"{baud} baud" for baud in session) + " |",
-        "|---|---|" + "---|" * len(session),
+        *markdown.table(("parameter", "truth", *(f"{baud} baud" for baud in session)), rows),
     ]
-    for name in next(iter(session.values())):
-        truth = next(iter(session.values()))[name][0]
-        cells = [
-            f"{found[name][1].value:.4g} ± {found[name][1].stderr or math.nan:.1g} "
-            f"({100 * (found[name][1].value / truth - 1):+.1f} %)"
-            for found in session.values()
-        ]
-        lines.append(f"| {name.replace('_', ' ')} | {truth:g} | " + " | ".join(cells) + " |")
-    return lines
 
 
 def _share(good: list[bool]) -> str:
@@ -340,7 +331,7 @@ _REMARKS = (
 def main(repeats: int, kills: int, out: Path) -> None:
     """Run the study and write its page."""
     before = out.read_text(encoding="utf-8") if out.exists() else ""
-    text = keeping_made(page(repeats, kills), before)
+    text = markdown.keeping_made(page(repeats, kills), before)
     out.write_text(text, encoding="utf-8")
     click.echo(text)
 
