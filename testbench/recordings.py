@@ -84,28 +84,54 @@ _BY_RUN: dict[str, Any] = {"trial_by": "run"}
 _JOINT_1: dict[str, Any] = {"trial_by": "run", "where": {"joint": ["1"]}}
 
 
-def _psm(joint: int) -> dict[str, Any]:
-    """Columns of a joint of the PSM; the third slides."""
-    position, velocity, torque = (
-        ("position_m", "velocity_m_s", "force_n")
-        if joint == 3
-        else ("position_rad", "velocity_rad_s", "torque_nm")
-    )
-    unit = {"position_m": "m", "position_rad": "rad"}[position]
-    effort = "n" if joint == 3 else "nm"
-    return {
-        "mapping": {
-            "time_s": "time_nominal_s",
-            position: f"position_j{joint}_{unit}",
-            velocity: f"velocity_j{joint}_{unit}_s",
-            torque: f"effort_j{joint}_{effort}",
-        }
+def _psm(joint: int, payload: str = "", others: tuple[str, ...] = ()) -> Recording:
+    """A joint of the PSM, without a payload or with one; the third slides."""
+    slides = joint == 3
+    length, effort = ("m", "n") if slides else ("rad", "nm")
+    mapping = {
+        "time_s": "time_nominal_s",
+        f"position_{length}": f"position_j{joint}_{length}",
+        f"velocity_{length}_s": f"velocity_j{joint}_{length}_s",
+        "force_n" if slides else "torque_nm": f"effort_j{joint}_{effort}",
     }
+    what = f", {payload}" if payload else " (insertion, linear)" if slides else ""
+    return Recording(
+        f"psm_{joint}{'_loaded' if payload else ''}",
+        f"da Vinci PSM, joint {joint}{what}",
+        DVRK,
+        f"dvrk_psm_payload/psm_payload_{'105g_parallel' if payload else 'none'}.csv.gz",
+        {"mapping": mapping},
+        gravity=not slides,
+        others=others,
+        beyond="" if slides else "three coupled joints move together",
+    )
 
 
 def _cicese(joint: int) -> dict[str, Any]:
     mapping = {"position_rad": f"position{joint}_rad", "torque_nm": f"torque{joint}_cmd_nm"}
     return {"mapping": mapping, "trial_by": "run"}
+
+
+def _dfki(
+    name: str,
+    what: str,
+    file: str = "",
+    gravity: str = "3.31 (another file of the source: 2.14)",
+    others: tuple[str, ...] = (),
+    beyond: str = "",
+    remark: str = "",
+) -> Recording:
+    return Recording(
+        f"dfki_{name}",
+        f"DFKI pendulum (AK80-6), {what}",
+        DFKI,
+        f"dfki_pendulum_ak80/{file or name}.csv.gz",
+        gravity=True,
+        published=(("gravity, sin q, N m", gravity, _gravity("sin")),),
+        others=others,
+        beyond=beyond,
+        remark=remark,
+    )
 
 
 def _damiao(number: int, kind: str, published: tuple[str, str, str]) -> Recording:
@@ -245,41 +271,25 @@ RECORDINGS = (
     _damiao(1, "dm8009", ("0.310", "0.0867", "0.0227")),
     _damiao(3, "dm4340", ("0.452", "0.1088", "0.0566")),
     _damiao(5, "dm4310", ("0.101", "0.00586", "0.00107")),
-    Recording(
-        "dfki_ddp",
-        "DFKI pendulum (AK80-6), ddp",
-        DFKI,
-        "dfki_pendulum_ak80/ddp.csv.gz",
-        gravity=True,
-        published=(("gravity, sin q, N m", "3.31 (another file of the source: 2.14)", _gravity("sin")),),
-        others=("dfki_collocation", "dfki_pd"),
-    ),
-    Recording(
-        "dfki_collocation",
-        "DFKI pendulum (AK80-6), direct collocation",
-        DFKI,
-        "dfki_pendulum_ak80/direct_collocation.csv.gz",
-        gravity=True,
-        published=(("gravity, sin q, N m", "3.31 (another file of the source: 2.14)", _gravity("sin")),),
+    _dfki("ddp", "ddp", others=("dfki_collocation", "dfki_pd")),
+    _dfki(
+        "collocation",
+        "direct collocation",
+        "direct_collocation",
         others=("dfki_ddp",),
         remark="3.5 s: one swing-up.",
     ),
-    Recording(
-        "dfki_pd",
-        "DFKI pendulum (AK80-6), PD",
-        DFKI,
-        "dfki_pendulum_ak80/pd_system_identification.csv.gz",
-        gravity=True,
-        published=(("gravity, sin q, N m", "3.31 (another file of the source: 2.14)", _gravity("sin")),),
+    _dfki(
+        "pd",
+        "PD",
+        "pd_system_identification",
         beyond="the torque chatters up to 17 N m, where the axis needs 3",
     ),
-    Recording(
-        "dfki_hand",
-        "DFKI pendulum (AK80-6), moved by hand",
-        DFKI,
-        "dfki_pendulum_ak80/gravity_compensation_hand_moved.csv.gz",
-        gravity=True,
-        published=(("gravity, sin q, N m", "3.31, as the controller commands", _gravity("sin")),),
+    _dfki(
+        "hand",
+        "moved by hand",
+        "gravity_compensation_hand_moved",
+        "3.31, as the controller commands",
         beyond="a hand moves the arm, which nobody measured; the torque is the controller's command",
     ),
     Recording(
@@ -290,60 +300,12 @@ RECORDINGS = (
         {"mapping": {"time_s": "time_nominal_s"}},
         remark="A cable pulls like a nonlinear spring.",
     ),
-    Recording(
-        "psm_1",
-        "da Vinci PSM, joint 1",
-        DVRK,
-        "dvrk_psm_payload/psm_payload_none.csv.gz",
-        _psm(1),
-        gravity=True,
-        others=("psm_1_loaded",),
-        beyond="three coupled joints move together",
-    ),
-    Recording(
-        "psm_1_loaded",
-        "da Vinci PSM, joint 1, 105 g",
-        DVRK,
-        "dvrk_psm_payload/psm_payload_105g_parallel.csv.gz",
-        _psm(1),
-        gravity=True,
-        beyond="three coupled joints move together",
-    ),
-    Recording(
-        "psm_2",
-        "da Vinci PSM, joint 2",
-        DVRK,
-        "dvrk_psm_payload/psm_payload_none.csv.gz",
-        _psm(2),
-        gravity=True,
-        others=("psm_2_loaded",),
-        beyond="three coupled joints move together",
-    ),
-    Recording(
-        "psm_2_loaded",
-        "da Vinci PSM, joint 2, 105 g",
-        DVRK,
-        "dvrk_psm_payload/psm_payload_105g_parallel.csv.gz",
-        _psm(2),
-        gravity=True,
-        beyond="three coupled joints move together",
-    ),
-    Recording(
-        "psm_3",
-        "da Vinci PSM, joint 3 (insertion, linear)",
-        DVRK,
-        "dvrk_psm_payload/psm_payload_none.csv.gz",
-        _psm(3),
-        others=("psm_3_loaded",),
-    ),
-    Recording(
-        "psm_3_loaded",
-        "da Vinci PSM, joint 3, 105 g",
-        DVRK,
-        "dvrk_psm_payload/psm_payload_105g_parallel.csv.gz",
-        _psm(3),
-        others=("psm_3",),
-    ),
+    _psm(1, others=("psm_1_loaded",)),
+    _psm(1, "105 g"),
+    _psm(2, others=("psm_2_loaded",)),
+    _psm(2, "105 g"),
+    _psm(3, others=("psm_3_loaded",)),
+    _psm(3, "105 g", others=("psm_3",)),
     _hsm("pos_0.06", ("hsm_pos_0.065", "hsm_neg_0.04", "hsm_neg_0.045")),
     _hsm("pos_0.065"),
     _hsm("neg_0.04", ("hsm_neg_0.045",)),
