@@ -5,23 +5,16 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 from idtool.virtual_servo.axis import VirtualAxis
+from idtool.virtual_servo.decoder import Decoder
 
 COUNT_RAD = 2.0 * math.pi / 4096
 #: Position of the middle of a turn, counts: zero of the simulated axis.
 CENTRE = 2048
 #: Bit of an overload in the error status of either vendor.
 OVERLOAD = 0x20
-
-
-class Decoder(Protocol):
-    """Finds packets in a stream of bytes."""
-
-    def feed(self, data: bytes) -> Iterator[Any]:
-        """Packets that these bytes complete, in order."""
-        ...
 
 
 class VirtualServo(ABC):

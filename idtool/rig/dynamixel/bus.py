@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
@@ -61,13 +61,8 @@ class Present:
     temperature: int
 
 
-def vendor_sdk() -> Any:
-    """The SDK.
-
-    Raises:
-        RigFault: it is not installed.
-    """
-    return import_sdk("dynamixel_sdk", "a DYNAMIXEL servo", "dynamixel")
+#: The SDK; a `RigFault` where it is not installed.
+vendor_sdk = partial(import_sdk, "dynamixel_sdk", "a DYNAMIXEL servo", "dynamixel")
 
 
 class Bus(Transactions):

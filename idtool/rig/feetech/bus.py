@@ -9,7 +9,7 @@ at one of eight registers and all end at the last one that is of use. Checked ag
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
@@ -59,13 +59,8 @@ class Present:
     temperature: int
 
 
-def vendor_sdk() -> Any:
-    """The SDK.
-
-    Raises:
-        RigFault: it is not installed.
-    """
-    return import_sdk("scservo_sdk", "a Feetech servo", "feetech")
+#: The SDK; a `RigFault` where it is not installed.
+vendor_sdk = partial(import_sdk, "scservo_sdk", "a Feetech servo", "feetech")
 
 
 class Bus(Transactions):

@@ -8,8 +8,9 @@ e-Manual, "DYNAMIXEL Protocol 2.0" and "CRC Calculation".
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
 from dataclasses import dataclass
+
+from idtool.virtual_servo import decoder
 
 HEADER = b"\xff\xff\xfd\x00"
 BROADCAST = 0xFE
@@ -86,36 +87,18 @@ def encode(packet: Packet) -> bytes:
     return head + struct.pack("<H", crc16(head))
 
 
-class Decoder:
-    """Finds packets in a stream of bytes, whatever stands between them."""
+class Decoder(decoder.Decoder):
+    """Finds packets, damaged ones too."""
 
-    def __init__(self) -> None:
-        self._buffer = b""
+    header, prefix = HEADER, _PREFIX
 
-    def feed(self, data: bytes) -> Iterator[Packet | Damaged]:
-        """Packets that these bytes complete, in order."""
-        self._buffer += data
-        while True:
-            start = self._buffer.find(HEADER)
-            if start < 0:
-                self._buffer = self._buffer[-(len(HEADER) - 1) :]  # a header may be arriving
-                return
-            self._buffer = self._buffer[start:]
-            if len(self._buffer) < _PREFIX:
-                return
-            whose, length = struct.unpack_from("<BH", self._buffer, len(HEADER))
-            if not _SHORTEST <= length <= LONGEST:
-                self._buffer = self._buffer[1:]
-                continue
-            end = _PREFIX + length
-            if len(self._buffer) < end:
-                return
-            whole = self._buffer[:end]
-            if crc16(whole[:-2]) != int.from_bytes(whole[-2:], "little"):
-                # its length may be what is wrong, and a good packet may begin inside it
-                self._buffer = self._buffer[1:]
-                yield Damaged(whose)
-                continue
-            self._buffer = self._buffer[end:]
-            body = whole[_PREFIX:-2].replace(_STUFFED, _PATTERN)
-            yield Packet(whose, body[0], body[1:])
+    def _length(self) -> int | None:
+        (length,) = struct.unpack_from("<H", self._buffer, len(HEADER) + 1)
+        return length if _SHORTEST <= length <= LONGEST else None
+
+    def _packet(self, whole: bytes) -> tuple[bool, Packet | Damaged]:
+        whose = whole[len(HEADER)]
+        if crc16(whole[:-2]) != int.from_bytes(whole[-2:], "little"):
+            return False, Damaged(whose)
+        body = whole[_PREFIX:-2].replace(_STUFFED, _PATTERN)
+        return True, Packet(whose, body[0], body[1:])

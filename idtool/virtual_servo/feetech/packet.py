@@ -7,8 +7,9 @@ protocol manual".
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+
+from idtool.virtual_servo import decoder
 
 HEADER = b"\xff\xff"
 BROADCAST = 0xFE
@@ -46,35 +47,17 @@ def encode(packet: Packet) -> bytes:
     return HEADER + body + bytes([checksum(body)])
 
 
-class Decoder:
-    """Finds packets in a stream of bytes, whatever stands between them; damaged ones are nobody's."""
+class Decoder(decoder.Decoder):
+    """Finds packets; damaged ones are nobody's."""
 
-    def __init__(self) -> None:
-        self._buffer = b""
+    header, prefix = HEADER, _PREFIX
 
-    def feed(self, data: bytes) -> Iterator[Packet]:
-        """Packets that these bytes complete, in order."""
-        self._buffer += data
-        while True:
-            start = self._buffer.find(HEADER)
-            if start < 0:
-                self._buffer = self._buffer[-1:]  # a header may be arriving
-                return
-            self._buffer = self._buffer[start:]
-            if len(self._buffer) < _PREFIX:
-                return
-            length = self._buffer[3]
-            # a third FF belongs to a longer run of them, and no id is that high
-            if self._buffer[2] == 0xFF or not _SHORTEST <= length <= _LONGEST:
-                self._buffer = self._buffer[1:]
-                continue
-            end = _PREFIX + length
-            if len(self._buffer) < end:
-                return
-            whole = self._buffer[:end]
-            if checksum(whole[2:-1]) != whole[-1]:
-                # its length may be what is wrong, and a good packet may begin inside it
-                self._buffer = self._buffer[1:]
-                continue
-            self._buffer = self._buffer[end:]
-            yield Packet(whole[2], whole[4], whole[5:-1])
+    def _length(self) -> int | None:
+        # a third FF belongs to a longer run of them, and no id is that high
+        whose, length = self._buffer[2:_PREFIX]
+        return length if whose != 0xFF and _SHORTEST <= length <= _LONGEST else None
+
+    def _packet(self, whole: bytes) -> tuple[bool, Packet | None]:
+        if checksum(whole[2:-1]) != whole[-1]:
+            return False, None
+        return True, Packet(whole[2], whole[4], whole[5:-1])
