@@ -334,21 +334,17 @@ def _doubted(fit: JointFit) -> tuple[JointFit, list[str]]:
     from idtool.diagnosis.suspects import allowing_for, suspects
 
     left = remainder(fit)
-    if left is None:
-        found = suspects(fit)
-        if not found:
-            return fit, []
+    if left is not None:
+        follows = f"follows the {', the '.join(left.depends_on)}" if left.depends_on else "is no noise"
+        lacks = f"what it leaves {follows} ({100.0 * left.share:.0f} % of its square)"
+        fit = doubted(fit, left)
+    elif found := suspects(fit):
         names = " or ".join(one.effect.name for one in found[:3])
-        what = (
-            f"the model lacks something: {names} would explain a part of what looks like noise. The "
-            "intervals allow for what that can have done; ffc-id identify with all logs of the axis looks "
-            "for it."
-        )
-        return allowing_for(fit, found), [what]
-    follows = f"follows the {', the '.join(left.depends_on)}" if left.depends_on else "is no noise"
-    what = (
-        f"the model lacks something: what it leaves {follows} ({100.0 * left.share:.0f} % of its square). "
-        "The intervals allow for what that can have done; ffc-id identify with all logs of the axis looks "
-        "for it."
-    )
-    return doubted(fit, left), [what]
+        lacks = f"{names} would explain a part of what looks like noise"
+        fit = allowing_for(fit, found)
+    else:
+        return fit, []
+    return fit, [
+        f"the model lacks something: {lacks}. The intervals allow for what that can have done; "
+        "ffc-id identify with all logs of the axis looks for it."
+    ]

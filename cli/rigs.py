@@ -40,10 +40,7 @@ def rigs(output: Output, scan: str | None) -> int:
     found = named_rigs()
     others = forms()
 
-    def show(console: Console) -> None:
-        _list(console, {**found, **others})
-
-    output.result({"rigs": found, "forms": others}, show)
+    output.result({"rigs": found, "forms": others}, lambda console: _list(console, {**found, **others}))
     output.next("run-sweep", "--rig", EXAMPLE_RIG, "-o", "sweep.csv")
     return 0
 
@@ -74,10 +71,8 @@ def _scan(device: str, output: Output) -> int:
         for s in servos
     ]
 
-    def show(console: Console) -> None:
-        _list(console, {s.spec: s.model or f"model number {s.model_number}, not known" for s in servos})
-
-    output.result({"servos": document}, show)
+    words = {s.spec: s.model or f"model number {s.model_number}, not known" for s in servos}
+    output.result({"servos": document}, lambda console: _list(console, words))
     if not servos:
         raise RigFault(f"no servo answered on {', '.join(devices)}; check its power and its cable")
     return 0

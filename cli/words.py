@@ -56,7 +56,7 @@ def complete_rig(_: click.Context, __: click.Parameter, incomplete: str) -> list
         known = [*(f"sim:{name}" for name in rig_names()), "dynamixel:", "feetech:", "replay:", *others]
         return _items(word for word in known if word.startswith(incomplete))
     if kind == "sim":
-        found = [name for name in rig_names() if name.startswith(rest)] + list(_paths(rest, (".toml",)))
+        found = _names_or_files(rig_names(), rest)
     elif kind == "replay":
         found = list(_paths(rest, (".csv", ".gz")))
     elif kind == "dynamixel":
@@ -69,8 +69,7 @@ def complete_rig(_: click.Context, __: click.Parameter, incomplete: str) -> list
 
 def complete_recipe(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
     """Bundled recipes and recipe files."""
-    names = [name for name in recipe_names() if name.startswith(incomplete)]
-    return _items([*names, *_paths(incomplete, (".toml",))])
+    return _items(_names_or_files(recipe_names(), incomplete))
 
 
 def complete_bundled(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
@@ -80,8 +79,7 @@ def complete_bundled(_: click.Context, __: click.Parameter, incomplete: str) -> 
 
 def complete_plant(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
     """Simulated rigs without their "sim:", and plant files."""
-    names = [name for name in rig_names() if name.startswith(incomplete)]
-    return _items([*names, *_paths(incomplete, (".toml",))])
+    return _items(_names_or_files(rig_names(), incomplete))
 
 
 def complete_effect(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
@@ -95,6 +93,11 @@ def _inside(folder: str) -> Path:
 
     spec = find_spec(f"idtool.{folder}")
     return Path(spec.submodule_search_locations[0]) if spec and spec.submodule_search_locations else _PACKAGE
+
+
+def _names_or_files(names: list[str], start: str) -> list[str]:
+    """Names and TOML files that begin so."""
+    return [*(name for name in names if name.startswith(start)), *_paths(start, (".toml",))]
 
 
 def _paths(start: str, endings: tuple[str, ...]) -> Iterator[str]:

@@ -11,7 +11,6 @@ the one (two's complement) and hold a sign and a size on the other (bit 10).
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -33,12 +32,7 @@ _MEANINGS: tuple[Meaning, ...] = (
 #: How the motor's name begins, counts at full duty, and the bit of the sign (16: two's complement).
 _FULL_DUTY: tuple[tuple[str, float, int], ...] = (
     ("sts", 1000.0, 10),
-    ("xl", 885.0, 16),
-    ("xc", 885.0, 16),
-    ("xm", 885.0, 16),
-    ("xh", 885.0, 16),
-    ("xd", 885.0, 16),
-    ("mx", 885.0, 16),
+    *((series, 885.0, 16) for series in ("xl", "xc", "xm", "xh", "xd", "mx")),
 )
 #: What a log of BAM says of the load, and how `[axis]` calls it (a rod's own mass, `arm_mass`, is apart).
 _PENDULUM = {"mass": "mass_kg", "length": "lever_m"}
@@ -132,4 +126,4 @@ def _current(frame: pd.DataFrame) -> Meaning | None:
 
 def _plain(value: Any) -> bool:
     """Whether TOML can hold it and it says something."""
-    return isinstance(value, str | bool | int | float) and not isinstance(value, Mapping)
+    return isinstance(value, str | bool | int | float)

@@ -87,11 +87,9 @@ def _row_of_units(names: list[str], body: list[str], delimiter: str) -> dict[str
 
 
 def _decode(raw: bytes) -> str:
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        encodings = ["utf-16"]
-    else:
-        encodings = ["utf-8-sig", "latin-1"]  # every byte is a character of the second: control ones tell
-    for encoding in encodings:
+    wide = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
+    # every byte is a character of the last: control ones tell
+    for encoding in ["utf-16"] if wide else ["utf-8-sig", "latin-1"]:
         try:
             text = raw.decode(encoding)
         except UnicodeDecodeError:
@@ -111,12 +109,10 @@ def _fields(line: str, delimiter: str) -> list[str]:
     if delimiter == " ":
         return line.split()
     try:
-        return [
-            field.strip()
-            for field in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
-        ]
+        fields = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
     except csv.Error:
-        return [field.strip() for field in line.split(delimiter)]
+        fields = line.split(delimiter)
+    return [field.strip() for field in fields]
 
 
 def _table(names: list[str], body: list[str], delimiter: str, first: int) -> pd.DataFrame:

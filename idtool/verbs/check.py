@@ -268,14 +268,9 @@ def _determine(
     payloads = 0 if motion.payload is None else len(np.unique(np.round(motion.payload, 3)))
     if motion.payload is not None or motion.gravity_factor is not None:
         never = "" if acting else "gravity never acts in these logs"
-        judge("gravity: base", ["gravity.base"], "gravity acts", never, run_command(recording, "gravity"))
-        judge(
-            "gravity: per payload",
-            ["gravity.per_payload"],
-            f"{payloads} payloads",
-            never,
-            run_command(recording, "gravity"),
-        )
+        run = run_command(recording, "gravity")
+        judge("gravity: base", ["gravity.base"], "gravity acts", never, run)
+        judge("gravity: per payload", ["gravity.per_payload"], f"{payloads} payloads", never, run)
     speeds = sorted({round(abs(speed), 3) for speed, _ in constant_speeds(motion)})
     moving = np.abs(motion.velocity) > 1e-3 * float(np.max(np.abs(motion.velocity)))
     reversals = int(np.count_nonzero(np.diff(np.sign(motion.velocity[moving]))))
