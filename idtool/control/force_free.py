@@ -224,8 +224,7 @@ class ForceFreeController:
 
         Args:
             position_rad, velocity_rad_s, current_a: measured, rad, rad/s (m, m/s) and A; V at the motor in
-            place
-                of A where the file's constant is of a voltage.
+                place of A where the file's constant is of a voltage.
             payload_kg: what the axis carries.
             tilt_alpha_rad, tilt_beta_rad: tilt, as in logs.
             temperature_degc: for a file with `thermal_drift` by a sensor.

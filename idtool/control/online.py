@@ -70,9 +70,9 @@ class OnlineModel:
     """Gravity, friction and effects of a parameter file, evaluated sample by sample.
 
     Attributes:
-        torque_constant: what leads from a reading of the motor, A or V, to the torque of the file. back_emf:
-        by how much of the speed such a reading of a voltage is larger, V s/rad (V s/m); 0 where that is
-            a part of the file's viscous friction.
+        torque_constant: what leads from a reading of the motor, A or V, to the torque of the file.
+        back_emf: by how much of the speed such a reading of a voltage is larger, V s/rad (V s/m); 0 where
+            that is a part of the file's viscous friction.
         bristle: deflection z, rad (m); the controller may correct it while the axis rests.
         skipped: effects of the file that cannot act here, each as a sentence.
     """
