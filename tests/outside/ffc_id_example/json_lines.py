@@ -20,7 +20,7 @@ def read(raw: bytes, file: Path) -> Table:
     try:
         rows = [json.loads(line) for line in raw.splitlines() if line.strip()]
     except ValueError as error:
-        raise InputError("is not one JSON object a line", file=file, remedy="export it as CSV") from error
+        raise InputError("is not one JSON object a line", remedy="export it as CSV") from error
     frame = pd.DataFrame(rows)
     return Table(frame, meanings={m.source: m for m in MEANINGS if m.source in frame})
 
