@@ -1,6 +1,6 @@
 """BAM's own models fitted to what docs/simulation.md fits ours to, and judged alike: docs/bam.json.
 
-python -m studies.bam [--folder FOLDER]        (make study-bam, three quarters of an hour)
+python -m studies.bam [--folder FOLDER]        (make study-bam, twenty minutes of one core)
 
 `make study-simulate` then writes the page. Searched by CMA-ES as BAM does, from the middle of the ranges and
 then from points drawn in them, until as many evaluations are spent or a search comes to the same end as the
@@ -24,7 +24,7 @@ from idtool.io.atomic import atomic_write
 from idtool.log import Log
 from idtool.model.motion import Array
 from studies.measured import default_folder
-from studies.simulate import BAM, SPLITS, WHOLE, bam_logs
+from studies.simulate import BAM, SOURCES, SPLITS, WHOLE, bam_logs
 from testbench.bam import MODELS, RANGES, Swings
 
 SEEDS = (1, 2, 3)
@@ -101,8 +101,13 @@ def fit(model: str, seed: int, logs: Swings, out: Swings) -> Fitted:
     begin = time.process_time()
     values, evaluations = search(logs, model, seed)
     seconds = time.process_time() - begin
-    goal, effort = ([1e3 * one for one in out.errors(values, source)] for source in ("goal", "effort"))
-    return Fitted(model, seed, 1e3 * logs.cost(values), goal, effort, evaluations, seconds, values)
+    goal, effort = (_rounded([1e3 * one for one in out.errors(values, source)]) for source in SOURCES)
+    (fitted,) = _rounded([1e3 * logs.cost(values)])
+    return Fitted(model, seed, fitted, goal, effort, evaluations, round(seconds, 1), values)
+
+
+def _rounded(errors: Sequence[float]) -> list[float]:
+    return [round(one, 3) for one in errors]
 
 
 def fits_of(logs: Mapping[tuple[int, str], Log], left_out: Sequence[tuple[int, str]]) -> list[Fitted]:

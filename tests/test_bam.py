@@ -145,10 +145,10 @@ def test_ours_is_held_against_the_best_of_bam_s_fits() -> None:
     ours = {"goal": [10.0, 20.0, 60.0], "effort": [40.0, 40.0, 40.0]}
     one = LeftOut("gain 100", SimpleNamespace(evaluations=1500), 21.0, ours, theirs)  # type: ignore[arg-type]
     assert one.row == (
-        "| gain 100 | 30.0 (10, 20, 60) | 40.0 (M1: 40 to 60) | 0.75 | 40.0 (40, 40, 40) | "
-        "45.0 (M1: 45 to 50) | **0.89** | 1,500 in 21 s | 1,000 in 2 s |"
+        "| gain 100 | 30.0 (10, 20, 60) | 40.0 (M1: 40 to 60) | 0.750 | 40.0 (40, 40, 40) | "
+        "45.0 (M1: 45 to 50) | **0.889** | 1,500 in 21 s | 1,000 in 2 s |"
     )
     text = " ".join(verdict([one]).split())
     assert "From the goals ours is at most 0.8 of BAM's best in 1 of 1." in text
-    assert "From the duty ours is at most 0.8 of BAM's best in 0 of 1, not with gain 100 (0.89)." in text
+    assert "From the duty ours is at most 0.8 of BAM's best in 0 of 1, not with gain 100 (0.889)." in text
     assert "60 mrad from the goals and 45 from the duty" in text  # the fit nearest to its own logs
