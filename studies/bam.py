@@ -2,11 +2,7 @@
 
 python -m studies.bam [--folder FOLDER]        (make study-bam, twenty minutes of one core)
 
-`make study-simulate` then writes the page. Searched by CMA-ES as BAM does, from the middle of the ranges and
-then from points drawn in them, until as many evaluations are spent or a search comes to the same end as the
-best one before it.
-
-Source: Hansen, "The CMA Evolution Strategy: A Tutorial", 2016, by his own package (`cma`).
+`make study-simulate` then writes the page.
 """
 
 from __future__ import annotations
@@ -18,23 +14,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import click
-import numpy as np
 
 from idtool.io.atomic import atomic_write
 from idtool.log import Log
-from idtool.model.motion import Array
+from pages.simulation import BAM, SOURCES, WHOLE
 from studies.measured import default_folder
-from studies.simulate import BAM, SOURCES, SPLITS, WHOLE, bam_logs
-from testbench.bam import MODELS, RANGES, Swings
+from testbench.bam import MODELS, SPLITS, Swings, bam_logs, search
 
 SEEDS = (1, 2, 3)
-EVALUATIONS = 30_000
-#: Points of a generation, and the first spread as a share of the ranges.
-_POPULATION, _SPREAD = 30, 1.0 / 6.0
-#: A search ends where the cost of all points differs by less, rad.
-_FINE = 1e-6
-#: Two searches that end within this share of each other came to the same end.
-_SAME = 0.005
 
 
 @dataclass(frozen=True)
@@ -58,42 +45,6 @@ class Fitted:
     evaluations: int
     seconds: float
     values: dict[str, float]
-
-
-def search(
-    swings: Swings, model: str, seed: int, evaluations: int = EVALUATIONS
-) -> tuple[dict[str, float], int]:
-    """A model's parameters by CMA-ES, and how often the logs were simulated."""
-    import cma
-
-    names = MODELS[model]
-    low, high = np.array([RANGES[name] for name in names]).T
-
-    def values_at(share: Array) -> dict[str, float]:
-        return dict(zip(names, (low + share * (high - low)).tolist(), strict=True))
-
-    random = np.random.default_rng(seed)
-    start, best, least, spent = np.full(len(names), 0.5), {}, np.inf, 0
-    while evaluations - spent >= _POPULATION:
-        options = {
-            "bounds": [0.0, 1.0],
-            "popsize": _POPULATION,
-            "maxfevals": evaluations - spent,
-            "tolfun": _FINE,
-            "tolfunhist": 0.1 * _FINE,
-            "seed": int(random.integers(1, 2**31)),
-            "verbose": -9,
-        }
-        strategy = cma.CMAEvolutionStrategy(start, _SPREAD, options)
-        found = strategy.optimize(lambda share: swings.cost(values_at(share))).result
-        spent += int(found.evaluations)
-        again = abs(found.fbest - least) < _SAME * least
-        if found.fbest < least:
-            least, best = found.fbest, values_at(found.xbest)
-        if again:
-            break
-        start = random.uniform(size=len(names))
-    return best, spent
 
 
 def fit(model: str, seed: int, logs: Swings, out: Swings) -> Fitted:

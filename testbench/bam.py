@@ -22,21 +22,36 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from idtool.importing import import_recording
 from idtool.log import Log
 from idtool.model.jit import jit
 from idtool.model.motion import Array
+from idtool.simulation.stage import Source
 
-Source = Literal["goal", "effort"]
 STEP_S = 0.005
 #: Duty per rad of error and unit of the gain: counts of a turn over counts of duty, and the gain's divisor.
 ERROR_GAIN = 4096.0 / (2.0 * math.pi) / (256.0 * 885.0)
 _GRAVITY, _FASTEST = 9.80665, 100.0
 
+GAINS = (100, 200, 800)
+TRAJECTORIES = ("lift_and_drop", "sin_sin", "up_and_down")
+#: What is left out -> the logs (gain, trajectory) that no fit sees; and the name of leaving none out.
+SPLITS: dict[str, list[tuple[int, str]]] = {
+    **{f"gain {gain}": [(gain, kind) for kind in TRAJECTORIES] for gain in GAINS},
+    **{f"trajectory {kind}": [(gain, kind) for gain in GAINS] for kind in TRAJECTORIES},
+}
+EVALUATIONS = 30_000
+#: Points of a generation, and the first spread as a share of the ranges.
+_POPULATION, _SPREAD = 30, 1.0 / 6.0
+#: A search ends where the cost of all points differs by less, rad.
+_FINE = 1e-6
+#: Two searches that end within this share of each other came to the same end.
+_SAME = 0.005
 #: Name -> range that is searched. BAM's file for this servo begins `kt` at 0.3, above the 0.29 that BAM
 #: published for it.
 RANGES: dict[str, tuple[float, float]] = {
@@ -84,6 +99,15 @@ _ALIKE = {
     "load_friction_stribeck": ("load_friction_motor_stribeck", "load_friction_external_stribeck"),
 }
 _OFF = {"dtheta_stribeck": 1.0, "alpha": 1.0}
+
+
+def bam_logs(folder: Path) -> dict[tuple[int, str], Log]:
+    """The nine logs of the XL330."""
+    return {
+        (gain, kind): import_recording(folder / "xl330" / f"kp{gain}_{kind}.json.gz").log
+        for gain in GAINS
+        for kind in TRAJECTORIES
+    }
 
 
 @dataclass(frozen=True)
@@ -234,3 +258,45 @@ def _simulate(
             left = max(abs(free) - per_step * (level + viscous * speed), 0.0)
             w[trial] = math.copysign(min(left, _FASTEST), free)
             q[trial] += w[trial] * STEP_S
+
+
+def search(
+    swings: Swings, model: str, seed: int, evaluations: int = EVALUATIONS
+) -> tuple[dict[str, float], int]:
+    """A model's parameters by CMA-ES, and how often the logs were simulated.
+
+    From the middle of the ranges and then from points drawn in them, until as many evaluations are spent or a
+    search comes to the same end as the best one before it.
+
+    Source: Hansen, "The CMA Evolution Strategy: A Tutorial", 2016, by his own package.
+    """
+    import cma
+
+    names = MODELS[model]
+    low, high = np.array([RANGES[name] for name in names]).T
+
+    def values_at(share: Array) -> dict[str, float]:
+        return dict(zip(names, (low + share * (high - low)).tolist(), strict=True))
+
+    random = np.random.default_rng(seed)
+    start, best, least, spent = np.full(len(names), 0.5), {}, np.inf, 0
+    while evaluations - spent >= _POPULATION:
+        options = {
+            "bounds": [0.0, 1.0],
+            "popsize": _POPULATION,
+            "maxfevals": evaluations - spent,
+            "tolfun": _FINE,
+            "tolfunhist": 0.1 * _FINE,
+            "seed": int(random.integers(1, 2**31)),
+            "verbose": -9,
+        }
+        strategy = cma.CMAEvolutionStrategy(start, _SPREAD, options)
+        found = strategy.optimize(lambda share: swings.cost(values_at(share))).result
+        spent += int(found.evaluations)
+        again = abs(found.fbest - least) < _SAME * least
+        if found.fbest < least:
+            least, best = found.fbest, values_at(found.xbest)
+        if again:
+            break
+        start = random.uniform(size=len(names))
+    return best, spent
