@@ -40,7 +40,7 @@ _GRAVITY, _FASTEST = 9.80665, 100.0
 
 GAINS = (100, 200, 800)
 TRAJECTORIES = ("lift_and_drop", "sin_sin", "up_and_down")
-#: What is left out -> the logs (gain, trajectory) that no fit sees; and the name of leaving none out.
+#: What is left out -> the logs (gain, trajectory) that no fit sees.
 SPLITS: dict[str, list[tuple[int, str]]] = {
     **{f"gain {gain}": [(gain, kind) for kind in TRAJECTORIES] for gain in GAINS},
     **{f"trajectory {kind}": [(gain, kind) for gain in GAINS] for kind in TRAJECTORIES},
