@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from idtool.diagnosis.candidates import LEAST_GAIN, Selection
+from idtool.diagnosis.candidates import LEAST_GAIN, WORTH, Selection
 from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.diagnosis.held_out import held_out_squares, predicts_worse
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
@@ -66,8 +66,8 @@ def diagnose(
         base = selection.fit
     final, tests, left = search.finish(found)
     notes += _notes(shown, search.parts.recording, final)
-    if left and found.unnamed:
-        notes.append(f"{LOOKS_LIKE}: {'; '.join(found.unnamed.values())}.")
+    if left and (shapes := [words for words in found.unnamed.values() if words]):
+        notes.append(f"{LOOKS_LIKE}: {'; '.join(shapes)}.")
     return Diagnosis(
         split=shown,
         base=base,
@@ -92,7 +92,7 @@ class _Found:
         place: of that fit among those that were given.
         base: that fit on the training rows.
         selection: the effects that were found.
-        unnamed: shapes without a name that were taken out, and each in words.
+        unnamed: shapes without a name that were taken out, and each in words ("" for what is too small).
     """
 
     place: int
@@ -284,7 +284,8 @@ def _without_unnamed(selection: Selection) -> dict[Unnamed, str]:
     """Take the shapes without a name out of the model; those, and each in words."""
     fit = selection.fit
     shapes = [effect for effect in fit.model.spec.effects if isinstance(effect, Unnamed)]
-    told = {shape: shape.told(fit.model.effect_values(fit.x, shape), fit.model.recording) for shape in shapes}
+    matters = WORTH * fit.model.friction_sizes[0]
+    told = {shape: shape.told(fit, matters) for shape in shapes}
     if shapes:
         model, spec = selection.fit.model, selection.fit.model.spec
         for shape in shapes:

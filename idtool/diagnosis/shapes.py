@@ -9,16 +9,17 @@ end, and what it followed is called unexplained.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import ClassVar, final
 
 import numpy as np
 
 from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
+from idtool.fit.joint import JointFit, added_by
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 from idtool.model.units import unit_text
-from idtool.signals import Recording
 
 #: Places, and widths as shares of the range, from which a search starts.
 _PLACES = 32
@@ -96,14 +97,26 @@ class Unnamed(Effect):
             for place in range(_PLACES)
         ]
 
-    def told(self, values: Values, recording: Recording) -> str:
-        """What it looks like, in words. Its size is what it comes to on rows that are compared: its place may
-        lie beyond them."""
-        there, units = self.variable(recording.motion)[recording.row], recording.axis.units
-        most = np.max(self.shape(there, values["place"], values["log_width"]), initial=0.0)
-        size = f"{values['height'] * float(most):+.2g} {unit_text('torque', units)}"
-        place = f"{values['place']:.3g} {unit_text(_VARIABLES[self.follows[0]][0], units)}"
+    def told(self, fit: JointFit, least: float) -> str:
+        """What it looks like, in words; nothing where it comes to less than a torque on every row.
+
+        Its size is the most that it adds to the torque of a row that is compared: none need show the height of
+        one that lies beyond them, nor that of friction where nothing slides.
+        """
+        recording = fit.model.recording
+        most = float(np.max(np.abs(added_by(fit, self)[recording.row]), initial=0.0))
+        if most < least:
+            return ""
+        values, units = fit.model.effect_values(fit.x, self), recording.axis.units
+        size = f"{math.copysign(most, values['height']):+.2g} {unit_text('torque', units)}"
+        variable = self.variable(recording.motion)[recording.row]
+        seen = self.seen_at(variable, values["place"], values["log_width"])
+        place = f"{seen:.3g} {unit_text(_VARIABLES[self.follows[0]][0], units)}"
         return f"{self.title.lower()}: {size} {self.preposition} {place}"
+
+    def seen_at(self, variable: Array, place: float, log_width: float) -> float:
+        """Where rows show most of it."""
+        return float(variable[np.argmax(self.shape(variable, place, log_width))])
 
     def near(self, motion: Motion, start: Values, share: float) -> list[dict[str, float]]:
         """A start and those around it, a share of its width apart."""
@@ -132,6 +145,11 @@ class _Step(Unnamed):
 
     def shape(self, variable: Array, place: float, log_width: float) -> Array:
         return np.asarray(0.5 + 0.5 * np.tanh((variable - place) / np.exp(log_width)))
+
+    def seen_at(self, variable: Array, place: float, log_width: float) -> float:
+        """Its place, or before it where half of what rows show of it is reached."""
+        shape = self.shape(variable, place, log_width)
+        return min(place, float(np.min(variable[shape >= 0.5 * np.max(shape)])))
 
 
 @final

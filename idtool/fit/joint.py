@@ -357,14 +357,19 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
 @kept
 def torque_of(fit: JointFit, effect: Effect) -> float:
     """Root mean square of what an effect adds to the predicted torque, rows that a fit uses."""
+    own = added_by(fit, effect)[fit.model.recording.usable]
+    return float(np.sqrt(np.mean(own**2)))
+
+
+def added_by(fit: JointFit, effect: Effect) -> Array:
+    """What an effect adds to the predicted torque, shape (rows,)."""
     recording = fit.model.recording
     without = JointModel(
         recording, fit.model.spec.without(effect.name), fit.model.constants, fit.model.starts
     )
     x = without.coordinates({name: fit.values[name] for name in without.names})
     torque = predict(recording.motion, without.friction(x), without.contribution(x), fit.start).torque
-    own = (fit.predicted - torque)[recording.usable]
-    return float(np.sqrt(np.mean(own**2)))
+    return recording.logged(fit.unfiltered - torque)
 
 
 def gain_in_evidence(smaller: JointFit, larger: JointFit) -> float:

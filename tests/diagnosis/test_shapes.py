@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from idtool.effects import registry
 from idtool.effects.base import derivative
 from idtool.fit.joint import JointFit
 from idtool.fit.left_out import left_out_error
+from idtool.fit.model import JointModel
 from idtool.model.contribution import FIELDS
 from idtool.model.motion import Array, Motion
 from idtool.signals import Recording, record
@@ -106,12 +108,49 @@ def test_a_width_between_those_that_are_tried(bumpy: Recording) -> None:
     assert found["unnamed_bump_in_position.height"] == pytest.approx(HEIGHT, rel=0.05)
 
 
-def test_its_size_is_that_on_rows_that_were_seen(bumpy: Recording) -> None:
-    (bump,) = (shape for shape in UNNAMED if shape.name == "unnamed_bump_in_position")
-    high = float(np.max(bumpy.motion.position[bumpy.row]))
-    beyond = {"height": 1e6, "place": high + 6.0 * WIDTH, "log_width": np.log(WIDTH)}
-    size = float(bump.told(beyond, bumpy).partition(": ")[2].partition(" ")[0])
-    assert size == pytest.approx(1e6 * np.exp(-0.5 * 6.0**2), rel=0.3)
+def shaped(recording: Recording, name: str, values: dict[str, float]) -> tuple[Unnamed, JointFit]:
+    """A shape, and a fit that has it with these values."""
+    (shape,) = (shape for shape in UNNAMED if shape.name == name)
+    fit = base(recording)
+    model = JointModel.build(recording, fit.model.spec.adding(shape))
+    named = {f"{name}.{key}": value for key, value in values.items()}
+    return shape, replace(fit, model=model, x=model.coordinates({**fit.values, **named}))
+
+
+def size_and_place(told: str) -> list[float]:
+    return [float(number) for number in re.findall(r"[+-]?[0-9][0-9.e+-]*", told)]
+
+
+def test_its_size_is_what_a_row_shows(bumpy: Recording) -> None:
+    """Friction at rest, where a bristle holds: its level is one that no row reaches."""
+    grip = {"height": 1e3, "place": 0.0, "log_width": -9.0}
+    shape, fit = shaped(bumpy, "unnamed_bump_in_speed", grip)
+    told = shape.told(fit, 0.0)
+    size, place = size_and_place(told)
+    assert told.startswith("friction at one speed: ")
+    assert 0.0 < size < 3.0 * float(np.max(np.abs(bumpy.torque)))
+    speed = np.abs(bumpy.motion.velocity[bumpy.row])
+    assert place == pytest.approx(float(np.min(speed)), rel=0.01)
+
+
+def test_a_step_is_told_from_where_half_of_what_is_seen_of_it_is_reached(bumpy: Recording) -> None:
+    """Beyond the last row it would have grown on; none shows how far."""
+    time = bumpy.motion.time[bumpy.row]
+    beyond = {"height": 0.5, "place": float(time[-1]), "log_width": np.log(1.0)}
+    step, fit = shaped(bumpy, "unnamed_step_in_time", beyond)
+    values = fit.model.effect_values(fit.x, step)
+    seen = step.shape(time, values["place"], values["log_width"])
+    size, place = size_and_place(step.told(fit, 0.0))
+    assert size == pytest.approx(0.5 * np.max(seen), rel=0.05)
+    assert place == pytest.approx(time[seen >= 0.5 * np.max(seen)][0], rel=0.01)
+
+
+def test_nothing_is_told_of_what_is_too_small_on_every_row(bumpy: Recording) -> None:
+    shape, fit = shaped(
+        bumpy, "unnamed_bump_in_position", {"height": 0.01, "place": AT, "log_width": np.log(WIDTH)}
+    )
+    assert size_and_place(shape.told(fit, 0.009)) == pytest.approx([0.01, AT], rel=0.05)
+    assert shape.told(fit, 0.011) == ""
 
 
 @pytest.mark.parametrize(
