@@ -100,8 +100,8 @@ class Unnamed(Effect):
     def told(self, fit: JointFit, least: float) -> str:
         """What it looks like, in words; nothing where it comes to less than a torque on every row.
 
-        Its size is the most that it adds to the torque of a row that is compared: none need show the height of
-        one that lies beyond them, nor that of friction where nothing slides.
+        Its size is the most that it adds to the torque of a row that is compared: none need show the height
+        of one that lies beyond them, nor that of friction where nothing slides.
         """
         recording = fit.model.recording
         most = float(np.max(np.abs(added_by(fit, self)[recording.row]), initial=0.0))
