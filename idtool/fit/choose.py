@@ -11,6 +11,7 @@ import numpy as np
 from idtool.effects import registry
 from idtool.effects.base import FEWEST_REVERSALS
 from idtool.effects.position_stiffness import HIGHEST_DEGREE, PositionStiffness
+from idtool.errors import InputError
 from idtool.fit.identifiability import low_speeds, no_reversal, presliding, stribeck_seen
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
 from idtool.fit.left_out import predicts_better
@@ -37,15 +38,20 @@ CLEAR_EVIDENCE = 6.0
 def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | None, tuple[str, ...]]:
     """The gravity model, and which of its coefficients these data can show.
 
-    `auto` takes the slide where payload or tilt was logged, the arm where neither was and the torque
-    follows the sine and cosine of the angle, better than a spring that bends would, and none otherwise.
+    `auto` takes the slide where tilt was logged; the arm where the torque follows the sine and cosine of the
+    angle, better than a spring that bends would, and beside a payload better than the slide; else the slide
+    where a payload was logged, and none otherwise.
+
+    Raises:
+        InputError: the axis is an arm by `auto`, and its load changes.
     """
     motion = recording.motion
     if choice == "auto":
-        if motion.payload is not None or motion.gravity_factor is not None:
-            choice = "slide"
-        elif recording.axis.kind == "rotary" and _swings(recording):
+        if motion.gravity_factor is None and recording.axis.kind == "rotary" and _swings(recording):
+            _refuse_other_loads(recording)
             choice = "arm"
+        elif motion.payload is not None or motion.gravity_factor is not None:
+            choice = "slide"
         else:
             choice = "none"
     if choice == "none":
@@ -64,23 +70,63 @@ def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | No
 
 
 def _swings(recording: Recording) -> bool:
+    """Whether the torque follows the sine and cosine of the angle, each payload by a size of its own."""
     motion = recording.motion
     if recording.position_resolution == 0.0 or np.ptp(motion.position) < 0.5:
         return False
-    target = recording.filtered_torque
-    plain = [np.sign(motion.velocity), motion.velocity, motion.acceleration, np.ones(len(motion))]
-    with_arm = [*plain, np.sin(motion.position), np.cos(motion.position)]
-
-    def left(columns: list[Array]) -> float:
-        regressors = recording.filtered(np.column_stack(columns))
-        solution = np.linalg.lstsq(regressors, target, rcond=1e-10)[0]
-        return float(np.sum((target - regressors @ solution) ** 2))
-
-    arm = left(with_arm)
+    payloads = _payloads(recording)
+    level = [np.ones(len(motion)), *payloads]
+    arm = _left(recording, [*level, *_pulls(recording, level)])
     x = motion.position - motion.position.mean()
-    spring = left([*plain, x, x**2, x**3])
-    gained = left(plain) - arm > _ARM_GAIN * float(np.sum((target - target.mean()) ** 2))
-    return gained and spring > _SPRING * arm
+    spring = _left(recording, [*level, x, x**2, x**3])
+    return _left(recording, level) - arm > _clear(recording) and spring > _SPRING * arm
+
+
+def _refuse_other_loads(recording: Recording) -> None:
+    """The weight of an arm is that of one payload.
+
+    Raises:
+        InputError: the torque shows that it changes.
+    """
+    level = [np.ones(len(recording.motion))]
+    own = [*level, *_pulls(recording, level)]
+    payloads = _payloads(recording)
+    loaded = [*own, *payloads, *_pulls(recording, payloads)]
+    if _left(recording, own) - _left(recording, loaded) > _clear(recording):
+        raise InputError(
+            "it changes and this axis is an arm, of which the weight of one payload is modelled",
+            file=", ".join(recording.sources),
+            place="payload_kg",
+            remedy="identify each payload by itself (`ffc-id import LOG -o ONE.csv --where payload_kg=...`"
+            " takes its rows)",
+        )
+
+
+def _payloads(recording: Recording) -> list[Array]:
+    """The payload, if it changes."""
+    payload = recording.motion.payload
+    return [] if payload is None or np.ptp(payload) == 0.0 else [payload]
+
+
+def _pulls(recording: Recording, sizes: list[Array]) -> list[Array]:
+    """Sine and cosine of the angle, times each of some sizes."""
+    angle = recording.motion.position
+    return [size * turn for size in sizes for turn in (np.sin(angle), np.cos(angle))]
+
+
+def _left(recording: Recording, columns: list[Array]) -> float:
+    """What friction, mass and these columns leave of the torque's square."""
+    motion, target = recording.motion, recording.filtered_torque
+    plain = [np.sign(motion.velocity), motion.velocity, motion.acceleration]
+    regressors = recording.filtered(np.column_stack([*plain, *columns]))
+    solution = np.linalg.lstsq(regressors, target, rcond=1e-10)[0]
+    return float(np.sum((target - regressors @ solution) ** 2))
+
+
+def _clear(recording: Recording) -> float:
+    """What sine and cosine must take away of it."""
+    target = recording.filtered_torque
+    return _ARM_GAIN * float(np.sum((target - target.mean()) ** 2))
 
 
 def first_fit(

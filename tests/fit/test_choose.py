@@ -10,7 +10,8 @@ import pytest
 
 from idtool import Log
 from idtool.effects import registry
-from idtool.fit.choose import first_fits, rises
+from idtool.errors import InputError
+from idtool.fit.choose import choose_gravity, first_fits, rises
 from idtool.fit.joint import JointFit
 from idtool.fit.spec import Spec
 from idtool.model.contribution import Contribution
@@ -121,3 +122,45 @@ def test_what_leaves_noise_alone_or_falls_needs_no_other_curve(
     (only,) = first_fits(recording, Spec("lugre", None, (), (registry.get("inertia"),)))
     assert not only.model.spec.falling
     assert only.values["static"] == pytest.approx(static, abs=0.01)
+
+
+def swing(folder: Path, payloads: tuple[float, ...], per_payload: float) -> Recording:
+    """An arm of 3 N m and `per_payload` N m/kg more; a trial under each payload."""
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(1500)
+    q, w = 2.5 * np.sin(0.7 * t), 1.75 * np.cos(0.7 * t)
+    trials = []
+    for k, payload in enumerate(payloads):
+        torque = 0.5 * np.tanh(w / 0.02) + (3.0 + per_payload * payload) * np.sin(q)
+        torque += 0.02 * rng.normal(size=len(t))
+        rows = {"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque, "payload_kg": payload}
+        trials.append(pd.DataFrame(rows))
+    pd.concat(trials).to_csv(folder / "log.csv", index=False)
+    return record([Log.read(folder / "log.csv")])
+
+
+def test_an_arm_whose_load_changes_is_refused(tmp_path: Path) -> None:
+    recording = swing(tmp_path, (0.0, 0.5, 1.0), 2.4)
+    with pytest.raises(
+        InputError, match=r"log\.csv, payload_kg: it changes and this axis is an arm.* by itself"
+    ):
+        choose_gravity(recording)
+    assert choose_gravity(recording, "slide")[0] == "slide"  # who knows better has the say
+
+
+@pytest.mark.parametrize(
+    ("payloads", "per_payload"), [((0.5, 0.5), 2.4), ((0.0, 1.0), 0.0)], ids=["one load", "carried elsewhere"]
+)
+def test_an_arm_under_one_load_is_an_arm(
+    tmp_path: Path, payloads: tuple[float, ...], per_payload: float
+) -> None:
+    assert choose_gravity(swing(tmp_path, payloads, per_payload)) == ("arm", ("sin", "cos"))
+
+
+def test_a_load_that_pulls_alike_at_each_angle_is_a_slide(tmp_path: Path) -> None:
+    swing(tmp_path, (0.0, 0.5, 1.0), 0.0)
+    rows = pd.read_csv(tmp_path / "log.csv")
+    rows["torque_nm"] += 0.4 * rows["payload_kg"] - 3.0 * np.sin(rows["position_rad"])
+    rows.to_csv(tmp_path / "log.csv", index=False)
+    model, columns = choose_gravity(record([Log.read(tmp_path / "log.csv")]))
+    assert (model, columns) == ("slide", ("base", "per_payload"))
