@@ -26,6 +26,8 @@ _KEPT = _MOST_FAMILIES + 2
 _LEAST_PERIODS = 2.0
 #: ... and a fit that drifts below these follows one of them, or gravity.
 _FEWEST_PERIODS = 1.5
+#: The shortest period holds this many rows at the speed below which this share of the travel is made.
+_LEAST_SAMPLES, _SLOWEST = 6.0, 0.05
 
 
 @jit()
@@ -196,12 +198,10 @@ class PositionRipple(Effect):
     def wave(self, motion: Motion) -> Wave:
         """Of the last family."""
         stroke = max(float(np.ptp(motion.position)), 1e-12)
-        moving = np.abs(np.diff(motion.position))[~motion.first[1:]]
-        # at the slowest tenth of the moving rows a period must hold at least six samples
-        step = float(np.quantile(moving[moving > 0], 0.1)) if np.any(moving > 0) else stroke
         lowest = _LEAST_PERIODS * 2.0 * math.pi / stroke
         name = f"{_prefix(len(self.directed))}cycles"
-        return Wave(name, motion.position, lowest, 2.0 * math.pi / (6.0 * step), self.directed[-1])
+        highest = 2.0 * math.pi / (_LEAST_SAMPLES * _slowest_step(motion))
+        return Wave(name, motion.position, lowest, highest, self.directed[-1])
 
     def untestable(self, motion: Motion) -> str | None:
         wave = self.wave(motion)
@@ -228,6 +228,18 @@ class PositionRipple(Effect):
                 result[f"{prefix}{part[0]}"] = amplitude * math.cos(phase)
                 result[f"{prefix}{part[1]}"] = amplitude * math.sin(phase)
         return result
+
+
+def _slowest_step(motion: Motion) -> float:
+    """How far the axis goes from row to row where it makes the slowest of its travel.
+
+    By its speed, and by travel: the counts of an encoder at rest are many small steps, which lead nowhere.
+    """
+    step = np.sort((np.abs(motion.velocity) * motion.step)[~motion.first])
+    travel = np.cumsum(step)
+    if not len(step) or travel[-1] == 0.0:
+        return math.inf
+    return float(step[np.searchsorted(travel, _SLOWEST * travel[-1])])
 
 
 def _sum(strengths: list[float], waves: Array) -> Term:

@@ -78,3 +78,31 @@ def test_slope_along_the_frequency_is_that_of_contribute(coordinate: str) -> Non
         np.testing.assert_allclose(
             getattr(change, name), expected, atol=1e-7 * np.max(np.abs(expected)) + 1e-9
         )
+
+
+def test_the_shortest_wave_is_one_that_the_travel_samples() -> None:
+    """Rests, where the last count of an encoder chatters, take no part: the axis gets nowhere in them."""
+    period, speed, count = 0.01, 0.23, 4.8e-5
+    ways = [np.tile([speed, -speed], 5).repeat(150), np.zeros(4000)]
+    velocity = np.concatenate(ways)
+    position = period * np.cumsum(velocity) + count * (np.arange(len(velocity)) % 2)
+    time = period * np.arange(len(velocity))
+    # a slope over a few rows, as a recording has it
+    seen = np.convolve(np.gradient(position, period), np.full(9, 1.0 / 9.0), "same")
+    motion = Motion(time, np.zeros(len(time), dtype=np.intp), position, seen, np.gradient(seen, period))
+    highest = PositionRipple().wave(motion).highest
+    assert highest == pytest.approx(2.0 * np.pi / (6.0 * speed * period), rel=0.1)
+
+
+def test_a_wave_that_only_a_slow_way_samples_is_looked_for() -> None:
+    period, slow, fast = 0.01, 0.05, 1.0
+    velocity = np.concatenate([np.full(800, slow), np.full(200, fast)])  # 0.4 rad of 2.4
+    time, position = period * np.arange(1000), period * np.cumsum(velocity)
+    motion = Motion(time, np.zeros(1000, dtype=np.intp), position, velocity, np.zeros(1000))
+    assert PositionRipple().wave(motion).highest == pytest.approx(2.0 * np.pi / (6.0 * slow * period))
+
+
+def test_an_axis_that_stands_shows_no_wave() -> None:
+    still = np.zeros(100)
+    motion = Motion(0.01 * np.arange(100), np.zeros(100, dtype=np.intp), still, still, still)
+    assert "too coarse over the angle" in str(PositionRipple().untestable(motion))
