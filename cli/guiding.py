@@ -12,7 +12,7 @@ import click
 
 from .common import PATH, Output
 from .moving import Moving, moving_options
-from .numbers import POSITIVE, Number, NumberRange
+from .numbers import POSITIVE, NumberRange, Tilt
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -162,9 +162,7 @@ _GUIDING = (
         type=NumberRange(0.0),
         help="What the axis carries [simulated: 0.4; a real axis: asked for].",
     ),
-    click.option(
-        "--tilt", nargs=2, type=Number(), metavar="ALPHA BETA", help="Tilt of the axis, rad [none]."
-    ),
+    click.option("--tilt", nargs=2, type=Tilt(), metavar="ALPHA BETA", help="Tilt of the axis, rad [none]."),
     click.option(
         "--move-inside", is_flag=True, help="Let an axis that lies at its stop move inside, slowly."
     ),

@@ -13,7 +13,7 @@ import click
 from .angles import radians
 from .common import Decorator, Output, force_option, handed, output_options, seed_option
 from .live import live_option
-from .numbers import Number
+from .numbers import Tilt
 from .words import complete_rig
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ _rig_option = click.option(
     " out.",
 )
 _tilt_deg_option = click.option(
-    "--tilt-deg", nargs=2, type=Number(), metavar="ALPHA BETA", help="Tilt of the axis, degrees."
+    "--tilt-deg", nargs=2, type=Tilt(), metavar="ALPHA BETA", help="Tilt of the axis, degrees; both: 30 0."
 )
 
 

@@ -20,6 +20,17 @@ class Number(_Finite, click.types.FloatParamType):
     """Any finite number."""
 
 
+class Tilt(Number):
+    """One of the two angles of a tilt."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            error.message = f"{error.message.rstrip('.')}; give both angles, ALPHA and BETA (30 0)."
+            raise
+
+
 class NumberRange(_Finite, click.FloatRange):
     """A finite number of a range."""
 

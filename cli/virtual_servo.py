@@ -16,7 +16,7 @@ import click
 
 from .angles import radians
 from .common import PATH, seed_option
-from .numbers import Number, NumberRange
+from .numbers import NumberRange, Tilt
 from .words import Choice, complete_plant
 
 if TYPE_CHECKING:
@@ -55,11 +55,13 @@ _POLL_S = 0.2
 @click.option(
     "--payload", default=0.0, type=NumberRange(0.0), metavar="KG", help="What the axis carries at the start."
 )
+@click.option("--tilt", nargs=2, type=Tilt(), metavar="ALPHA BETA", help="Its tilt at the start, rad [none].")
 @click.option(
-    "--tilt", nargs=2, type=Number(), metavar="ALPHA BETA", help="Its tilt at the start, rad [none]."
-)
-@click.option(
-    "--tilt-deg", nargs=2, type=Number(), metavar="ALPHA BETA", help="Its tilt at the start, degrees."
+    "--tilt-deg",
+    nargs=2,
+    type=Tilt(),
+    metavar="ALPHA BETA",
+    help="Its tilt at the start, degrees.",
 )
 @click.option(
     "--fault",

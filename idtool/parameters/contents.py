@@ -38,6 +38,10 @@ class EffectEntry:
     name: str
     parameters: dict[str, Parameter]
 
+    def __repr__(self) -> str:
+        numbers = (f"{name} {parameter.in_short}" for name, parameter in self.parameters.items())
+        return f"<{self.name}: {', '.join(numbers)}>"
+
     def values(self) -> dict[str, float]:
         """Plain numbers by base name."""
         return {name: parameter.value for name, parameter in self.parameters.items()}

@@ -48,6 +48,16 @@ class Parameter:
         """Whether the number is one to use: determined, and not at a bound."""
         return self.identified and not self.at_bound
 
+    @property
+    def in_short(self) -> str:
+        """The number with its standard error, or with why it is not one to use."""
+        number = f"{self.value:.4g}"
+        if self.at_bound:
+            return f"{number} (at its bound)"
+        if not self.identified:
+            return f"{number} ({self.limits('{:.4g}'.format) or 'not determined'})"
+        return number if self.stderr is None else f"{number} ± {self.stderr:.2g}"
+
     def undetermined(self, at_least: float | None = None, at_most: float | None = None) -> Parameter:
         """The same number as one that the data do not determine: a bound in place of error and interval."""
         return Parameter(self.value, None, None, self.at_bound, False, at_least, at_most)

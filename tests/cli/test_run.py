@@ -175,6 +175,7 @@ def test_a_recipe_of_another_experiment_is_told(ffc_id: Program) -> None:
         (["run-sine", "--recipe", "no.toml", "-o", "x.csv"], 3, "no such file; ffc-id recipes lists"),
         (["run-sine", "--recipe", ".", "-o", "x.csv"], 3, "is a folder where a recipe should be"),
         (["run-gravity", "--tilt-deg", "400", "0", "-o", "x.csv"], 2, "400 degrees is beyond half a turn"),
+        (["run-gravity", "--tilt-deg", "60", "-o", "x.csv"], 2, "give both angles, ALPHA and BETA (30 0);"),
         (["run-sine", "-o", "short.toml"], 3, "short.toml: already exists; pass --force"),
         (["run-sine", "-o", "."], 3, "folder"),
         (["run-sine", "-o", ".", "--force"], 3, "folder"),

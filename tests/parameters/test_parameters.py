@@ -289,3 +289,21 @@ def test_a_model_that_overflows_is_refused_instead_of_predicting_nan(tmp_path: P
 
     with pytest.raises(InputError, match=r"time_s 3\.01: the model gives no number on 699 rows"):
         predict([Log(frame, known.axis)], known, overflowing)  # type: ignore[arg-type]
+
+
+def test_an_effect_is_shown_in_short() -> None:
+    """As a notebook shows `result.effects`."""
+    entry = EffectEntry(
+        "backlash",
+        {
+            "gap": Parameter(0.0123456, 0.00045, (0.0114, 0.0133)),
+            "share": Parameter(0.5),
+            "left": Parameter(1.0, at_bound=True),
+            "right": Parameter(2.0, identified=False),
+            "stiffness": Parameter(3.0, identified=False, at_least=1.5),
+        },
+    )
+    assert repr({"backlash": entry}) == (
+        "{'backlash': <backlash: gap 0.01235 ± 0.00045, share 0.5, left 1 (at its bound), "
+        "right 2 (not determined), stiffness 3 (at least 1.5)>}"
+    )
