@@ -27,8 +27,8 @@ class Tilt(Number):
         try:
             return super().convert(value, param, ctx)
         except click.BadParameter as error:
-            error.message = f"{error.message.rstrip('.')}; give both angles, ALPHA and BETA (30 0)."
-            raise
+            why = error.message.rstrip(".")
+            self.fail(f"{why}; give both angles, ALPHA and BETA (30 0).", param, ctx)
 
 
 class NumberRange(_Finite, click.FloatRange):
