@@ -57,7 +57,7 @@ _HIDDEN = 1e-3
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
 _SPENT = 15
 #: ... that screen its starts where it has several, and of how many scores.
-_SCREEN = 4
+_SCREEN = 12
 _MOST_STARTS = 3
 _SPENT_FAR = 40
 #: Share of the sum of squares that a comparison of models does not need: a hundredth of what decides.

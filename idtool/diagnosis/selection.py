@@ -40,7 +40,7 @@ from idtool.fit.identifiability import is_vague
 from idtool.fit.joint import JointFit, gain_in_evidence, kept, refit, settle, solve
 from idtool.fit.left_out import left_out_error, prediction_errors, predicts_better
 from idtool.fit.model import JointModel
-from idtool.fit.restart import restart, worth_a_restart
+from idtool.fit.restart import restart, rises_all_along, worth_a_restart
 from idtool.model.motion import Motion
 
 #: Family-wise error of the score tests of one round (Holm): chance in one session of a hundred.
@@ -186,6 +186,7 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
     tell("looking for a better friction curve")
     before, found = selection.fit, restart(selection.fit)
     better = found is not before and left_out_error(found) < left_out_error(before)
+    better &= rises_all_along(before) or not rises_all_along(found)
     selection.fit = selection.searched = found if better else before
     return better
 
@@ -446,6 +447,8 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
     special = [inside[name].title.lower() for name in trial.effect.absorbs if name in inside]
     if special and not worth_beside(trial.fit, selection.fit):
         return f"it would add less than {100 * WORTH:.0f} % of the friction to {special[0]}"
+    if rises_all_along(trial.fit) and not rises_all_along(selection.fit):
+        return "beside it the friction curve would rise all along and stand for viscous friction"
     if new > (1.0 - LEAST_GAIN) * old:
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
     if not predicts_better(trial.fit, selection.fit):

@@ -155,7 +155,12 @@ class Hysteresis(Effect):
             half, reach = 0.5 * model["hysteresis.yield"], model["hysteresis.log_reach"]
             apart = {"log_reach": reach - math.log(2.0), "log_reach_2": reach + math.log(2.0)}
             return [{"yield": half, "yield_2": half, **apart}]
-        return [{**values, "yield": _PART * model["coulomb"]}] if self.of_friction else []
+        if not self.of_friction:
+            return []
+        part = _PART * model["coulomb"]
+        # ... from that reach, and from where the bristle bends, which a contact without creep makes it do
+        bend = model["coulomb"] / model.get("bristle_stiffness", math.inf)
+        return [{**values, "yield": part}, *([{"yield": part, "log_reach": math.log(bend)}] if bend else [])]
 
     def to_parameters(self, values: Values) -> dict[str, float]:
         found: dict[str, float] = {}

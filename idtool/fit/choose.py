@@ -16,7 +16,7 @@ from idtool.fit.identifiability import low_speeds, no_reversal, presliding, stri
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
 from idtool.fit.left_out import predicts_better
 from idtool.fit.model import JointModel
-from idtool.fit.restart import worth_a_restart
+from idtool.fit.restart import rises, rises_all_along, worth_a_restart
 from idtool.fit.search import search
 from idtool.fit.shortcoming import Shortcoming
 from idtool.fit.spec import FrictionKind, Spec
@@ -154,15 +154,18 @@ def first_fits(
     recording: Recording, spec: Spec, *, optimizer: str = "direct", seed: int = 0, evaluations: int = 120
 ) -> list[JointFit]:
     """First fits in the order in which to trust them: those of `bending_fits`, and before them, where the
-    curve of one that leaves more than noise rises from rest, the same with a curve that may only fall."""
+    curve of one that leaves more than noise rises from rest, the same with a curve that may only fall, which
+    takes the place of one that stands for viscous friction."""
     begin = partial(first_fit, recording, optimizer=optimizer, seed=seed, evaluations=evaluations)
     fits = bending_fits(spec, begin)
-    falling = [
-        begin(replace(fit.model.spec, effects=spec.effects, falling=True))
-        for fit in fits
-        if worth_a_restart(fit) and rises(fit)
-    ]
-    return [*falling, *fits]
+    bent = [fit for fit in fits if worth_a_restart(fit) and rises(fit)]
+    falling = [begin(replace(fit.model.spec, effects=spec.effects, falling=True)) for fit in bent]
+    return [*falling, *(fit for fit in fits if fit not in bent or not _is_viscous_friction(fit))]
+
+
+def _is_viscous_friction(fit: JointFit) -> bool:
+    """Whether the curve rises all along and leaves no viscous friction: it is that by another name."""
+    return rises_all_along(fit) and fit.at_bound["viscous"]
 
 
 def bending_fits(spec: Spec, begin: Callable[[Spec], JointFit]) -> list[JointFit]:
@@ -182,11 +185,6 @@ def bending_fits(spec: Spec, begin: Callable[[Spec], JointFit]) -> list[JointFit
         return [soft]
     far = soft.presliding_scale > 0.9 * stiff.model.longest_bend
     return [stiff, soft] if far and predicts_better(soft, _with_spring(stiff)) else [stiff]
-
-
-def rises(fit: JointFit) -> bool:
-    """Whether the friction curve rises from rest."""
-    return fit.values.get("static", fit.values["coulomb"]) < fit.values["coulomb"]
 
 
 def step_down(fit: JointFit) -> tuple[JointFit, list[str], list[Shortcoming]]:

@@ -19,8 +19,21 @@ _CLOSE = 1.3
 _BETTER = 0.998
 #: Share of the sum of squares that does not decide whether a minimum is better.
 _NEAR = 1e-4
+#: A rise is told from viscous friction where a third of the speeds is beyond it, that is beyond two
+#: Stribeck velocities.
+_SEEN_LEVEL = 3.0
 #: A residual this close to the sensor noise is hardly worth a look for a better minimum.
 _AT_NOISE = 1.05
+
+
+def rises(fit: JointFit) -> bool:
+    """Whether the friction curve rises from rest."""
+    return fit.values.get("static", fit.values["coulomb"]) < fit.values["coulomb"]
+
+
+def rises_all_along(fit: JointFit) -> bool:
+    """Whether the friction curve rises over so many speeds that it is viscous friction by another name."""
+    return rises(fit) and _SEEN_LEVEL * fit.values["stribeck_velocity"] > fit.model.scales.speed
 
 
 def worth_a_restart(fit: JointFit) -> bool:

@@ -87,6 +87,18 @@ def test_a_second_element_is_looked_for_beside_the_first() -> None:
     assert all(set(start) == {"log_reach_2"} for start in two.starts(motion))
 
 
+def test_a_part_of_the_friction_is_looked_for_where_the_bristle_bends_too() -> None:
+    """What presliding there is bends over a travel of the contact, not over a share of the stroke."""
+    model = {"coulomb": 0.1, "bristle_stiffness": 50.0}
+    scored, bend = Hysteresis(True).also_from({"log_reach": math.log(0.1)}, model)
+    assert scored == {"yield": pytest.approx(0.04), "log_reach": math.log(0.1)}
+    assert bend == {"yield": pytest.approx(0.04), "log_reach": pytest.approx(math.log(0.002))}
+    assert Hysteresis(True).also_from({"log_reach": 0.0}, {"coulomb": 0.1}) == [
+        {"yield": pytest.approx(0.04), "log_reach": 0.0}
+    ]
+    assert Hysteresis().also_from({"log_reach": 0.0}, model) == []
+
+
 def test_a_file_says_which() -> None:
     for values in (VALUES, PART, VALUES | TWO, PART | TWO):
         parameters = Hysteresis().to_parameters(values)

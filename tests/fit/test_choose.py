@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,10 @@ import pytest
 from idtool import Log
 from idtool.effects import registry
 from idtool.errors import InputError
-from idtool.fit.choose import choose_gravity, first_fits, rises
+from idtool.fit import choose
+from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.joint import JointFit
+from idtool.fit.restart import rises, rises_all_along
 from idtool.fit.spec import Spec
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
@@ -112,6 +115,24 @@ def test_a_curve_that_rises_from_rest_is_not_trusted_most(tmp_path: Path) -> Non
     assert not rises(falling)
     assert rising.values["static"] == pytest.approx(0.06, abs=0.01)
     assert falling.values["static"] >= falling.values["coulomb"]
+
+
+@pytest.mark.parametrize(
+    ("share", "viscous", "instead"), [(0.30, 0.0, False), (0.36, 0.0, True), (0.36, 0.05, False)]
+)
+def test_a_curve_that_rises_all_along_is_viscous_friction_by_another_name(
+    share: float, viscous: float, instead: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that may only fall takes the place of one that leaves no viscous friction."""
+    recording = _turning(tmp_path, 0.06, 0.02)
+    spec = Spec("lugre", None, (), (registry.get("inertia"),))
+    _, rising = first_fits(recording, spec)
+    values = rising.values | {"stribeck_velocity": share * rising.model.scales.speed, "viscous": viscous}
+    bent = replace(rising, x=rising.model.coordinates(values))
+    assert rises_all_along(bent) == (share > 0.33)
+    assert not rises_all_along(replace(bent, x=bent.model.coordinates(values | {"static": 0.15})))
+    monkeypatch.setattr(choose, "bending_fits", lambda spec, begin: [bent])
+    assert [rises(fit) for fit in first_fits(recording, spec)] == [False] + [True] * (not instead)
 
 
 @pytest.mark.parametrize(("static", "left"), [(0.06, 0.0), (0.14, 0.02)])
