@@ -104,19 +104,19 @@ class Unnamed(Effect):
         of one that lies beyond them, nor that of friction where nothing slides.
         """
         recording = fit.model.recording
-        most = float(np.max(np.abs(added_by(fit, self)[recording.row]), initial=0.0))
-        if most < least:
+        added = np.abs(added_by(fit, self)[recording.row])
+        at = int(np.argmax(added))
+        if added[at] < least:
             return ""
         values, units = fit.model.effect_values(fit.x, self), recording.axis.units
-        size = f"{math.copysign(most, values['height']):+.2g} {unit_text('torque', units)}"
-        variable = self.variable(recording.motion)[recording.row]
-        seen = self.seen_at(variable, values["place"], values["log_width"])
+        size = f"{math.copysign(added[at], values['height']):+.2g} {unit_text('torque', units)}"
+        seen = self.seen_at(self.variable(recording.motion)[recording.row], at, values)
         place = f"{seen:.3g} {unit_text(_VARIABLES[self.follows[0]][0], units)}"
         return f"{self.title.lower()}: {size} {self.preposition} {place}"
 
-    def seen_at(self, variable: Array, place: float, log_width: float) -> float:
-        """Where rows show most of it."""
-        return float(variable[np.argmax(self.shape(variable, place, log_width))])
+    def seen_at(self, variable: Array, most: int, values: Values) -> float:
+        """Where it is, as rows show it: where they show most, which is one of them."""
+        return float(variable[most])
 
     def near(self, motion: Motion, start: Values, share: float) -> list[dict[str, float]]:
         """A start and those around it, a share of its width apart."""
@@ -146,10 +146,10 @@ class _Step(Unnamed):
     def shape(self, variable: Array, place: float, log_width: float) -> Array:
         return np.asarray(0.5 + 0.5 * np.tanh((variable - place) / np.exp(log_width)))
 
-    def seen_at(self, variable: Array, place: float, log_width: float) -> float:
+    def seen_at(self, variable: Array, most: int, values: Values) -> float:
         """Its place, or before it where half of what rows show of it is reached."""
-        shape = self.shape(variable, place, log_width)
-        return min(place, float(np.min(variable[shape >= 0.5 * np.max(shape)])))
+        shape = self.shape(variable, values["place"], values["log_width"])
+        return min(values["place"], float(np.min(variable[shape >= 0.5 * np.max(shape)])))
 
 
 @final

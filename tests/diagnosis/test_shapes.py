@@ -17,7 +17,7 @@ from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects import registry
 from idtool.effects.base import derivative
-from idtool.fit.joint import JointFit
+from idtool.fit.joint import JointFit, added_by
 from idtool.fit.left_out import left_out_error
 from idtool.fit.model import JointModel
 from idtool.model.contribution import FIELDS
@@ -129,8 +129,9 @@ def test_its_size_is_what_a_row_shows(bumpy: Recording) -> None:
     size, place = size_and_place(told)
     assert told.startswith("friction at one speed: ")
     assert 0.0 < size < 3.0 * float(np.max(np.abs(bumpy.torque)))
-    speed = np.abs(bumpy.motion.velocity[bumpy.row])
-    assert place == pytest.approx(float(np.min(speed)), rel=0.01)
+    added = np.abs(added_by(fit, shape)[bumpy.row])
+    assert size == pytest.approx(np.max(added), rel=0.05)
+    assert place == pytest.approx(np.abs(bumpy.motion.velocity[bumpy.row])[np.argmax(added)], rel=0.01)
 
 
 def test_a_step_is_told_from_where_half_of_what_is_seen_of_it_is_reached(bumpy: Recording) -> None:
