@@ -30,7 +30,7 @@ from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 
 #: An effect whose removal raises the error by this factor at first sight is needed.
-_SURELY = 1.2
+SURELY = 1.2
 #: Mean squares of prediction closer than this share of what is left behind the fit's filter are the same:
 #: of the noise that it takes off no model tells, and all that are compared have it.
 _THE_SAME = 2e-3
@@ -54,7 +54,7 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> list[Eff
                 continue
             tell(f"trying without {effect.title.lower()}")
             cannot_be = impossible(fit, effect)
-            if not cannot_be and least_without(fit, effect) > _SURELY * least:
+            if not cannot_be and least_without(fit, effect) > SURELY * least:
                 continue
             smaller = without(fit, effect)
             new = left_out_error(smaller)
@@ -98,7 +98,7 @@ def drop_what_may_be_unknown(selection: Selection, fit: JointFit, depends_on: Se
                 found.append((chance, name, effect))
     for _, name, unsure in sorted(found, key=lambda item: -item[0]):
         smaller = without(selection.fit, unsure)
-        if left_out_error(smaller) <= _SURELY * left_out_error(selection.fit):
+        if left_out_error(smaller) <= SURELY * left_out_error(selection.fit):
             drop(selection, unsure, smaller, f"may be part of what is left, which depends on {name}")
             return [unsure]
     return []
@@ -134,7 +134,7 @@ def veto(
             smaller = without(fit, effect)
             gain, lacking = held_out(smaller) - now, left_out_error(smaller)
             chance = float(np.std(gain) / np.sqrt(len(gain)))
-            kept = lacking > _SURELY * least and gain.mean() + _CLEAR * chance > lacking**2 - least**2
+            kept = lacking > SURELY * least and gain.mean() + _CLEAR * chance > lacking**2 - least**2
             if not kept:
                 found.append((float(gain.mean()), effect, smaller))
         found = [item for item in found if item[0] <= _THE_SAME * fit.rmse**2]

@@ -32,7 +32,14 @@ from idtool.diagnosis.candidates import (
 )
 from idtool.diagnosis.holm import holm
 from idtool.diagnosis.pairs import hidden_pairs
-from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify, without
+from idtool.diagnosis.pruning import (
+    SURELY,
+    drop_unneeded,
+    find_alternatives,
+    one_for_many,
+    simplify,
+    without,
+)
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
@@ -186,9 +193,15 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
     tell("looking for a better friction curve")
     before, found = selection.fit, restart(selection.fit)
     better = found is not before and left_out_error(found) < left_out_error(before)
-    better &= rises_all_along(before) or not rises_all_along(found)
+    better &= not _stands_for_viscous_friction(before, found)
     selection.fit = selection.searched = found if better else before
     return better
+
+
+def _stands_for_viscous_friction(before: JointFit, after: JointFit) -> bool:
+    """Whether the friction curve has come to rise all along, and left-out trials do not surely ask for it."""
+    surely = SURELY * left_out_error(after) < left_out_error(before)
+    return rises_all_along(after) and not rises_all_along(before) and not surely
 
 
 def _on_another_curve(
@@ -447,7 +460,7 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
     special = [inside[name].title.lower() for name in trial.effect.absorbs if name in inside]
     if special and not worth_beside(trial.fit, selection.fit):
         return f"it would add less than {100 * WORTH:.0f} % of the friction to {special[0]}"
-    if rises_all_along(trial.fit) and not rises_all_along(selection.fit):
+    if _stands_for_viscous_friction(selection.fit, trial.fit):
         return "beside it the friction curve would rise all along and stand for viscous friction"
     if new > (1.0 - LEAST_GAIN) * old:
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from idtool.diagnosis import selection as selection_module
 from idtool.diagnosis.candidates import Trial, impossible
 from idtool.diagnosis.pruning import drop_what_may_be_unknown, simplify, veto
-from idtool.diagnosis.selection import _why_not, begun
+from idtool.diagnosis.selection import begun
 from idtool.effects import registry
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, refit
@@ -174,15 +175,24 @@ def test_what_something_unknown_may_be_all_of(follows: str, true: bool, kept: bo
     assert ("position_stiffness.stiffness" in selection.fit.model.names) == kept
 
 
-def test_no_effect_comes_in_with_a_curve_that_rises_all_along(soft: JointFit) -> None:
-    """... where the curve did not before: it would stand for viscous friction."""
+@pytest.mark.parametrize(("error", "comes_in"), [(0.9, False), (0.8, True)])
+def test_no_effect_comes_in_with_a_curve_that_rises_all_along(
+    soft: JointFit, error: float, comes_in: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """... where the curve did not before: it would stand for viscous friction, unless the left-out trials surely
+    ask for it."""
     effect = registry.get("nonlinear_viscous")
     model = JointModel.build(soft.model.recording, soft.model.spec.adding(effect), soft.model.constants)
     fit = refit(soft, model, {"nonlinear_viscous.quadratic": 0.2})
     wide = {"coulomb": 0.2, "static": 0.1, "stribeck_velocity": 0.5 * model.scales.speed}
-    trials = [Trial(effect, replace(fit, x=model.coordinates(fit.values | own)), 0.0) for own in ({}, wide)]
-    whys = [_why_not(begun(soft, [effect]), trial, 1.0, 0.5) for trial in trials]
-    assert "rise all along" not in str(whys[0])
-    assert whys[1] == "beside it the friction curve would rise all along and stand for viscous friction"
     bent = replace(soft, x=soft.model.coordinates(soft.values | wide))
-    assert "rise all along" not in str(_why_not(begun(bent, [effect]), trials[1], 1.0, 0.5))
+    rising = replace(fit, x=model.coordinates(fit.values | wide))
+    monkeypatch.setattr(
+        selection_module, "left_out_error", lambda one: error if effect in one.model.spec.effects else 1.0
+    )
+    stands = selection_module._stands_for_viscous_friction
+    assert stands(soft, rising) == (not comes_in)
+    assert not stands(soft, fit)
+    assert not stands(bent, rising)
+    why = selection_module._why_not(begun(soft, [effect]), Trial(effect, rising, 0.0), 1.0, error)
+    assert ("rise all along" in str(why)) == (not comes_in)
