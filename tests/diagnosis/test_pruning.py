@@ -179,7 +179,7 @@ def test_what_something_unknown_may_be_all_of(follows: str, true: bool, kept: bo
 def test_no_effect_comes_in_with_a_curve_that_rises_all_along(
     soft: JointFit, error: float, comes_in: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """... where the curve did not before: it would stand for viscous friction, unless the left-out trials surely
+    """... where the curve did not before: it would stand for viscous friction, unless left-out trials surely
     ask for it."""
     effect = registry.get("nonlinear_viscous")
     model = JointModel.build(soft.model.recording, soft.model.spec.adding(effect), soft.model.constants)
