@@ -200,8 +200,9 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
 
 def _stands_for_viscous_friction(before: JointFit, after: JointFit) -> bool:
     """Whether the friction curve has come to rise all along, and left-out trials do not surely ask for it."""
-    surely = SURELY * left_out_error(after) < left_out_error(before)
-    return rises_all_along(after) and not rises_all_along(before) and not surely
+    if rises_all_along(before) or not rises_all_along(after):
+        return False
+    return SURELY * left_out_error(after) >= left_out_error(before)
 
 
 def _on_another_curve(

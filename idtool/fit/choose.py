@@ -88,9 +88,11 @@ def _refuse_other_loads(recording: Recording) -> None:
     Raises:
         InputError: the torque shows that it changes.
     """
+    payloads = _payloads(recording)
+    if not payloads:
+        return
     level = [np.ones(len(recording.motion))]
     own = [*level, *_pulls(recording, level)]
-    payloads = _payloads(recording)
     loaded = [*own, *payloads, *_pulls(recording, payloads)]
     if _left(recording, own) - _left(recording, loaded) > _clear(recording):
         raise InputError(
@@ -160,12 +162,13 @@ def first_fits(
     fits = bending_fits(spec, begin)
     bent = [fit for fit in fits if worth_a_restart(fit) and rises(fit)]
     falling = [begin(replace(fit.model.spec, effects=spec.effects, falling=True)) for fit in bent]
-    return [*falling, *(fit for fit in fits if fit not in bent or not _is_viscous_friction(fit))]
+    return [*falling, *(fit for fit in fits if not _is_viscous_friction(fit))]
 
 
 def _is_viscous_friction(fit: JointFit) -> bool:
-    """Whether the curve rises all along and leaves no viscous friction: it is that by another name."""
-    return rises_all_along(fit) and fit.at_bound["viscous"]
+    """Whether the curve of a fit that leaves more than noise rises all along, beside no viscous friction: it is
+    that by another name."""
+    return worth_a_restart(fit) and rises_all_along(fit) and fit.at_bound["viscous"]
 
 
 def bending_fits(spec: Spec, begin: Callable[[Spec], JointFit]) -> list[JointFit]:
