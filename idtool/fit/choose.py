@@ -166,8 +166,8 @@ def first_fits(
 
 
 def _is_viscous_friction(fit: JointFit) -> bool:
-    """Whether the curve of a fit that leaves more than noise rises all along, beside no viscous friction: it is
-    that by another name."""
+    """Whether the curve of a fit that leaves more than noise rises all along beside no viscous friction: it
+    is that by another name."""
     return worth_a_restart(fit) and rises_all_along(fit) and fit.at_bound["viscous"]
 
 
