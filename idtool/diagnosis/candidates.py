@@ -37,6 +37,8 @@ _NOTHING = 0.2 * WORTH
 CHANCE = 5e-4
 #: The bristle has forgotten a reversal after so many of its bends (3e-4 is left).
 _SETTLED = 8.0
+#: What no turn calls up takes away this share of its due at least on rows that slide steadily.
+_OF_SLIDING = 0.5
 #: Highest frequency that filtered rows show, as a share of their rate.
 _NYQUIST = 0.45
 #: What beats from outside has no regard for the motion: a wave of which the motion explains more than half
@@ -415,6 +417,24 @@ def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
     # the element slips on when it has turned round, a reach back and one on
     settled = travel > max(_SETTLED * own / friction.bristle_stiffness, 2.0 * max(reaches(values)))
     return bool(settled.any()) and chance_of(fit, effect, settled) < CHANCE
+
+
+def of_presliding(smaller: JointFit, larger: JointFit, effect: Effect) -> bool:
+    """Whether an effect that no turn calls up takes away too little where the axis slides: what a presliding
+    that is none of LuGre's leaves after each turn is there for any shape to follow.
+
+    Args:
+        smaller: the model without it.
+        larger: the model with it.
+    """
+    if isinstance(effect, Unnamed) or effect.is_lag or effect.free_start or effect.after_reversal:
+        return False
+    recording = smaller.model.recording
+    motion = recording.motion
+    travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
+    settled = travel > _SETTLED * smaller.presliding_scale
+    gained = smaller.residual**2 - larger.residual**2
+    return bool(gained[settled].sum() < _OF_SLIDING * settled.mean() * gained.sum())
 
 
 def _unseen_in_turns(fit: JointFit, effect: Effect) -> str | None:

@@ -25,6 +25,7 @@ from idtool.diagnosis.candidates import (
     best_start,
     chance_of,
     impossible,
+    of_presliding,
     ties,
     try_effect,
     worth_beside,
@@ -47,7 +48,7 @@ from idtool.fit.identifiability import is_vague
 from idtool.fit.joint import JointFit, gain_in_evidence, kept, refit, settle, solve
 from idtool.fit.left_out import left_out_error, prediction_errors, predicts_better
 from idtool.fit.model import JointModel
-from idtool.fit.restart import restart, rises_all_along, worth_a_restart
+from idtool.fit.restart import restart, rises, rises_all_along, worth_a_restart
 from idtool.model.motion import Motion
 
 #: Family-wise error of the score tests of one round (Holm): chance in one session of a hundred.
@@ -64,6 +65,8 @@ _BEHIND = 1.3
 _MOST_ROUNDS = 24
 #: What is told of an effect that comes in begins so.
 ACCEPTED = "accepted"
+#: A friction curve that rises and leaves less than this share of the viscous friction stands for it.
+_OWN_VISCOUS = 0.5
 #: A bristle that bends over more than this share of the stroke can hide an effect from its score.
 _BENT = 0.03
 
@@ -199,8 +202,11 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
 
 
 def _stands_for_viscous_friction(before: JointFit, after: JointFit) -> bool:
-    """Whether the friction curve has come to rise all along, and left-out trials do not surely ask for it."""
-    if rises_all_along(before) or not rises_all_along(after):
+    """Whether a friction curve that rises has come to stand for most of the viscous friction, and trials that
+    are left out do not surely ask for it."""
+    if rises_all_along(before) or not rises(after):
+        return False
+    if not (rises_all_along(after) or after.values["viscous"] < _OWN_VISCOUS * before.values["viscous"]):
         return False
     return SURELY * left_out_error(after) >= left_out_error(before)
 
@@ -220,11 +226,7 @@ def _on_another_curve(
         tell(f"trying {effect.title.lower()} on another friction curve")
         refitted = restart(try_effect(fit, effect, best_start(fit, effect)).fit)
         passed += _in_full(selection, refitted, effect, library)
-    if not passed:
-        return None
-    winner = _simplest_of_best(selection, passed)
-    _accept(selection, winner)
-    return winner
+    return _accepted(selection, passed)
 
 
 def _two_at_once(
@@ -245,7 +247,9 @@ def _two_at_once(
         both = try_effect(beside, other, best, far=True).fit
         trials = Trial(one, both, chance_of(both, one)), Trial(other, both, chance_of(both, other))
         if all(trial.p_value < _ALPHA and _passing(selection, trial) for trial in trials):
-            passed.append(trials)
+            full = _completed(both)
+            if _lower(selection, full):
+                passed.append((replace(trials[0], fit=full), replace(trials[1], fit=full)))
     if not passed:
         return None
     winner = _simplest_of_best(selection, [second for _, second in passed])
@@ -274,6 +278,7 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     lag |= not promising and worth_a_restart(fit)
     passed: list[Trial] = []
     promised = np.inf  # what the best score of one that passed leaves
+    best_lag = np.inf  # what the best of the lags leaves of left-out trials, if it can be there or not
     for place, item in enumerate(promising):
         apart = lag and item.effect.is_lag
         behind = item.left() > _BEHIND * promised
@@ -289,9 +294,13 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
             trial = replace(try_effect(fit, item.effect, item.plain, far=True), p_value=item.start.p_value)
         passing = _passing(selection, trial)
         passed += passing
+        if item.effect.is_lag:
+            best_lag = min(best_lag, left_out_error(trial.fit))
         promised = min(promised, item.left()) if passing else promised
-    # a lag whose score may be chance competes with other lags, or comes last
-    alone = lag and (not passed or any(trial.effect.is_lag for trial in passed))
+    # a lag whose score may be chance competes with other lags, be it one that leaves least and cannot be
+    # there, or comes last
+    leads = best_lag <= min((left_out_error(trial.fit) for trial in passed), default=np.inf)
+    alone = lag and (leads or any(trial.effect.is_lag for trial in passed))
     for item in scored if alone else ():
         if item.effect.is_lag and item not in promising:
             # what damping and inertia do in its place bends a fit so far that no score from there tells
@@ -299,11 +308,7 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
             passed += _in_full(
                 selection, try_effect(fit, item.effect, item.plain, far=True).fit, item.effect, library
             )
-    if not passed:
-        return None
-    winner = _simplest_of_best(selection, passed)
-    _accept(selection, winner)
-    return winner
+    return _accepted(selection, passed)
 
 
 def _in_full(
@@ -362,8 +367,32 @@ def _tell_why(selection: Selection, effect: Effect, why: str) -> None:
         candidate.why = why
 
 
+def _accepted(selection: Selection, passed: list[Trial]) -> Trial | None:
+    """The simplest of the best, taken in. A fit that was cut short is judged by where it was going, and may
+    come to something else: the best has to be it at its end too."""
+    ended: list[Trial] = []
+    while passed:
+        best = _simplest_of_best(selection, passed)
+        if best in ended:
+            _accept(selection, best)
+            return best
+        passed.remove(best)
+        full = replace(best, fit=_completed(best.fit))
+        if _lower(selection, full.fit):
+            passed.append(full)
+            ended.append(full)
+        else:
+            _tell_why(selection, best.effect, "its fit came to no lower left-out error in the end")
+    return None
+
+
+def _lower(selection: Selection, fit: JointFit) -> bool:
+    """Whether a fit lowers the left-out error by enough to matter."""
+    return left_out_error(fit) <= (1.0 - LEAST_GAIN) * left_out_error(selection.fit)
+
+
 def _accept(selection: Selection, winner: Trial) -> None:
-    """Take an effect in and finish its fit."""
+    """Take an effect in, its fit being at its end."""
     stays = {effect.name for effect in winner.fit.model.spec.effects}
     for name, candidate in selection.candidates.items():
         if candidate.accepted and name not in stays:
@@ -371,7 +400,7 @@ def _accept(selection: Selection, winner: Trial) -> None:
             candidate.accepted, candidate.why = False, f"{how} {winner.effect.name}, which took its place"
             selection.alternatives.pop(name, None)
             selection.p_values.pop(name, None)
-    before, selection.fit = left_out_error(selection.fit), _completed(winner.fit)
+    before, selection.fit = left_out_error(selection.fit), winner.fit
     if isinstance(winner.effect, Unnamed):
         selection.nameless[winner.effect.name] = before**2 - left_out_error(winner.fit) ** 2
         return
@@ -463,6 +492,8 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
         return f"it would add less than {100 * WORTH:.0f} % of the friction to {special[0]}"
     if _stands_for_viscous_friction(selection.fit, trial.fit):
         return "beside it the friction curve would rise all along and stand for viscous friction"
+    if of_presliding(selection.fit, trial.fit, trial.effect):
+        return "what it takes away is left after turns, by a presliding that is none of LuGre's"
     if new > (1.0 - LEAST_GAIN) * old:
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
     if not predicts_better(trial.fit, selection.fit):
