@@ -87,7 +87,7 @@ class Candidate:
     why: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trial:
     """A candidate model after its joint refit."""
 
