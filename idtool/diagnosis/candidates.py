@@ -39,6 +39,7 @@ CHANCE = 5e-4
 _SETTLED = 8.0
 #: What no turn calls up takes away this share of its due at least on rows that slide steadily.
 _OF_SLIDING = 0.5
+OF_PRESLIDING = "what it takes away is left after turns, by a presliding that is none of LuGre's"
 #: Highest frequency that filtered rows show, as a share of their rate.
 _NYQUIST = 0.45
 #: What beats from outside has no regard for the motion: a wave of which the motion explains more than half

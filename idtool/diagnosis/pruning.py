@@ -11,10 +11,12 @@ from idtool.diagnosis.candidates import (
     CHANCE,
     LEAST_GAIN,
     NEAR,
+    OF_PRESLIDING,
     Selection,
     best_start,
     chance_of,
     impossible,
+    of_presliding,
     swap,
     ties,
     try_effect,
@@ -58,6 +60,8 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> list[Eff
                 continue
             smaller = without(fit, effect)
             new = left_out_error(smaller)
+            if not cannot_be and of_presliding(smaller, fit, effect):
+                cannot_be = OF_PRESLIDING
             if cannot_be or new <= (1.0 + LEAST_GAIN) * least:
                 unneeded.append((new, effect, smaller, cannot_be))
         if not unneeded:

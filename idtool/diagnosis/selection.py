@@ -17,6 +17,7 @@ import numpy as np
 
 from idtool.diagnosis.candidates import (
     LEAST_GAIN,
+    OF_PRESLIDING,
     WORTH,
     Candidate,
     Selection,
@@ -493,7 +494,7 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
     if _stands_for_viscous_friction(selection.fit, trial.fit):
         return "beside it the friction curve would rise all along and stand for viscous friction"
     if of_presliding(selection.fit, trial.fit, trial.effect):
-        return "what it takes away is left after turns, by a presliding that is none of LuGre's"
+        return OF_PRESLIDING
     if new > (1.0 - LEAST_GAIN) * old:
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
     if not predicts_better(trial.fit, selection.fit):
