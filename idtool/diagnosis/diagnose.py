@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from idtool.diagnosis.candidates import LEAST_GAIN, WORTH, Selection
+from idtool.diagnosis.candidates import CHANCE, LEAST_GAIN, WORTH, Selection
 from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.diagnosis.held_out import held_out_squares, predicts_worse
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
@@ -19,6 +19,7 @@ from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.summary import LOOKS_LIKE
+from idtool.diagnosis.suspects import Suspect, allowing_for, suspects
 from idtool.diagnosis.weights import weighed
 from idtool.effects.base import Effect
 from idtool.fit.choose import step_down, with_load
@@ -31,6 +32,8 @@ from idtool.presentation.text import quantity
 from idtool.signals import Recording
 from idtool.signals.thin import thin
 
+#: Of effects that were turned down so many are told.
+_MOST_TOLD = 3
 #: Sentences on what is going on that say how far it is (`idtool.verbs.expected`).
 BASE, FINAL = "fitting the base model", "fitting the final model on all trials"
 
@@ -68,12 +71,14 @@ def diagnose(
     notes += _notes(shown, search.parts.recording, final)
     if left and (shapes := [words for words in found.unnamed.values() if words]):
         notes.append(f"{LOOKS_LIKE}: {'; '.join(shapes)}.")
+    hidden = [] if given or left else _hidden(selection, final)
+    notes += _turned_down(selection, hidden)
     return Diagnosis(
         split=shown,
         base=base,
         selection=selection,
         # who chose the model has its numbers with its own errors
-        final=final if given else doubted(final, left),
+        final=final if given else allowing_for(doubted(final, left), hidden),
         tests_before=test_residual(base, 0.0),
         tests_after=tests,
         next_experiment=_next_experiment(selection, final, tell),
@@ -271,6 +276,23 @@ def _notes(shown: Split, recording: Recording, final: JointFit) -> list[str]:
         )
     notes += filter(None, (of_the_readings(final, effect) for effect in final.model.spec.effects))
     return notes + _not_compared(shown.recording)
+
+
+def _hidden(selection: Selection, final: JointFit) -> list[Suspect]:
+    """Effects that were turned down though they are no chance: what they can have done to the numbers of a
+    model that leaves nothing structured shows nowhere else."""
+    found = selection.candidates.values()
+    no_chance = any(not one.accepted and one.p_value is not None and one.p_value < CHANCE for one in found)
+    return suspects(final) if no_chance else []
+
+
+def _turned_down(selection: Selection, hidden: Sequence[Suspect]) -> list[str]:
+    """A sentence on those that were turned down in the end, the least likely to be chance first."""
+    names = [one.effect.name for one in hidden if one.effect.name in selection.candidates]
+    reasons = [f"{name} ({why})" for name in names if (why := selection.candidates[name].why)]
+    if not reasons:
+        return []
+    return [f"not named, though no chance: {'; '.join(reasons[:_MOST_TOLD])}. The intervals allow for that."]
 
 
 def _not_compared(recording: Recording) -> list[str]:

@@ -52,11 +52,11 @@ class Remainder:
         )
 
 
-def floor(fit: JointFit) -> float:
-    """What no model of the motion can explain, filtered rows: the sensor noise, or what does not come again
-    where the same place, speed and direction are passed again."""
+def limit(fit: JointFit) -> float:
+    """The most that may be left of a model that lacks nothing, filtered rows: not much more than the sensor
+    noise, or than what does not come again where the same place, speed and direction are passed again."""
     most = _DISTURBED * fit.model.friction_sizes[0]
-    return max(fit.model.filtered_noise, min(repeatability(fit) or 0.0, most))
+    return max(_ABOVE_NOISE * fit.model.filtered_noise, min(_ABOVE_NOISE * (repeatability(fit) or 0.0), most))
 
 
 def remainder(
@@ -78,12 +78,12 @@ def remainder(
     disturbed = fit.rmse > _DISTURBED * fit.model.friction_sizes[0]
     if fit.rmse <= matters or not (disturbed or autocorrelation(fit) > _CORRELATED):
         return None
-    noise = floor(fit)  # the last question: its neighbours in place and speed take as long as a fit
-    if fit.rmse <= _ABOVE_NOISE * noise:
+    most = limit(fit)  # the last question: its neighbours in place and speed take as long as a fit
+    if fit.rmse <= most:
         return None
     # that there is something is certain then; what it follows may be told with less confidence
     likely = [test for test in large if test.may_depend]
-    above = 1.0 - min(1.0, noise / fit.rmse) ** 2
+    above = 1.0 - (most / (_ABOVE_NOISE * fit.rmse)) ** 2
     share = max((test.share for test in likely), default=above)
     return Remainder(share, tuple(test.variable for test in likely))
 

@@ -42,6 +42,8 @@ def suspects(fit: JointFit) -> list[Suspect]:
 def allowing_for(fit: JointFit, found: Sequence[Suspect]) -> JointFit:
     """The fit with intervals that cover what any of the suspects can have done to each number: by as much as
     one moves a parameter when it is fitted beside."""
+    if not found:
+        return fit
     rows = len(fit.residual)
     own = fit.jacobian[:rows, fit.free]
     pull = np.zeros(len(fit.x))

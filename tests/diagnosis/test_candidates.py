@@ -10,7 +10,8 @@ import pytest
 
 from idtool import Log
 from idtool.diagnosis import candidates
-from idtool.diagnosis.candidates import Start, best_start, impossible, try_effect
+from idtool.diagnosis.candidates import Start, best_start, impossible, of_presliding, try_effect
+from idtool.diagnosis.shapes import UNNAMED
 from idtool.effects import registry
 from idtool.effects.hysteresis import Hysteresis
 from idtool.fit.joint import JointFit
@@ -112,6 +113,22 @@ def test_a_curve_of_sliding_shows_where_the_axis_slides(slipping: JointFit) -> N
     assert "slides steadily" in (impossible(with_a_curve(bent, where_it_slides=False), curve) or "")
     # a bristle of LuGre's knows what it leaves after a reversal
     assert "slides" not in (impossible(with_a_curve(slipping, where_it_slides=False), curve) or "")
+
+
+def test_what_shows_after_turns_alone_is_of_the_presliding(slipping: JointFit) -> None:
+    """Any shape may follow what LuGre's bristle leaves there; an effect that a turn calls up has its due."""
+    motion, row = slipping.model.recording.motion, slipping.model.recording.row
+    travel = since_reversal(motion.position, motion.velocity, motion.trial)[row]
+    settled = travel > 8.0 * slipping.presliding_scale
+    assert 0.2 < settled.mean() < 0.95
+    before = replace(slipping, residual=np.ones(len(row)))
+    # all of what goes is from rows that slide, from the others, and from all alike
+    for gone, of_turns in ((settled, False), (~settled, True), (np.ones(len(row), dtype=bool), False)):
+        after = replace(slipping, residual=np.where(gone, 0.5, 1.0))
+        for name in ("nonlinear_viscous", "position_ripple", "torque_offset"):
+            assert of_presliding(before, after, registry.get(name)) == of_turns
+        for exempt in (registry.get("backlash"), registry.get("breakaway_dwell"), UNNAMED[0]):
+            assert not of_presliding(before, after, exempt)
 
 
 def test_presliding_within_a_row_or_two_after_a_turn_is_not_seen(slipping: JointFit) -> None:

@@ -17,6 +17,7 @@ from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
 from idtool.fit.shortcoming import Shortcoming
 from idtool.fit.spec import Spec
+from idtool.model.motion import Array
 from idtool.signals import Recording, record
 from idtool.signals.thin import thin
 from idtool.verbs.identify import identify
@@ -112,6 +113,36 @@ def test_a_simpler_law_is_not_taken_where_it_predicts_worse(
     found = diagnose(recording, [first_fit(few, spec)], [])
     assert found.final.model.spec.friction == "lugre"
     assert "Coulomb friction is used." not in found.notes
+
+
+@pytest.mark.parametrize("quadratic", [0.04, 0.0])
+def test_what_was_turned_down_though_it_is_no_chance_is_allowed_for(
+    quadratic: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the held-out rows deny an effect the numbers are of a model without it, which may be off."""
+    plain = record(record_session(replace(PAPER, bristle_stiffness=20.0), "lab", 3, ("gravity", "sine")))
+    w = plain.motion.velocity
+    spoilt = replace(plain, torque=plain.torque + quadratic * np.abs(w) * w)
+    effect = registry.get("nonlinear_viscous")
+
+    def squares(fit: JointFit, parts: object, beside: object = None) -> Array:
+        return np.full(30, 4.0 if effect in fit.model.spec.effects else 1.0)
+
+    monkeypatch.setattr(diagnosing, "held_out_squares", squares)
+    few = thin(spoilt)
+    spec = Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),))
+    found = diagnose(spoilt, [first_fit(few, spec)], [effect])
+    assert found.effects == ()
+    told = [note for note in found.notes if "though no chance: nonlinear_viscous (held-out" in note]
+    assert bool(told) == bool(quadratic)
+    final = found.final
+    k = final.model.names.index("viscous")
+    off = abs(final.values["viscous"] - PAPER.viscous)
+    bare = replace(final, pull=None)
+    reach, without = (float(one.quantile[k] * np.sqrt(one.covariance[k, k])) for one in (final, bare))
+    assert off < reach
+    assert (off > without) == bool(quadratic)
+    assert (reach > without) == bool(quadratic)
 
 
 @pytest.mark.long

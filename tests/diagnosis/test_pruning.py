@@ -196,3 +196,9 @@ def test_no_effect_comes_in_with_a_curve_that_rises_all_along(
     assert not stands(bent, rising)
     why = selection_module._why_not(begun(soft, [effect]), Trial(effect, rising, 0.0), 1.0, error)
     assert ("rise all along" in str(why)) == (not comes_in)
+    # a narrower one that leaves less than half of the viscous friction stands for it too
+    for narrow, share, taken in ((0.2, 0.4, True), (0.2, 0.6, False), (1.0, 0.4, True)):
+        own = {"coulomb": 0.2, "stribeck_velocity": narrow * model.scales.speed}
+        values = fit.values | own | {"static": 0.1, "viscous": share * soft.values["viscous"]}
+        assert stands(soft, replace(fit, x=model.coordinates(values))) == (taken and not comes_in)
+        assert not stands(soft, replace(fit, x=model.coordinates(values | {"static": 0.3})))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from idtool.diagnosis.remainder import floor
+from idtool.diagnosis.remainder import limit
 from idtool.diagnosis.repeatability import repeatability
 from idtool.model.motion import Array, Motion
 
@@ -42,4 +42,4 @@ def test_what_is_large_and_never_comes_again_is_no_noise() -> None:
     one = fit(hands, 4.0)
     one.model.filtered_noise, one.model.friction_sizes = 0.01, (1.0, 2.0)
     assert repeatability(one) > 0.1
-    assert floor(one) == pytest.approx(0.05)
+    assert limit(one) == pytest.approx(0.05)

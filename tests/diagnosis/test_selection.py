@@ -12,7 +12,7 @@ from scipy.ndimage import gaussian_filter1d
 from idtool import Log, identify
 from idtool.diagnosis import diagnose as diagnosis
 from idtool.diagnosis import selection
-from idtool.diagnosis.candidates import Candidate
+from idtool.diagnosis.candidates import Candidate, Trial, best_start, try_effect
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
 from idtool.effects.base import Coordinate, Effect, Values
@@ -141,6 +141,84 @@ def test_an_effect_that_shows_more_under_its_own_load(tmp_path: Path) -> None:
     assert len(after.x) == len(after.model.names)
 
 
+@pytest.fixture(scope="module")
+def offset_axis(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
+    """The base fit of an axis with an offset of 0.03 N m that nobody declared."""
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(800)
+    trials = []
+    for k in range(6):
+        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
+        q = 0.01 * np.cumsum(w)
+        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + 0.001 * rng.normal(size=len(t))
+        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
+    path = tmp_path_factory.mktemp("offset") / "log.csv"
+    pd.concat(trials).to_csv(path, index=False)
+    (fit, *_), *_ = begin(record([Log.read(path)]), "coulomb", "none")
+    return fit
+
+
+def test_the_best_has_to_be_it_at_the_end_of_its_fit(
+    offset_axis: JointFit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A fit that was cut short can promise what it does not come to."""
+    effects = [registry.get(name) for name in ("torque_offset", "direction_asymmetry")]
+    offset, asymmetry = trials = [try_effect(offset_axis, e, best_start(offset_axis, e)) for e in effects]
+    better, second = sorted(trials, key=lambda trial: trial.fit.sse)
+    assert (better, second) == (offset, asymmetry)
+
+    def completed(fit: JointFit) -> JointFit:
+        return offset_axis if fit is better.fit else fit
+
+    for ends, accepted in ((completed, second), (lambda fit: fit, better)):
+        chosen = selection.begun(offset_axis, effects)
+        monkeypatch.setattr(selection, "_completed", ends)
+        winner = selection._accepted(chosen, list(trials))
+        assert winner is not None
+        assert winner.effect is accepted.effect
+        assert chosen.fit is accepted.fit
+        told = chosen.candidates["torque_offset"].why
+        assert ("in the end" in told) == (accepted is second)
+    monkeypatch.setattr(selection, "_completed", lambda fit: offset_axis)
+    assert selection._accepted(selection.begun(offset_axis, effects), list(trials)) is None
+
+
+def test_a_lag_that_cannot_be_but_leaves_least_brings_the_others(
+    offset_axis: JointFit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it follows is there, be it by another lag, whose own score may tell nothing."""
+    library = [registry.get(name) for name in ("torque_offset", "backlash", "hysteresis")]
+    tried: list[str] = []
+
+    def in_full(chosen: object, fit: JointFit, effect: Effect, library: object) -> list[Trial]:
+        tried.append(effect.name)
+        return []
+
+    def promising(chosen: object, scored: list[selection._Scored]) -> list[selection._Scored]:
+        return [one for one in scored if one.effect.name != "hysteresis"]
+
+    monkeypatch.setattr(selection, "_in_full", in_full)
+    monkeypatch.setattr(selection, "_promising", promising)
+    for lag, brings in ((0.9, True), (1.1, False)):
+        errors = {"torque_offset": 1.0, "backlash": lag}
+
+        def error(fit: JointFit, errors: dict[str, float] = errors) -> float:
+            return min((errors.get(e.name, 2.0) for e in fit.model.spec.effects), default=2.0)
+
+        monkeypatch.setattr(selection, "left_out_error", error)
+        monkeypatch.setattr(
+            selection,
+            "_passing",
+            lambda chosen, trial: [trial] if trial.effect.name == "torque_offset" else [],
+        )
+        tried.clear()
+        winner = selection._round(selection.begun(offset_axis, library), library, lambda _: None)
+        assert winner is not None
+        assert winner.effect.name == "torque_offset"
+        assert (tried != []) == brings
+        assert set(tried) <= {"hysteresis"}
+
+
 class _LikeAnOffset(Effect):
     """Nearly constant over the stroke, so that it stands for an offset in part."""
 
@@ -156,18 +234,9 @@ class _LikeAnOffset(Effect):
         return "there is too little of it" if values["size"] < 0.005 else ""
 
 
-def test_what_came_in_for_another_effect_makes_room_for_it(tmp_path: Path) -> None:
+def test_what_came_in_for_another_effect_makes_room_for_it(offset_axis: JointFit) -> None:
     """It cannot be beside the true one, of which it had taken a part; that does not speak against that."""
-    rng = np.random.default_rng(0)
-    t = 0.01 * np.arange(800)
-    trials = []
-    for k in range(6):
-        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
-        q = 0.01 * np.cumsum(w)
-        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + 0.001 * rng.normal(size=len(t))
-        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
-    pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
-    (fit, *_), *_ = begin(record([Log.read(tmp_path / "log.csv")]), "coulomb", "none")
+    fit = offset_axis
     offset = registry.get("torque_offset")
     chosen = selection.begun(fit, [offset])
     wrong = JointModel.build(fit.model.recording, fit.model.spec.adding(_LikeAnOffset()))
