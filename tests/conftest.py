@@ -20,6 +20,9 @@ settings.load_profile("untimed")
 _PROJECT = Path(__file__).resolve().parent.parent
 #: Rooms whose single tests last longest; they start first, so that two workers end together.
 _LONGEST = ("docs", "diagnosis", "verbs")
+#: Before them one file each for two workers, of rooms that have no compiled function in common: what one of
+#: them compiles the other then finds in the cache.
+_FIRST = ("tests/diagnosis/test_pruning.py", "tests/control/test_admittance.py")
 #: Tests that talk to a virtual servo in real time. One that failed while its process was left without a core
 #: is run again, after a pause; a computer that does that to every run of it is no judge: it is skipped.
 _REAL_TIME = ("tests/rig", "tests/virtual_servo", "tests/cli/test_hardware.py", "tests/cli/test_jog.py")
@@ -38,7 +41,7 @@ def pytest_sessionstart() -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The rooms with the longest tests first; what a busy computer starved is run again."""
-    items.sort(key=lambda item: item.path.parent.name not in _LONGEST)
+    items.sort(key=lambda item: (not item.nodeid.startswith(_FIRST), item.path.parent.name not in _LONGEST))
     for item in items:
         if item.nodeid.startswith(_REAL_TIME):
             item.add_marker(pytest.mark.flaky(reruns=_RERUNS, reruns_delay=_PAUSE_S, condition=_PULSE))

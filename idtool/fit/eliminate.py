@@ -40,6 +40,22 @@ def eliminate(
     return share
 
 
+@jit(inline="always")  # so that it is summed as the loop around it may be
+def _filtered(
+    columns: Array, data: Array, indices: NDArray[np.int32], begin: int, end: int
+) -> tuple[float, float, float, float]:
+    """Of four columns, stored by rows, the filtered row whose weights lie from `begin` to `end`."""
+    c0 = c1 = c2 = c3 = 0.0
+    # indices without a sign: to ask of one whether it is negative costs six times the sum
+    for p in range(np.uintp(begin), np.uintp(end)):
+        w, row = data[p], np.uintp(indices[p])
+        c0 += w * columns[row, 0]
+        c1 += w * columns[row, 1]
+        c2 += w * columns[row, 2]
+        c3 += w * columns[row, 3]
+    return c0, c1, c2, c3
+
+
 @jit(fastmath={"reassoc"})
 def filter_and_eliminate(
     columns: Array,
@@ -59,19 +75,16 @@ def filter_and_eliminate(
         data, indices, indptr: the filter as a sparse matrix (CSR).
         start_column, pointer, weight: as in `eliminate`.
     """
-    # indices without a sign: to ask of one whether it is negative costs six times the sum
+    by_rows = columns.T
     for k in range(np.uintp(free.shape[1])):
-        c0 = c1 = c2 = c3 = 0.0
-        for p in range(np.uintp(indptr[k]), np.uintp(indptr[k + np.uintp(1)])):
-            w, row = data[p], np.uintp(indices[p])
-            c0 += w * columns[0, row]
-            c1 += w * columns[1, row]
-            c2 += w * columns[2, row]
-            c3 += w * columns[3, row]
-        free[0, k], free[1, k], free[2, k], free[3, k] = c0, c1, c2, c3
+        free[0, k], free[1, k], free[2, k], free[3, k] = _filtered(
+            by_rows, data, indices, indptr[k], indptr[k + np.uintp(1)]
+        )
     share = np.empty((4, len(weight)))
     for j in range(4):
-        share[j] = eliminate(free[j], start_column, pointer, weight, free[j])
+        one = eliminate(free[j], start_column, pointer, weight, free[j])
+        for s in range(len(weight)):  # a whole row at once takes three seconds more to compile
+            share[j, s] = one[s]
     return share
 
 
@@ -102,19 +115,13 @@ def filtered_moments(
     for s in range(len(pointer) - 1):
         products = total[s]
         for k in range(np.uintp(pointer[s]), np.uintp(pointer[s + 1])):
-            c0 = c1 = c2 = c3 = 0.0
-            for p in range(np.uintp(indptr[k]), np.uintp(indptr[k + np.uintp(1)])):
-                w, row = data[p], np.uintp(indices[p])
-                c0 += w * columns[row, 0]
-                c1 += w * columns[row, 1]
-                c2 += w * columns[row, 2]
-                c3 += w * columns[row, 3]
-            both[0], both[1], both[2], both[3] = c0, c1, c2, c3
+            four = _filtered(columns, data, indices, indptr[k], indptr[k + np.uintp(1)])
+            both[0], both[1], both[2], both[3] = four
             for j in range(n):
                 both[4 + j] = right[k, j]
             for j in range(4 + n):
-                products[0, j] += c0 * both[j]
-                products[1, j] += c1 * both[j]
-                products[2, j] += c2 * both[j]
-                products[3, j] += c3 * both[j]
+                products[0, j] += four[0] * both[j]
+                products[1, j] += four[1] * both[j]
+                products[2, j] += four[2] * both[j]
+                products[3, j] += four[3] * both[j]
     return total

@@ -14,6 +14,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from idtool.errors import InputError, RigFault
 from idtool.model.motion import Array
@@ -124,6 +125,20 @@ class Block:
             readings = [getattr(sample, field.name) for sample in samples]
             columns[field.name] = None if readings[0] is None else np.array(readings)
         return cls(command=command, **columns)
+
+    @classmethod
+    def joined(cls, blocks: Sequence[Block]) -> Block:
+        """Blocks that follow on each other, as one; a reading that one of them lacks is None."""
+        columns: dict[str, Any] = {}
+        for field in fields(cls):
+            parts = [getattr(block, field.name) for block in blocks]
+            columns[field.name] = None if any(part is None for part in parts) else np.concatenate(parts)
+        return cls(**columns)
+
+    def rows(self, chosen: NDArray[np.bool_]) -> Block:
+        """Some of its samples."""
+        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        return Block(**{name: None if column is None else column[chosen] for name, column in columns.items()})
 
     @property
     def effort(self) -> Array:

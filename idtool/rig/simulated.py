@@ -22,8 +22,10 @@ from idtool.rig.numbers import plant_numbers
 from idtool.rig.plant_file import STEP_S, PlantFile
 from idtool.rig.sensors import SENSORS, Sensors
 
-#: Samples computed in one compiled call; a quarter of a second at 5 ms.
+#: Samples computed, and noise drawn, in one call.
 _BLOCK = 50
+#: Time between two looks at the limits, s.
+_YIELDED_S = 0.25
 #: How far past its position limits the axis may get before the drive reports a fault, rad.
 _OVERRUN = 0.05
 #: Share of the steady bristle deflection within which a trial may start.
@@ -137,13 +139,18 @@ class SimulatedRig(Rig):
         self._ready()
         command = trajectory.held(self.period_s)
         mode = plant.VELOCITY_MODE if trajectory.mode == "velocity" else plant.POSITION_MODE
+        most = max(round(_YIELDED_S / (_BLOCK * self.period_s)), 1)
+        blocks: list[Block] = []
         for begin in range(0, len(command), _BLOCK):
             self._open()
             part = np.ascontiguousarray(command[begin : begin + _BLOCK])
             truth = self._run(part, mode, 0.0)
             good = self._within(truth[1])
             if good:
-                yield self._block(truth[:, :good], part[:good])
+                blocks.append(self._block(truth[:, :good], part[:good]))
+            if blocks and (len(blocks) == most or good < len(part) or begin + _BLOCK >= len(command)):
+                yield Block.joined(blocks)
+                blocks.clear()
             if good < len(part):
                 self.stop()
                 raise RigFault("the drive stopped because the axis left its position limits")

@@ -143,13 +143,8 @@ class Supervisor(Rig):
         """What was measured last; None before the first sample."""
         if not self._past:
             return None
-        blocks = list(self._past)
-        joined: dict[str, Array | None] = {}
-        for field in fields(Block):
-            parts = [getattr(block, field.name) for block in blocks]
-            joined[field.name] = None if any(part is None for part in parts) else np.concatenate(parts)
-        recent = np.asarray(joined["time_s"]) >= np.asarray(joined["time_s"])[-1] - REMEMBERED_S
-        return Block(**{k: None if v is None else v[recent] for k, v in joined.items()})  # type: ignore[arg-type]
+        joined = Block.joined(self._past)
+        return joined.rows(joined.time_s >= joined.time_s[-1] - REMEMBERED_S)
 
     @contextmanager
     def _witness(self) -> Iterator[None]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from idtool.control.admittance.constants import CONSTANTS
-from idtool.control.admittance.states import TRANSITIONS
+from idtool.control.states import ADMITTANCE, AROUND, PAPER
 from studies import teach_paper
 from studies.guiding.axes import Axis
 
@@ -61,11 +61,13 @@ def table(axes: list[Axis]) -> list[str]:
 
 
 def transitions() -> list[str]:
-    """The table of legal changes of state."""
-    lines = ["| from | to | when |", "|---|---|---|"]
-    for state, ways in TRANSITIONS.items():
-        lines += [f"| {state.value} | {to.value} | {when} |" for to, when in ways]
-    return lines
+    """The tables of legal changes of state."""
+    laws = {"published": PAPER, "admittance": ADMITTANCE}
+    lines = ["| law | from | to | when |", "|---|---|---|---|"]
+    for law, table in laws.items():
+        for state, ways in table.items():
+            lines += [f"| {law} | {state.value} | {to.value} | {when} |" for to, when in ways]
+    return lines + [f"| both | {state or 'any other'} | {to} | {when} |" for state, to, when in AROUND]
 
 
 def constants() -> list[str]:
@@ -176,7 +178,7 @@ axis; and where the model is wrong by more than D, the axis may run on at K_c ti
 measured below as energy and stop; D is chosen for the second. The loop through a hand that is a spring is a
 matter of stability, not of passivity: its gain margins are what `tune` computes.
 
-**States.** No other change of state is legal (`idtool/control/admittance/states.py`); a test walks the table.
+**States**, of both laws. No other change is legal (`idtool/control/states.py`); a test walks every row.
 
 <TRANSITIONS>
 

@@ -130,7 +130,8 @@ def test_names_the_one_effect_that_nobody_declared(
     assert found["alternatives"] == expected
 
 
-@pytest.mark.parametrize("sensors", ["lab", pytest.param("dynamixel", marks=pytest.mark.long)])
+@pytest.mark.long  # tests/verbs/test_identification.py has such sessions
+@pytest.mark.parametrize("sensors", ["lab", "dynamixel"])
 def test_keeps_quiet_on_an_axis_without_an_effect(tmp_path: Path, sensors: str) -> None:
     diagnosis = identify(session(tmp_path, PLANT.format(sensors=sensors), seed=7)).diagnosis
     assert diagnosis["verdict"] == "adequate"

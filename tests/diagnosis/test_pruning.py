@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -152,12 +153,9 @@ def test_when_the_readings_were_taken_needs_no_prediction(
         assert (friction in gone) == (why is None)
 
 
-@pytest.mark.parametrize(
-    ("follows", "true", "kept"),
-    [("time", False, False), ("time", True, True), ("position", False, True), ("", False, True)],
-)
-def test_what_something_unknown_may_be_all_of(follows: str, true: bool, kept: bool) -> None:
-    """A drift in time that goes as the position does, as far as it can, looks like a spring."""
+@cache
+def told_a_spring(true: bool) -> JointFit:
+    """A fit with a spring, beside a drift in time that goes as the position does, as far as it can."""
     axis = Plant(0.080, 0.115, 0.080, 0.120, 8.0, 0.20, 0.008, 0.20, 0.42)
     spring = {"position_stiffness": {"stiffness_nm_per_rad": 0.05, "neutral_rad": 0.0}}
     (log,) = record_session(replace(axis, effects=spring if true else {}), "lab", 3, ("sweep",))
@@ -168,8 +166,15 @@ def test_what_something_unknown_may_be_all_of(follows: str, true: bool, kept: bo
     starts, *_ = begin(record([log]), "lugre", "auto")
     spec = starts[0].model.spec.adding(registry.get("position_stiffness"))
     model = JointModel.build(starts[0].model.recording, spec, starts[0].model.constants)
-    nothing = {"position_stiffness.stiffness": 0.0, "position_stiffness.pull": 0.0}
-    selection = begun(refit(starts[0], model, nothing), registry.library())
+    return refit(starts[0], model, {"position_stiffness.stiffness": 0.0, "position_stiffness.pull": 0.0})
+
+
+@pytest.mark.parametrize(
+    ("follows", "true", "kept"),
+    [("time", False, False), ("time", True, True), ("position", False, True), ("", False, True)],
+)
+def test_what_something_unknown_may_be_all_of(follows: str, true: bool, kept: bool) -> None:
+    selection = begun(told_a_spring(true), registry.library())
     dropped = drop_what_may_be_unknown(selection, selection.fit, (follows,) if follows else ())
     assert [effect.name for effect in dropped] == ([] if kept else ["position_stiffness"])
     assert ("position_stiffness.stiffness" in selection.fit.model.names) == kept

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -33,7 +34,10 @@ LACKING = {
 }
 
 
-def static(plant: Plant, seed: int) -> StaticFit:
+@cache
+def static(lacking: str = "", seed: int = 0) -> StaticFit:
+    """The fit of a sweep of an axis, clean or with one of LACKING."""
+    plant = replace(CLEAN, effects=LACKING[lacking]) if lacking else CLEAN
     logs = record_session(plant, "lab", seed, ("sweep",))
     return fit_static(record(logs), Parameters(axis=Axis("rotary", TORQUE_CONSTANT)))
 
@@ -46,7 +50,7 @@ def test_of_what_follows_nothing_large_small_parts_are_not_denied() -> None:
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_silent_and_without_a_doubt_where_nothing_is_lacking(seed: int) -> None:
-    fit = static(CLEAN, seed).fit
+    fit = static(seed=seed).fit
     assert remainder(fit) is None
     assert doubted(fit, None) is fit
 
@@ -55,7 +59,7 @@ def test_the_chance_of_small_shares_is_not_computed_and_changes_no_answer(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """It takes most of the time of these tests."""
-    fit = static(replace(CLEAN, effects=LACKING["ripple"]), 5).fit
+    fit = static("ripple", 5).fit
     chances: list[int] = []
     chance = Background.chance
     monkeypatch.setattr(Background, "chance", lambda *given: chances.append(1) or chance(*given))
@@ -73,7 +77,7 @@ def test_the_chance_of_small_shares_is_not_computed_and_changes_no_answer(
     "lacking", ["ripple", *(pytest.param(one, marks=pytest.mark.long) for one in ("spring", "asymmetry"))]
 )
 def test_says_so_and_widens_where_an_effect_is_lacking(lacking: str) -> None:
-    fit = static(replace(CLEAN, effects=LACKING[lacking]), 5).fit
+    fit = static(lacking, 5).fit
     left = remainder(fit)
     assert left is not None
     assert left.depends_on
@@ -91,7 +95,7 @@ def test_says_so_and_widens_where_an_effect_is_lacking(lacking: str) -> None:
 @pytest.mark.parametrize(("share", "above"), [(0.15, 0.8), (0.06, 0.6), (0.03, None)])
 def test_what_is_large_is_told_though_it_repeats_nothing(share: float, above: float | None) -> None:
     """A torque that turns round from row to row has no memory, and no floor of the sensors explains it."""
-    fit = static(CLEAN, 5).fit
+    fit = static().fit
     recording, rng = fit.model.recording, np.random.default_rng(0)
     torque = np.diff(rng.normal(size=len(recording.torque)), prepend=0.0)
     # as much as passes the filter of the comparison

@@ -71,7 +71,7 @@ def _log(seed: int, case: Case) -> Log:
 
 
 @cache
-def _found(case: Case, seeds: int = 20) -> list[tuple[Parameter, Parameter]]:
+def _found(case: Case, seeds: int) -> list[tuple[Parameter, Parameter]]:
     """sigma0 and sigma1 of each seed."""
     found = []
     for seed in range(seeds):
@@ -94,7 +94,7 @@ def test_presliding_that_no_sample_shows_is_not_identified(case: Case, seeds: in
 
 
 def test_the_bound_in_its_place_holds() -> None:
-    for stiffness, _ in _found(WITHIN_A_SAMPLE):
+    for stiffness, _ in _found(WITHIN_A_SAMPLE, 20):
         assert stiffness.at_least is not None
         assert 20.0 < stiffness.at_least < STIFF[0]
 
@@ -102,7 +102,7 @@ def test_the_bound_in_its_place_holds() -> None:
 @pytest.mark.parametrize("case", [SHOWN, SOFT], ids=["70 N m/rad", "5 N m/rad"])
 def test_what_the_samples_show_is_identified_and_its_intervals_hold_the_truth(case: Case) -> None:
     """Of 20 intervals of 95 % seventeen or more (chance gives fewer once in 60)."""
-    found = _found(case)
+    found = _found(case, 20)
     for i, truth in enumerate(case[0]):
         intervals = [parameters[i].ci95 for parameters in found]
         held = [ci is not None and ci[0] <= truth <= ci[1] for ci in intervals]

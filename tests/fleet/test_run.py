@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import re
+import shutil
 import threading
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
@@ -25,6 +26,24 @@ from idtool.parameters import Parameters
 from idtool.parameters.axis import Axis
 from testbench.fleet import QUICK, session
 from tests.fleet.doubles import broken, dies_of, pid_of
+
+#: Of the session below.
+OPTIONS = replace(QUICK, without=("torque_offset",), tolerance=3.0, axis=Axis(extra={"lever_m": 0.2}))
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A fleet of one session ("sessions") and its results ("out")."""
+    folder = tmp_path_factory.mktemp("finished")
+    session(folder / "sessions" / "A0_2026-01-01", seed=0)
+    assert not run_fleet(folder / "sessions", folder / "out", OPTIONS, workers=1).failed
+    return folder
+
+
+@pytest.fixture
+def fleet(finished: Path, tmp_path: Path) -> Path:
+    """A copy of it, to be changed."""
+    return Path(shutil.copytree(finished, tmp_path / "fleet"))
 
 
 def test_failures_stop_no_other_and_what_is_done_is_kept(
@@ -79,14 +98,12 @@ def test_failures_stop_no_other_and_what_is_done_is_kept(
     assert {line["key"]: line["units"] for line in document["parameters"]}["coulomb_nm"] == 3
 
 
-def test_a_failure_leaves_no_result_of_an_earlier_run(tmp_path: Path) -> None:
-    folder = session(tmp_path / "sessions" / "A")
-    run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1)
-    result = tmp_path / "out" / "sessions" / "A"
+def test_a_failure_leaves_no_result_of_an_earlier_run(fleet: Path) -> None:
+    result = fleet / "out" / "sessions" / "A0_2026-01-01"
     assert (result / "params.toml").exists()
-    (folder / "sine.csv").write_text("nonsense\n")
-    fleet = run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1)
-    assert [row.session for row in fleet.failed] == ["A"]
+    (fleet / "sessions" / "A0_2026-01-01" / "sine.csv").write_text("nonsense\n")
+    failed = run_fleet(fleet / "sessions", fleet / "out", OPTIONS, workers=1).failed
+    assert [row.session for row in failed] == ["A0_2026-01-01"]
     assert sorted(path.name for path in result.iterdir()) == ["session.json"]
 
 
@@ -151,18 +168,13 @@ def test_facts_that_cannot_be_used_fail_that_session(tmp_path: Path, facts: str,
     assert outcome.error.startswith(expected)
 
 
-def test_options_are_those_of_identify(tmp_path: Path) -> None:
-    session(tmp_path / "sessions" / "A")
-    axis = Axis(extra={"lever_m": 0.2})
-    options = replace(QUICK, without=("torque_offset",), tolerance=3.0, axis=axis)
-    fleet = run_fleet(tmp_path / "sessions", tmp_path / "out", options, workers=1)
-    assert not fleet.failed
-    written = Parameters.read(tmp_path / "out" / "sessions" / "A" / "params.toml")
+def test_options_are_those_of_identify(fleet: Path) -> None:
+    written = Parameters.read(fleet / "out" / "sessions" / "A0_2026-01-01" / "params.toml")
     assert written.provenance["without"] == ["torque_offset"]
     assert written.provenance["tolerance_percent"] == 3.0
     assert written.axis.extra["lever_m"] == 0.2
     told: list[str] = []
-    run_fleet(tmp_path / "sessions", tmp_path / "out", options, workers=1, tell=told.append)
+    run_fleet(fleet / "sessions", fleet / "out", OPTIONS, workers=1, tell=told.append)
     assert told == ["1 of 1 sessions were done before"]
 
 
@@ -218,10 +230,8 @@ def test_a_large_page_has_pages_and_a_search_and_short_tiles(tmp_path: Path) -> 
     assert f"script-src 'sha256-{digest}'" in html
 
 
-def test_a_phone_reads_every_value_under_its_name(tmp_path: Path) -> None:
-    session(tmp_path / "sessions" / "A0_2026-01-01", seed=0)
-    run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1)
-    html = (tmp_path / "out" / "fleet.html").read_text()
+def test_a_phone_reads_every_value_under_its_name(finished: Path) -> None:
+    html = (finished / "out" / "fleet.html").read_text()
     assert html.count('<table class="stack') == html.count("<table") == 2
     cells = re.findall(r"<td[^>]*>", html)
     assert len(cells) > 9
@@ -231,15 +241,13 @@ def test_a_phone_reads_every_value_under_its_name(tmp_path: Path) -> None:
     )  # rows of other pages stay away
 
 
-def test_a_table_that_is_left_out_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_table_that_is_left_out_is_said(fleet: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without pyarrow there is no Parquet, and an old one would be of other sessions."""
-    session(tmp_path / "sessions" / "A0_2026-01-01", seed=0)
-    old = tmp_path / "out" / "summary.parquet"
-    old.parent.mkdir()
-    old.write_bytes(b"old")
+    old = fleet / "out" / "summary.parquet"
+    assert old.exists()
     monkeypatch.setattr("idtool.fleet.run.find_spec", lambda name: None)
     said: list[str] = []
-    run_fleet(tmp_path / "sessions", tmp_path / "out", QUICK, workers=1, tell=said.append)
+    run_fleet(fleet / "sessions", fleet / "out", OPTIONS, tell=said.append)
     assert said[-1] == "summary.parquet is left out: it needs pyarrow (pip install 'ffc-id[parquet]')"
     assert not old.exists()
 

@@ -53,6 +53,7 @@ def test_names_what_is_there_and_nothing_else(sessions: Path, name: str) -> None
     assert named == set(truth["effects"])
     if not truth["effects"]:
         assert diagnosis["verdict"] == "adequate"
+        assert diagnosis["unexplained"] is None
     else:
         assert diagnosis["verdict"] in ("effect_found", "ambiguous")
     assert diagnosis["error"]["held_out"]["after"] <= 1.1 * diagnosis["error"]["noise_floor"]

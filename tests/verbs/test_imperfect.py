@@ -17,7 +17,6 @@ from idtool.signals import record as as_recording
 from idtool.verbs.check import check
 from idtool.verbs.identification import Identification
 from idtool.verbs.predict import predict
-from testbench.plants import Plant, record_session
 
 from .support import GRAVITY, SINE, SWEEP, changed, ffc_id, plant, record
 
@@ -321,13 +320,9 @@ def test_refused_in_one_sentence(
     assert [path.name for path in tmp_path.iterdir()] == ["spoiled.csv"]
 
 
-def test_an_experiment_too_slowly_sampled_to_be_compared_is_told_and_has_no_error() -> None:
-    plant = Plant(0.080, 0.110, 0.080, 0.120, 8.0, 0.20, 0.008, 0.20, 0.42)
-    logs = [
-        replace(log, rows=log.frame.iloc[::27].reset_index(drop=True))
-        for log in record_session(plant, "lab", 4)
-    ]
-    found = identify(logs).diagnosis
+def test_an_experiment_too_slowly_sampled_to_be_compared_is_told_and_has_no_error(fine: Logs) -> None:
+    rows = {"gravity": 60, "sweep": 150, "sine": 60}  # of 2 ms
+    found = identify([every(log, rows[name]) for name, log in fine.items()]).diagnosis
     assert set(found["error"]["by_experiment"]) == {"gravity", "sine"}
-    assert any("'sweep'" in note for note in found["notes"])
+    assert "no row of the experiment 'sweep' could be compared with the model." in found["notes"]
     assert all(np.isfinite(value) for value in found["error"]["held_out"].values())
