@@ -29,17 +29,18 @@ _EFFECTS: Mapping[str, dict[str, float]] = {
     "position_stiffness": {"stiffness_nm_per_rad": 0.03, "neutral_rad": 0.4},
 }
 _DISTURBANCE, _DISTURBANCE_NM = "bump at one speed", 0.012
+_SEED = 4
 
 
-def logs_of(axis: str, rows: int, seed: int = 4) -> list[Log]:
+def logs_of(axis: str, rows: int) -> list[Log]:
     """A session of the clean axis, of one with three effects, or of that with a disturbance as well: every so
     manieth row of it, or with as many more sweeps as the rows need."""
     plant = _CLEAN if axis == "clean" else replace(_CLEAN, effects=dict(_EFFECTS))
-    logs = record_session(plant, "lab", seed)
+    logs = record_session(plant, "lab", _SEED)
     while (whole := sum(len(log.frame) for log in logs)) < rows:
-        logs += record_session(plant, "lab", seed + len(logs), ("sweep",))
+        logs += record_session(plant, "lab", _SEED + len(logs), ("sweep",))
     if axis == "three effects and something unknown":
-        logs = disturb(logs, _DISTURBANCE, seed, _DISTURBANCE_NM)
+        logs = disturb(logs, _DISTURBANCE, _SEED, _DISTURBANCE_NM)
     step = -(-whole // rows) if whole > 1.5 * rows else 1
     return [replace(log, rows=log.frame.iloc[::step].reset_index(drop=True)) for log in logs]
 

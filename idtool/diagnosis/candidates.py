@@ -13,6 +13,7 @@ from idtool.diagnosis.lines import strongest_line, waves_of
 from idtool.diagnosis.repetition import beats_with_motion
 from idtool.diagnosis.residual import motion_columns
 from idtool.diagnosis.shapes import Unnamed
+from idtool.diagnosis.summed import HIDDEN, Summed
 from idtool.effects.base import Effect, derivative
 from idtool.effects.hysteresis import carried_of_friction, reaches
 from idtool.fit import noise
@@ -51,12 +52,8 @@ _IN_BEND = 4.0
 _OF_ITS_SIZE = (0.2, 5.0)
 #: How far around the best place and width of a local shape is looked next, as shares of its width.
 _CLOSER = (1.0, 0.5, 0.25, 0.12)
-#: ... over so many bins of its variable, of which its narrowest has several.
-_BINS = 2000
 #: Two fits of one model whose sums of squares agree to this share are at one minimum.
 _THE_SAME = 1e-6
-#: What less than this share is left of beside a fit's own columns is hidden by them.
-_HIDDEN = 1e-3
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
 _SPENT = 15
 #: ... that screen its starts where it has several, and of how many scores.
@@ -281,7 +278,7 @@ def _best_shape(fit: JointFit, effect: Unnamed) -> Start:
     residual, basis = background.residual[: len(row)], background.basis[: len(row)]
     starts = effect.starts(motion)
     tried = len(starts)
-    summed = _Summed.of(variable, turned, residual, basis)
+    summed = Summed.of(variable, turned, residual, basis)
     for share in (*_CLOSER, 0.0):
         columns = [effect.shape(summed.variable, s["place"], s["log_width"]) for s in starts]
         best = int(np.argmax(summed.gains(np.column_stack(columns))))
@@ -290,51 +287,12 @@ def _best_shape(fit: JointFit, effect: Unnamed) -> Start:
     column = turned * effect.shape(variable, starts[best]["place"], starts[best]["log_width"])
     shape = column - basis @ (basis.T @ column)
     norm = float(shape @ shape)
-    height = float(shape @ residual) / norm if norm > _HIDDEN * float(column @ column) else 0.0
+    height = float(shape @ residual) / norm if norm > HIDDEN * float(column @ column) else 0.0
     left = residual - height * shape
     gain = 1.0 - float(left @ left) / float(residual @ residual)
     chance = background.chance(left, shape[:, None])
     found = {**starts[best], "height": height}
     return Start(max(gain, 0.0), min(1.0, chance * tried), found)
-
-
-@dataclass(frozen=True)
-class _Summed:
-    """Rows summed where their variable is nearly the same: a shape is as good as constant over a bin.
-
-    Attributes:
-        variable: mean of each bin, shape (bins,).
-        size: squares of what a shape is multiplied by, summed, shape (bins,).
-        residual: the product of that with the residual, summed, shape (bins,).
-        basis: ... with what a fit has used already, shape (bins, m).
-    """
-
-    variable: Array
-    size: Array
-    residual: Array
-    basis: Array
-
-    @classmethod
-    def of(cls, variable: Array, turned: Array, residual: Array, basis: Array) -> _Summed:
-        """Of rows, shapes (rows,) and (rows, m); a shape is multiplied by `turned`."""
-        low, width = float(variable.min()), float(np.ptp(variable)) / _BINS
-        bins = np.minimum((variable - low) / width, _BINS - 1).astype(np.int32)
-        from scipy import sparse  # the fits alone need not pay its import
-
-        rows = len(variable)
-        into = sparse.csr_matrix((turned, bins, np.arange(rows + 1)), shape=(rows, _BINS)).T
-        count = np.bincount(bins, minlength=_BINS)
-        mean = np.bincount(bins, variable, minlength=_BINS) / np.maximum(count, 1)
-        sums = mean, *(np.asarray(into @ values) for values in (turned, residual, basis))
-        return cls(*(values[count > 0] for values in sums))
-
-    def gains(self, shapes: Array) -> Array:
-        """What each of several shapes, (bins, shapes), takes away of the residual's squares."""
-        original = self.size @ shapes**2
-        norm = original - np.sum((self.basis.T @ shapes) ** 2, axis=0)  # of what the basis leaves of each
-        # the residual is free of the basis
-        taken = (self.residual @ shapes) ** 2 / np.maximum(norm, 1e-300)
-        return np.asarray(np.where(norm > _HIDDEN * original, taken, 0.0))
 
 
 @kept

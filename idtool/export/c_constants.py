@@ -53,13 +53,13 @@ def settle_s(controller: ForceFreeController) -> float:
     return its.settings.settle
 
 
-def periods(period: float, holds: Callable[[float], bool], start: float = 0.0) -> int:
+def periods(period: float, holds: Callable[[float], bool]) -> int:
     """After so many periods, added up one by one as the controller does, `holds` of the time is true.
 
     Raises:
         InputError: more than a counter of the C holds.
     """
-    time = start
+    time = 0.0
     for count in range(1, _MOST_PERIODS):
         time += period
         if holds(time):

@@ -24,6 +24,10 @@ from idtool.parameters import Parameters
 
 #: How fast fingers close on or leave the grip, s.
 _GRIP_S = 0.05
+#: How long an arm takes to speed up and to slow down, s.
+_RISE_S = 0.25
+#: Of a relaxed human arm: see `ImpedanceHand.at_slide`.
+_DAMPING_N_S_PER_M = 20.0
 
 
 def travel_per_position(parameters: Parameters) -> float | None:
@@ -180,27 +184,21 @@ class ImpedanceHand(Hand):
         stiffness: float,
         damping: float,
         sequence: Sequence[Push] = SEQUENCE,
-        *,
-        start_s: float = 0.6,
-        rise_s: float = 0.25,
-        most: float = math.inf,
     ) -> None:
         """Everything at the shaft.
 
         Args:
             speed: wanted speed, rad/s (m/s).
             stiffness, damping: N m/rad and N m s/rad (N/m, N s/m).
-            rise_s: how long it takes to speed up and to slow down, s.
-            most: the greatest torque of the hand, N m (N).
+            sequence: the pushes, one after another.
 
         Raises:
             InputError: a speed, stiffness or damping that is not positive.
         """
-        super().__init__(sequence, start_s=start_s)
-        if not (speed > 0 and stiffness > 0 and damping >= 0 and rise_s > 0 and most > 0):
-            raise InputError("the hand needs speed, stiffness and rise above zero", place="ImpedanceHand")
+        super().__init__(sequence)
+        if not (speed > 0 and stiffness > 0 and damping >= 0):
+            raise InputError("the hand needs speed and stiffness above zero", place="ImpedanceHand")
         self._speed, self._stiffness, self._damping = speed, stiffness, damping
-        self._rise, self._most = rise_s, most
         self._grasp: float | None = None
 
     @classmethod
@@ -210,7 +208,6 @@ class ImpedanceHand(Hand):
         *,
         speed_mm_s: float = 20.0,
         stiffness_n_per_m: float = 1000.0,
-        damping_n_s_per_m: float = 20.0,
         sequence: Sequence[Push] = SEQUENCE,
     ) -> ImpedanceHand:
         """A hand told in the units of the moving part.
@@ -223,16 +220,16 @@ class ImpedanceHand(Hand):
         return cls(
             speed_mm_s * 1e-3 / ratio,
             stiffness_n_per_m * ratio**2,
-            damping_n_s_per_m * ratio**2,
+            _DAMPING_N_S_PER_M * ratio**2,
             sequence,
         )
 
     def target(self, push: Push, elapsed: float) -> tuple[float, float]:
         """Wanted displacement since the grasp, and its speed; rad, rad/s (m, m/s)."""
-        displacement, speed = _ramp(elapsed, self._rise, self._speed)
+        displacement, speed = _ramp(elapsed, self._speed)
         over = elapsed - push.push_s
         if over > 0.0:  # slow down: the ramp again, taken off
-            less, slower = _ramp(over, self._rise, self._speed)
+            less, slower = _ramp(over, self._speed)
             displacement, speed = displacement - less, speed - slower
         return push.direction * displacement, push.direction * speed
 
@@ -244,8 +241,7 @@ class ImpedanceHand(Hand):
             self._grasp = position
         wanted, speed = self.target(push, phase.elapsed)
         torque = self._stiffness * (self._grasp + wanted - position) + self._damping * (speed - velocity)
-        torque *= smooth(phase.elapsed / _GRIP_S)
-        return min(max(torque, -self._most), self._most)
+        return torque * smooth(phase.elapsed / _GRIP_S)
 
 
 def smooth(share: float) -> float:
@@ -254,8 +250,8 @@ def smooth(share: float) -> float:
     return s * s * (3.0 - 2.0 * s)
 
 
-def _ramp(elapsed: float, rise: float, speed: float) -> tuple[float, float]:
-    """Travel and speed of a start that reaches `speed` smoothly after `rise`."""
-    s = min(elapsed / rise, 1.0)
-    travel = speed * rise * s**3 * (1.0 - 0.5 * s)
-    return travel + speed * max(elapsed - rise, 0.0), speed * smooth(s)
+def _ramp(elapsed: float, speed: float) -> tuple[float, float]:
+    """Travel and speed of a start that reaches `speed` smoothly."""
+    s = min(elapsed / _RISE_S, 1.0)
+    travel = speed * _RISE_S * s**3 * (1.0 - 0.5 * s)
+    return travel + speed * max(elapsed - _RISE_S, 0.0), speed * smooth(s)

@@ -19,11 +19,14 @@ from idtool.io.lock import hold
 from idtool.log.format import columns_of, header_text
 from idtool.parameters.axis import Axis
 
+#: Rows are forced onto the disk so often, s of log time.
+_SYNC_S = 1.0
+
 
 class LogWriter:
     """Append rows to a log while an experiment runs.
 
-    Every `append` hands whole rows to the operating system; every `sync_every_s` seconds of log time
+    Every `append` hands whole rows to the operating system; after every second of log time
     they are forced onto the disk in the background, and on close. A process that is killed loses
     nothing it appended; a power cut loses at most the seconds since the last sync.
     """
@@ -37,7 +40,6 @@ class LogWriter:
         header: Mapping[str, Any] | None = None,
         *,
         force: bool = False,
-        sync_every_s: float = 1.0,
         keep_rows: int | None = None,
     ) -> None:
         """Create the file and write its header, or go on with an existing one.
@@ -47,7 +49,6 @@ class LogWriter:
             columns: names, in the order of the rows.
             axis, experiment, header: what its TOML lines say.
             force: overwrite an existing file.
-            sync_every_s: see above.
             keep_rows: go on with the log that is there, after this many of its rows; what follows
                 them is cut off.
 
@@ -60,7 +61,6 @@ class LogWriter:
         known = set(columns_of(axis.kind).values())
         self._known = [index for index, name in enumerate(self.columns) if name in known]
         self._time_column = self.columns.index("time_s")
-        self._sync_every_s = sync_every_s
         self._synced_at = -float("inf")
         self._pool = ThreadPoolExecutor(1)
         self._syncing: Future[None] | None = None
@@ -130,7 +130,7 @@ class LogWriter:
             )
         self._put("".join([",".join([_number(value) for value in row]) + "\n" for row in rows.tolist()]))
         self._rows += len(rows)
-        if rows[-1, self._time_column] - self._synced_at >= self._sync_every_s:
+        if rows[-1, self._time_column] - self._synced_at >= _SYNC_S:
             self._sync_soon()
             self._synced_at = float(rows[-1, self._time_column])
 

@@ -137,7 +137,7 @@ class Block:
 
     def rows(self, chosen: NDArray[np.bool_]) -> Block:
         """Some of its samples."""
-        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        columns: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
         return Block(**{name: None if column is None else column[chosen] for name, column in columns.items()})
 
     @property

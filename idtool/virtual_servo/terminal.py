@@ -32,7 +32,6 @@ class VirtualTerminal:
         servo: who answers; nobody else may touch it while it is served, except under `lock`.
         mishaps: what goes wrong.
         clock: the servo's; None is the host's.
-        wire: take the time that bytes take on the wire, and the servo's return delay.
 
     Attributes:
         path: of the device.
@@ -40,18 +39,12 @@ class VirtualTerminal:
     """
 
     def __init__(
-        self,
-        servo: VirtualServo,
-        *,
-        mishaps: Mishaps | None = None,
-        clock: Clock | None = None,
-        wire: bool = True,
+        self, servo: VirtualServo, *, mishaps: Mishaps | None = None, clock: Clock | None = None
     ) -> None:
         self.servo = servo
         self.mishaps = mishaps or Mishaps([])
         self.lock = threading.Lock()
         self._clock = clock or HostClock()
-        self._wire = wire
         # our own handle of the far end keeps the device alive between two hosts
         self._near, self._far = os.openpty()
         tty.setraw(self._far)
@@ -139,8 +132,7 @@ class VirtualTerminal:
 
     def _pass(self, seconds: float) -> None:
         """Take the time that something takes on the wire."""
-        if self._wire:
-            self._clock.wait_until(self._clock.now() + seconds)
+        self._clock.wait_until(self._clock.now() + seconds)
 
     def _send(self, answer: bytes) -> None:
         for delay, arriving in self.mishaps.pass_on(answer):

@@ -108,7 +108,7 @@ class Guided:
         return max(p.swing for p in self.pushes)
 
 
-def guide(case: Case, *, tared: bool, controller: Controller = GAINS, ramps: bool = True) -> Guided:
+def guide(case: Case, *, tared: bool, ramps: bool = True) -> Guided:
     """Run the whole sequence on one axis."""
     ratio = case.ratio
     axis, law = set_up(case)

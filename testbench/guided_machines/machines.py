@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from idtool import Log, Parameters, identify
+from idtool import Log, Parameters
 from idtool.effects import registry
 from idtool.experiment.recipe import read_recipe
 from idtool.fit.joint import refit
@@ -153,22 +153,19 @@ def session_of(machine: Machine, seed: int) -> list[Log]:
     return recorded(StudyRig(machine, seed), map(read_recipe, SESSION))
 
 
-def file_of(machine: Machine, seed: int, cache: Path, *, diagnosed: bool = False) -> Parameters:
-    """The parameter file identified from a session of the machine; kept in `cache`.
+def file_of(machine: Machine, seed: int, cache: Path) -> Parameters:
+    """The parameter file of a joint fit to a session of the machine, with the inertia and the difference
+    between the directions; kept in `cache`.
 
     Args:
         machine: on which the session is recorded.
         seed: of its noise.
         cache: folder of the files.
-        diagnosed: by `identify`, which takes minutes; else by its joint fit alone, with the inertia and the
-            difference between the directions.
     """
-    path = cache / f"{machine.name}-{seed}-{'identified' if diagnosed else 'fitted'}.toml"
+    path = cache / f"{machine.name}-{seed}-fitted.toml"
     if not path.exists():
         cache.mkdir(parents=True, exist_ok=True)
-        logs = session_of(machine, seed)
-        found = identify(logs, seed=0).parameters if diagnosed else _fitted(logs)
-        found.write(path)
+        _fitted(session_of(machine, seed)).write(path)
     return Parameters.read(path)
 
 

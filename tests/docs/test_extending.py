@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +121,18 @@ offset_nm = {value = 0.02}
     done = export("octave", Parameters.read(file), joint="elbow")
     assert "elbow.coulomb = 0.08;" in done.text
     assert "% Not carried: the effect torque offset." in done.text
+
+
+def test_the_page_names_every_file_that_knows_most_effects_by_name() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    names = [re.compile(rf"\b{name}\b") for name in registry.names()]
+    folders = ("idtool", "cli", "pages", "studies", "benchmarks", "testbench", "tests", "docs")
+    files = [PROJECT / "README.md", *(file for folder in folders for file in (PROJECT / folder).rglob("*.*"))]
+    for file in files:
+        if file.suffix in (".py", ".md", ".jinja", ".toml", ".js"):
+            text = file.read_text(encoding="utf-8")
+            if sum(bool(name.search(text)) for name in names) > 0.7 * len(names):
+                assert f"`{file.relative_to(PROJECT)}`" in page
 
 
 def test_the_page_shows_the_package_as_it_is() -> None:
