@@ -137,8 +137,11 @@ class Block:
 
     def rows(self, chosen: NDArray[np.bool_]) -> Block:
         """Some of its samples."""
-        columns: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
-        return Block(**{name: None if column is None else column[chosen] for name, column in columns.items()})
+        columns: dict[str, Any] = {}
+        for field in fields(self):
+            readings = getattr(self, field.name)
+            columns[field.name] = None if readings is None else readings[chosen]
+        return Block(**columns)
 
     @property
     def effort(self) -> Array:
