@@ -1,4 +1,5 @@
-"""The picture of docs/architecture.md, from the imports themselves: rooms as boxes, imports as arrows.
+"""The picture of docs/architecture.md, from the imports themselves: rooms as boxes, imports as arrows. And
+the account of lines.
 
 python -m pages.architecture
 """
@@ -89,6 +90,36 @@ def table() -> str:
     return "\n".join(["| room | what is in it |", "|---|---|", *rows, ""])
 
 
+def spoken(tree: ast.Module) -> set[int]:
+    """The lines of all docstrings."""
+    kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    first = (node.body[0] for node in ast.walk(tree) if isinstance(node, kinds) and node.body)
+    texts = (one for one in first if isinstance(one, ast.Expr) and isinstance(one.value, ast.Constant))
+    return {line for one in texts for line in range(one.lineno, (one.end_lineno or one.lineno) + 1)}
+
+
+def lines_of(folder: Path) -> tuple[int, int, int, int]:
+    """Files, lines, lines of code (no blank, comment or docstring), and lines of the longest file."""
+    counts = []
+    for file in [folder] if folder.is_file() else sorted(folder.rglob("*.py")):
+        text = file.read_text(encoding="utf-8")
+        said, lines = spoken(ast.parse(text)), text.splitlines()
+        code = [line for k, line in enumerate(lines, 1) if k not in said and line.strip()]
+        counts.append((len(lines), sum(not line.lstrip().startswith("#") for line in code)))
+    return len(counts), sum(n for n, _ in counts), sum(n for _, n in counts), max(n for n, _ in counts)
+
+
+def account() -> str:
+    """Lines of every room and folder."""
+    rooms = [PACKAGE / room if (PACKAGE / room).is_dir() else PACKAGE / f"{room}.py" for room in ROOMS]
+    folders = [Path(name) for name in ("cli", "testbench", "studies", "pages", "benchmarks", "tests")]
+    counted = [(place, *lines_of(place)) for place in (*rooms, *folders)]
+    rows = ["| | files | lines | of code | longest file |", "|---|---:|---:|---:|---:|"]
+    rows += [f"| `{place}` | " + " | ".join(f"{n:,}" for n in counts) + " |" for place, *counts in counted]
+    whole = [sum(counts[k] for place, *counts in counted if place != Path("tests")) for k in range(3)]
+    return "\n".join([*rows, f"| all but `tests` | {whole[0]:,} | {whole[1]:,} | {whole[2]:,} | |", ""])
+
+
 def page(text: str) -> str:
     """The page with its picture and its list as the code is now."""
     for part, made in (("picture", picture()), ("rooms", table())):
@@ -97,7 +128,8 @@ def page(text: str) -> str:
 
 
 def main() -> None:
-    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    text = page(PAGE.read_text(encoding="utf-8"))
+    PAGE.write_text(with_made(text, "lines", account(), "docs-architecture"), encoding="utf-8")
 
 
 if __name__ == "__main__":

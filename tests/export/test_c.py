@@ -65,7 +65,7 @@ def assert_alike(c: Answers, python: Answers) -> None:
 @pytest.mark.parametrize("case", CASES)
 def test_steps_as_python_does(case: str, values: dict[str, float], tmp_path: Path) -> None:
     file = parameters(values, **CASES[case])
-    samples = motion(STEPS, 0.01, seed=1)
+    samples = motion(STEPS // 2, 0.01, seed=1)
     c, python = run_c(compile_c(file, tmp_path), samples), run_python(file, samples)
     assert_alike(c, python)
     seen = Counter(python.state)
