@@ -18,14 +18,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from .screen import Screen
 
 Decorator = Callable[[Any], Any]
 #: The type of an argument or an option that names a file or a folder.
 PATH = click.Path(path_type=Path)
-
-#: Columns of a table that another program reads: wider than any row is.
-_PIPED_WIDTH = 1000
 
 
 @dataclass(frozen=True)
@@ -60,14 +57,16 @@ class Output:
         if not self.json:
             self.say(f"next: {shlex.join(['ffc-id', *map(str, ('plot', odd[0]) if odd else words)])}")
 
-    def result(self, document: Any, show: Callable[[Console], None] | Iterable[str]) -> None:
-        """The result: `document` as JSON; or its lines, or what `show` prints on a rich console."""
+    def result(self, document: Any, show: Callable[[Screen], None] | Iterable[str]) -> None:
+        """The result: `document` as JSON; or its lines, or what `show` prints on a screen."""
         if self.json:
             from idtool.io.plain import plain
 
             click.echo(json.dumps(plain(document), indent=1, allow_nan=False, default=str))
         elif callable(show):
-            show(console())
+            from .screen import Screen
+
+            show(Screen())
         else:
             for line in show:
                 click.echo(line)
@@ -97,19 +96,6 @@ def _as_typed(value: Any) -> list[str]:
     if isinstance(value, list):
         return [",".join(word for one in value for word in _as_typed(one))]
     return [str(value).removesuffix(".0") if isinstance(value, float) else str(value)]
-
-
-def console(*, stderr: bool = False) -> Console:
-    """A rich console; where the output is not a terminal plain text, as wide as it needs to be.
-
-    NO_COLOR and COLUMNS are respected.
-    """
-    from rich.console import Console
-
-    screen = Console(stderr=stderr, highlight=False, soft_wrap=False)
-    if not screen.is_terminal and not os.environ.get("COLUMNS"):
-        screen.width = _PIPED_WIDTH  # nobody folds what another program reads
-    return screen
 
 
 def handed(name: str, kind: type[Any], *options: Decorator) -> Decorator:

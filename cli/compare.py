@@ -12,11 +12,11 @@ from .axis import Given, axis_options
 from .common import PATH, Output, output_options
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.compare.comparison import Comparison
     from idtool.compare.paired_errors import ErrorLine
     from idtool.parameters import Parameter, Parameters
+
+    from .screen import Screen
 
 
 @click.command()
@@ -43,7 +43,7 @@ def compare(a: Path, b: Path, logs: Sequence[Path], given: Given, output: Output
     known = one.axis if one.axis.torque_constant is not None else other.axis
     comparison = run(one, other, given.read(logs, output, known))
     document = comparison.to_document() | {"a": str(a), "b": str(b)}
-    output.result(document, lambda console: _show(console, comparison, a, b))
+    output.result(document, lambda screen: _show(screen, comparison, a, b))
     if logs:
         output.next("fleet", "SESSIONS/", "-o", "fleet")
     else:
@@ -60,16 +60,16 @@ def _with_logs(a: Path, b: Path, one: Parameters, other: Parameters) -> list[str
     return ["run", "--recipe", "validation", "--rig", other.rig or one.rig or ANY_RIG, "-o", "validation.csv"]
 
 
-def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:
+def _show(screen: Screen, comparison: Comparison, a: Path, b: Path) -> None:
     from idtool.model.units import unit_text
     from idtool.presentation.text import number
 
     from .tables import print_table
 
-    console.print(comparison.sentence, style="bold", markup=False)
+    screen.print(comparison.sentence, bold=True)
     click.echo(f"\nA: {a}\nB: {b}\n")
     print_table(
-        console,
+        screen,
         ("parameter", ">A", ">B", ">B − A", ">z", "unit", ""),
         [
             (
@@ -88,7 +88,7 @@ def _show(console: Console, comparison: Comparison, a: Path, b: Path) -> None:
         unit = unit_text("torque", comparison.kind)
         click.echo(f"\nprediction error, rms, {unit}")
         print_table(
-            console,
+            screen,
             ("logs", ">A", ">B", ">pairs", ">p", ""),
             [_error_row(line) for line in comparison.errors],
         )

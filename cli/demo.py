@@ -12,10 +12,10 @@ from .common import PATH, Output, force_option, output_options, seed_option
 from .progress import Progress
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.parameters import Parameters
     from idtool.verbs.identification import Identification
+
+    from .screen import Screen
 
 #: The undeclared effect of the demo: the plant file's name among the package's data.
 _PLANT = "demo_rig.toml"
@@ -79,7 +79,7 @@ def demo(folder: Path, seed: int, force: bool, output: Output) -> None:
         "report": str(page),
         "seconds": seconds,
     }
-    output.result(document, lambda console: _show(console, document))
+    output.result(document, lambda screen: _show(screen, document))
     output.next("run-gravity", "--rig", "SPEC", "-o", "gravity.csv")
 
 
@@ -150,7 +150,7 @@ def _recovered(parameters: Parameters) -> list[dict[str, Any]]:
     return rows
 
 
-def _show(console: Console, document: dict[str, Any]) -> None:
+def _show(screen: Screen, document: dict[str, Any]) -> None:
     from idtool.model.units import unit_text
     from idtool.presentation.text import quantity
 
@@ -158,7 +158,7 @@ def _show(console: Console, document: dict[str, Any]) -> None:
     from .tables import print_table
 
     print_table(
-        console,
+        screen,
         ("parameter", ">published", ">recovered", ">std error", ">off", "unit"),
         [
             (
@@ -173,8 +173,8 @@ def _show(console: Console, document: dict[str, Any]) -> None:
         ],
         title="recovered against published",
     )
-    print_verdict(console, document["diagnosis"])
-    console.print("\n[bold]hand guiding[/bold] (published: 5.56 N, 19.20 mm/s, stop within 48 ms)")
+    print_verdict(screen, document["diagnosis"])
+    screen.print("\nhand guiding (published: 5.56 N, 19.20 mm/s, stop within 48 ms)", bold=True)
     for name, figures in document["teach"].items():
         click.echo(
             f"  {name}: {figures['force_n']:.2f} ± {figures['uneven_n']:.2f} N at"

@@ -27,10 +27,10 @@ from .progress import Identifying, Progress
 from .words import Choice, complete_effect
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.parameters import Parameters
     from idtool.verbs.identification import Identification
+
+    from .screen import Screen
 
 gravity_option = click.option(
     "--gravity",
@@ -174,11 +174,11 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
     with Progress(output, "drawing the report") as bar:
         page = write_report(folder, progress=bar.at)
 
-    def show(console: Console) -> None:
+    def show(screen: Screen) -> None:
         from .tables import print_parameters
 
-        print_parameters(console, result.parameters, ("gravity", "static", "dynamic", "effects"))
-        print_verdict(console, result.diagnosis)
+        print_parameters(screen, result.parameters, ("gravity", "static", "dynamic", "effects"))
+        print_verdict(screen, result.diagnosis)
         click.echo(f"report: {page}")
 
     output.result(result.diagnosis, show)
@@ -192,11 +192,11 @@ def command_line() -> str:
     return shlex.join(["ffc-id", *sys.argv[1:]])
 
 
-def print_verdict(console: Console, diagnosis: dict[str, Any]) -> None:
+def print_verdict(screen: Screen, diagnosis: dict[str, Any]) -> None:
     """Verdict, effects, error before and after, notes."""
     from idtool.diagnosis.summary import summary_lines
 
     first, *rest = summary_lines(diagnosis)
-    console.print(f"\n{first}", style="bold", markup=False)
+    screen.print(f"\n{first}", bold=True)
     for line in rest:
         click.echo(f"  {line}")

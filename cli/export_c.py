@@ -17,7 +17,7 @@ from .onward import ANY_RIG
 from .words import complete_effect
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from .screen import Screen
 
 
 @click.command()
@@ -106,7 +106,7 @@ def export_c(
     for note in result.notes:
         output.say(f"note: {note}.")
 
-    def show(console: Console) -> None:
+    def show(screen: Screen) -> None:
         click.echo(f"effects: {', '.join(result.effects) or 'none'}")
         for file in result.files:
             click.echo(f"written: {file}")

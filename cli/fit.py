@@ -25,11 +25,12 @@ from .words import Choice
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.console import Console
 
     from idtool.fit.joint import JointFit
     from idtool.parameters import Parameters
     from idtool.signals import Recording
+
+    from .screen import Screen
 
 friction_option = click.option(
     "--friction",
@@ -130,8 +131,8 @@ class _Part:
         parts = ("dynamic", "effects") if part == "dynamic" else (part,)
         notes = [*notes, *findings(fit, parts)]
 
-        def show(console: Console) -> None:
-            print_parameters(console, parameters, parts)
+        def show(screen: Screen) -> None:
+            print_parameters(screen, parameters, parts)
             for name, value in quality.items():
                 if isinstance(value, float) and math.isfinite(value):
                     click.echo(f"{name.replace('_', ' ')}: {value:.5g}")

@@ -12,7 +12,7 @@ from .axis import Given, axis_options
 from .common import Output, logs_argument, output_options, params_option
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from .screen import Screen
 
 
 @click.command("fit-motion")
@@ -46,8 +46,8 @@ def fit_motion(logs: Sequence[Path], params: Path, given: Given, output: Output)
     result.parameters.write_over(params, known)
     unit = "mm" if is_linear(result.parameters.axis.units) else "mrad"
 
-    def show(console: Console) -> None:
-        print_parameters(console, result.parameters, ("gravity", "static", "dynamic", "effects", "drive"))
+    def show(screen: Screen) -> None:
+        print_parameters(screen, result.parameters, ("gravity", "static", "dynamic", "effects", "drive"))
         click.echo(
             f"rms over windows of 1 s: {1e3 * result.before:.4g} {unit} before, "
             f"{1e3 * result.after:.4g} after {result.evaluations} simulations"

@@ -14,9 +14,9 @@ from .fit import friction_option, optimizer_option
 from .progress import Progress
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.fleet import Fleet
+
+    from .screen import Screen
 
 
 @click.command()
@@ -82,7 +82,7 @@ def fleet(
             tell=output.say,
             progress=progress.at,
         )
-    output.result(document(result), lambda console: _show(console, result, out))
+    output.result(document(result), lambda screen: _show(screen, result, out))
     if result.failed:
         output.next("fleet", *given_words("--again"))
         click.get_current_context().exit(3)
@@ -93,7 +93,7 @@ def fleet(
         output.next("tune", "-p", files[0], "--hand-force", "2")
 
 
-def _show(console: Console, result: Fleet, out: Path) -> None:
+def _show(screen: Screen, result: Fleet, out: Path) -> None:
     from idtool.fleet.page import label
     from idtool.presentation.text import number, percent
 
@@ -108,7 +108,7 @@ def _show(console: Console, result: Fleet, out: Path) -> None:
             remarks.append(f"drifts by {number(line.drift, 2)} a year")
         odd = f"stands out: {', '.join(remarks)}" if remarks else ""
         rows.append((name, number(line.median), spread, unit, odd))
-    print_table(console, ("parameter", ">median", ">spread", "unit", ""), rows)
+    print_table(screen, ("parameter", ">median", ">spread", "unit", ""), rows)
     for row in result.failed:
         click.echo(f"failed: {row.error}")
     done = len(result.sessions) - len(result.failed)

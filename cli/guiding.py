@@ -15,13 +15,13 @@ from .moving import Moving, moving_options
 from .numbers import POSITIVE, NumberRange, Tilt
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.control import Limits
     from idtool.guiding.player import Stop, Watching
     from idtool.model.units import Kind
     from idtool.parameters import Parameters
     from idtool.rig.base import Rig, TrialSetup
+
+    from .screen import Screen
 
 #: What a simulated axis carries unless told otherwise, kg: the paper's camera.
 SIMULATED_PAYLOAD_KG = 0.4
@@ -323,7 +323,7 @@ def stop_document(stop: Stop | None) -> dict[str, Any] | None:
     return {"why": stop.why, "time_s": stop.time_s, "position": stop.position, "torque": stop.torque}
 
 
-def show_end(screen: Console, stop: Stop | None, kind: Kind, log: Path | None) -> None:
+def show_end(screen: Screen, stop: Stop | None, kind: Kind, log: Path | None) -> None:
     """Where and why an axis was stopped, if it was, and what was written, for a person."""
     from idtool.model.units import unit_text
 
@@ -333,4 +333,4 @@ def show_end(screen: Console, stop: Stop | None, kind: Kind, log: Path | None) -
         word = "met something" if stop.why == "contact" else "stayed behind where it was wanted"
         screen.print(f"stopped: the axis {word} at {where}{felt}.")
     if log is not None:
-        screen.print(f"written: {log}", soft_wrap=True)
+        screen.print(f"written: {log}", folded=False)

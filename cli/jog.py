@@ -14,10 +14,10 @@ from .numbers import POSITIVE
 from .progress import Progress
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.guiding.jog import Jogged
     from idtool.model.units import Kind
+
+    from .screen import Screen
 
 
 @click.command()
@@ -119,6 +119,6 @@ def _document(jogged: Jogged, ratio: float | None, log: Path | None) -> dict[str
     }
 
 
-def _show(screen: Console, jogged: Jogged, ratio: float | None, kind: Kind, log: Path | None) -> None:
+def _show(screen: Screen, jogged: Jogged, ratio: float | None, kind: Kind, log: Path | None) -> None:
     screen.print(f"at {_place(jogged.position, ratio, kind)}.")
     show_end(screen, jogged.stopped, kind, log)

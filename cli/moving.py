@@ -17,7 +17,7 @@ from .numbers import Tilt
 from .words import complete_rig
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from .screen import Screen
 
 #: The rig of examples; no command takes it by itself.
 EXAMPLE_RIG = "sim:paper"
@@ -92,12 +92,12 @@ def rig_words(rig: str, simulated: bool) -> str:
 
 
 def result_on(
-    rig: str, simulated: bool, output: Output, document: dict[str, Any], show: Callable[[Console], None]
+    rig: str, simulated: bool, output: Output, document: dict[str, Any], show: Callable[[Screen], None]
 ) -> None:
     """What a run came to, and on what rig."""
 
-    def told(screen: Console) -> None:
-        screen.print(f"rig: {rig_words(rig, simulated)}", soft_wrap=True)
+    def told(screen: Screen) -> None:
+        screen.print(f"rig: {rig_words(rig, simulated)}", folded=False)
         show(screen)
 
     output.result({**document, "rig": rig, "simulated": simulated}, told)

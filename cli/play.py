@@ -15,10 +15,10 @@ from .numbers import NumberRange
 from .progress import Progress
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.guiding.playback import Played
     from idtool.model.units import Kind
+
+    from .screen import Screen
 
 
 @click.command()
@@ -114,7 +114,7 @@ def _document(played: Played, ratio: float | None, scale: float, log: Path | Non
     }
 
 
-def _show(screen: Console, played: Played, ratio: float | None, kind: Kind, log: Path | None) -> None:
+def _show(screen: Screen, played: Played, ratio: float | None, kind: Kind, log: Path | None) -> None:
     error = (
         f"{1e3 * played.rms_error:.2f} mrad" if ratio is None else f"{1e3 * ratio * played.rms_error:.3f} mm"
     )

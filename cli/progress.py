@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from typing import TYPE_CHECKING, Self
 
-from .common import Output, console
+from .common import Output
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -31,11 +33,11 @@ class Progress:
     def __init__(self, output: Output, what: str = "", *, timed: bool = True) -> None:
         """`timed`: show the time that has passed, and with `at` the time that is left."""
         self._pace: Pace | None = None
-        screen = console(stderr=True)
-        self.visible = screen.is_terminal and not screen.is_dumb_terminal and not output.quiet
-        self.narrow = screen.width < _ROOM_FOR_BAR
+        self.visible = sys.stderr.isatty() and os.environ.get("TERM") != "dumb" and not output.quiet
+        self.narrow = False
         if not self.visible:
             return
+        from rich.console import Console
         from rich.progress import (
             BarColumn,
             ProgressColumn,
@@ -55,6 +57,8 @@ class Progress:
             def render(self, task: Task) -> RenderableType:
                 return "" if task.total is None else self.bar.render(task)
 
+        screen = Console(stderr=True, highlight=False)
+        self.narrow = screen.width < _ROOM_FOR_BAR
         words = Column(overflow="ellipsis", no_wrap=True)
         columns: list[ProgressColumn] = [TextColumn("{task.description}", markup=False, table_column=words)]
         if timed:

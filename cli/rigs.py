@@ -14,7 +14,7 @@ from .progress import Progress
 from .words import complete_bundled
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from .screen import Screen
 
 
 @click.command()
@@ -40,7 +40,7 @@ def rigs(output: Output, scan: str | None) -> int:
     found = named_rigs()
     others = forms()
 
-    output.result({"rigs": found, "forms": others}, lambda console: _list(console, {**found, **others}))
+    output.result({"rigs": found, "forms": others}, lambda screen: _list(screen, {**found, **others}))
     output.next("run-sweep", "--rig", EXAMPLE_RIG, "-o", "sweep.csv")
     return 0
 
@@ -72,7 +72,7 @@ def _scan(device: str, output: Output) -> int:
     ]
 
     words = {s.spec: s.model or f"model number {s.model_number}, not known" for s in servos}
-    output.result({"servos": document}, lambda console: _list(console, words))
+    output.result({"servos": document}, lambda screen: _list(screen, words))
     if not servos:
         raise RigFault(f"no servo answered on {', '.join(devices)}; check its power and its cable")
     return 0
@@ -126,7 +126,7 @@ def _list_recipes(output: Output) -> None:
     from idtool.experiment.recipe import recipe_names
 
     found = recipe_names()
-    output.result({"recipes": found}, lambda console: _list(console, found))
+    output.result({"recipes": found}, lambda screen: _list(screen, found))
     output.next("run", "--recipe", "sweep", "--rig", EXAMPLE_RIG, "-o", "sweep.csv")
 
 
@@ -143,17 +143,12 @@ def show_recipe(name: str) -> None:
     click.echo(recipe_text(name), nl=False)
 
 
-def _list(console: Console, found: dict[str, str]) -> None:
-    from rich.markup import escape
-    from rich.padding import Padding
-    from rich.table import Table
-
-    if console.width < _ROOM_FOR_TWO:
+def _list(screen: Screen, found: dict[str, str]) -> None:
+    if screen.width < _ROOM_FOR_TWO:
         for name, text in found.items():
-            console.print(name, style="bold", markup=False)
-            console.print(Padding(escape(text), (0, 0, 0, 2)))
+            screen.print(name, bold=True)
+            screen.print(f"  {text}", indent=2)
         return
-    table = Table.grid(padding=(0, 2))
+    first = max(map(len, found), default=0) + 2
     for name, text in found.items():
-        table.add_row(escape(name), escape(text))
-    console.print(table)
+        screen.print(f"{name.ljust(first)}{text}", indent=first)

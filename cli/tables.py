@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.parameters import Parameters
+
+    from .screen import Screen
 
 #: Between two columns; and what a column of remarks is folded to, if need be.
 _GAP = 2
@@ -16,62 +17,62 @@ _REMARK_WIDTH = 16
 
 
 def print_table(
-    console: Console, headings: Sequence[str], rows: Sequence[Sequence[str]], title: str | None = None
+    screen: Screen, headings: Sequence[str], rows: Sequence[Sequence[str]], title: str | None = None
 ) -> None:
     """A table, or where the terminal is too narrow for it, each row as a few short lines.
 
     Args:
-        console: where.
+        screen: where.
         headings: one a column; a leading ">" sets the column to the right. A last one that is empty is
             for remarks, which may be folded.
-        rows: plain text, not markup.
+        rows: plain text.
         title: above it.
     """
-    from rich.cells import cell_len
-    from rich.markup import escape
-    from rich.table import Table
-
     names = [heading.removeprefix(">") for heading in headings]
-    widths = [max(map(cell_len, column)) for column in zip(names, *rows, strict=True)]
+    widths = [max(map(len, column)) for column in zip(names, *rows, strict=True)]
+    room = screen.width - sum(widths[:-1]) - _GAP * (len(widths) - 1)
     if not names[-1]:
-        widths[-1] = min(widths[-1], _REMARK_WIDTH)
-    if sum(widths) + _GAP * (len(widths) - 1) > console.width:
-        _print_stacked(console, names, rows, title)
+        widths[-1] = max(min(widths[-1], room), min(widths[-1], _REMARK_WIDTH))
+    if widths[-1] > room:
+        _print_stacked(screen, names, rows, title)
         return
-    table = Table(box=None, pad_edge=False, header_style="bold", title=title, title_justify="left")
-    for heading, name in zip(headings, names, strict=True):
-        if heading.startswith(">"):
-            table.add_column(name, justify="right", no_wrap=True)
-        else:
-            table.add_column(name, no_wrap=bool(name))
+    right = [heading.startswith(">") for heading in headings]
+    if title is not None:
+        screen.print(title, bold=True)
+    screen.print(_line(names, widths, right), bold=True)
     for row in rows:
-        table.add_row(*map(escape, row))
-    console.print(table)
+        first, *more = wrap(row[-1], max(widths[-1], 1)) or [""]
+        screen.print(_line([*row[:-1], first], widths, right))
+        for rest in more:
+            screen.print(_line([""] * (len(row) - 1) + [rest], widths, right))
+
+
+def _line(cells: Sequence[str], widths: Sequence[int], right: Sequence[bool]) -> str:
+    padded = zip(cells, widths, right, strict=True)
+    return (" " * _GAP).join(cell.rjust(width) if end else cell.ljust(width) for cell, width, end in padded)
 
 
 def _print_stacked(
-    console: Console, names: Sequence[str], rows: Sequence[Sequence[str]], title: str | None
+    screen: Screen, names: Sequence[str], rows: Sequence[Sequence[str]], title: str | None
 ) -> None:
     """Each row's first cell, and under it the others, as many on a line as fit."""
-    from rich.cells import cell_len
-
     if title is not None:
-        console.print(title, style="bold", markup=False)
+        screen.print(title, bold=True)
     for first, *cells in rows:
-        console.print(first, style="bold", markup=False)
+        screen.print(first, bold=True)
         line = ""
         for name, cell in zip(names[1:], cells, strict=True):
             piece = f"{name} {cell}".strip() if cell else ""
-            if piece and line and cell_len(line) + cell_len(piece) + 4 > console.width:
-                console.print(f"  {line},", markup=False)
+            if piece and line and len(line) + len(piece) + 4 > screen.width:
+                screen.print(f"  {line},")
                 line = piece
             elif piece:
                 line = f"{line}, {piece}" if line else piece
         if line:
-            console.print(f"  {line}", markup=False)
+            screen.print(f"  {line}")
 
 
-def print_parameters(console: Console, parameters: Parameters, parts: tuple[str, ...]) -> None:
+def print_parameters(screen: Screen, parameters: Parameters, parts: tuple[str, ...]) -> None:
     """Value, unit, standard error, 95 % interval, and what to think of it."""
     from idtool.parameters.rows import rows_of
     from idtool.presentation.text import quantity
@@ -85,7 +86,7 @@ def print_parameters(console: Console, parameters: Parameters, parts: tuple[str,
         base = row.part in ("gravity", "static", "dynamic", "inertia")
         name = name if base else f"{row.part}: {name}"
         rows.append((name, f"{one.value:.5g}", error, interval, row.unit, row.remark))
-    print_table(console, ("parameter", ">value", ">std error", ">95 % interval", "unit", ""), rows)
+    print_table(screen, ("parameter", ">value", ">std error", ">95 % interval", "unit", ""), rows)
 
 
 def document_of(parameters: Parameters, part: str) -> Any:

@@ -11,11 +11,11 @@ from idtool.model.units import torque_name, unit_text
 from .tables import print_table
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.control import ForceFreeController
     from idtool.guiding import TeachFigures, TeachResult
     from idtool.parameters import Parameters
+
+    from .screen import Screen
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ class Taught:
             "without_effects": self.bare.to_document() if self.bare else None,
         }
 
-    def show(self, screen: Console) -> None:
-        """On a console."""
+    def show(self, screen: Screen) -> None:
+        """On a screen."""
         controller, result, bare = self.controller, self.result, self.bare
         kind = self.parameters.axis.kind
         torque, speed = unit_text("torque", kind), unit_text("velocity", kind)
@@ -107,7 +107,7 @@ class Taught:
             screen.print(f"note: {note}")
         for path in (self.log, self.figure):
             if path is not None:
-                screen.print(f"written: {path}", soft_wrap=True)
+                screen.print(f"written: {path}", folded=False)
 
 
 def _summary(figures: TeachFigures, torque: str, speed: str) -> str:

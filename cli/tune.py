@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, console, given_words, output_options, params_option
+from .common import Output, given_words, output_options, params_option
 from .guiding import period_option
 from .numbers import POSITIVE, NumberRange
 from .onward import ANY_RIG
+from .screen import Screen
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from idtool.control.admittance.tuning import Tuning
     from idtool.parameters import Parameters
 
@@ -100,7 +99,7 @@ def tune(
     except InputError as error:
         raise InputError(str(error).removesuffix("."), file=params) from error
     if not output.json:
-        _show(console(), tuning, parameters)
+        _show(Screen(), tuning, parameters)
         write = write or (
             sys.stdin.isatty() and click.confirm(f"write them into {params}?", default=True, err=True)
         )
@@ -117,7 +116,7 @@ def tune(
     return 0
 
 
-def _show(screen: Console, tuning: Tuning, parameters: Parameters) -> None:
+def _show(screen: Screen, tuning: Tuning, parameters: Parameters) -> None:
     from idtool.model.units import unit_text
 
     from .tables import print_table

@@ -24,7 +24,7 @@ from idtool.fit.model import JointModel
 from idtool.fit.normal_equations import in_turn
 from idtool.model import lugre
 from idtool.model.motion import Array
-from idtool.model.stribeck import level
+from idtool.model.stribeck import fading, level
 from idtool.signals.sparse_rows import SparseRows
 
 #: name on the command line -> NLopt algorithm. DIRECT-L is deterministic; ESCH is evolutionary, the
@@ -52,6 +52,8 @@ _UNDAMPED = [0, 2]
 _LEAST = 1e-3
 #: Filtered rows that tell one basin from another: of more of them every second, third, ... is looked at.
 _ENOUGH = 4000
+#: Rows of curves that are kept, of all curves together.
+_REMEMBERED = 200_000
 #: Evaluations of a local polish, and its first steps (logarithms).
 _POLISH = 40
 _STEP = {"bend": 0.1, "ratio": 0.2, "stribeck_velocity": 0.3}
@@ -77,6 +79,7 @@ class Projection:
     _names: list[str] = field(init=False)
     _typical: float = field(init=False)
     _curve: tuple[float, float, float] | None = field(init=False, default=None)
+    _faded: dict[float, tuple[Array, Array]] = field(init=False, default_factory=dict)
     _speed: Array = field(init=False)
     _restart: NDArray[np.bool_] = field(init=False)
     _way: Array = field(init=False)
@@ -130,10 +133,12 @@ class Projection:
         curve = (1.0 / medium, ratio / medium, shape["stribeck_velocity"])
         if curve != self._curve:  # a search over the bend alone keeps its curve
             self._curve = curve
-            over_steps = level(motion.step_velocity, *curve)
+            of_steps, of_rows = self._fading(shape["stribeck_velocity"])
+            rise = curve[1] - curve[0]
+            over_steps = of_steps * rise + curve[0]
             self._pace = self._long / over_steps
             self._signed_level = np.copysign(over_steps, self._way)
-            self._rho_speed = self._speed / level(motion.velocity, *curve)
+            self._rho_speed = self._speed / (of_rows * rise + curve[0])
         entering = model.recording.entering
         expected = np.sign(entering) * bend * level(entering, *curve)
         columns = lugre.columns_of_shape(
@@ -156,6 +161,21 @@ class Projection:
         cost, scale = values.pop("cost"), values.pop("level")
         values |= {"coulomb": scale * curve[0], "static": scale * curve[1], "bristle_stiffness": scale / bend}
         return cost, {**values, "stribeck_velocity": shape["stribeck_velocity"]}
+
+    def _fading(self, stribeck_velocity: float) -> tuple[Array, Array]:
+        """How far the static level has faded over each step and at each row. A search comes back to the same
+        Stribeck velocities: the last few are kept."""
+        known = self._faded.pop(stribeck_velocity, None)
+        if known is None:
+            motion = self.model.recording.motion
+            known = (
+                fading(motion.step_velocity, stribeck_velocity),
+                fading(motion.velocity, stribeck_velocity),
+            )
+            if (len(self._faded) + 1) * len(motion) > _REMEMBERED and self._faded:
+                self._faded.pop(next(iter(self._faded)))
+        self._faded[stribeck_velocity] = known
+        return known
 
     def _linear(self, by_stretch: Array, weight: Array, medium: float) -> dict[str, float]:
         """Everything linear, and the "cost", by normal equations: the search passes the rows once.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 
@@ -38,13 +38,18 @@ def level(
     exponent: float = EXPONENT,
 ) -> Array | float:
     """g(w) = coulomb + (static - coulomb) exp(-|w / stribeck_velocity|^exponent), N m (N)."""
+    risen: Array | float = fading(velocity, stribeck_velocity, exponent)
+    risen *= static - coulomb
+    risen += coulomb
+    return risen
+
+
+def fading(velocity: Array | float, stribeck_velocity: float, exponent: float = EXPONENT) -> Any:
+    """exp(-|w / stribeck_velocity|^exponent), by which the static level fades, shape of `velocity`."""
     fade = velocity / stribeck_velocity
     room = fade if isinstance(fade, np.ndarray) else None  # a search asks for all rows again and again
     power = np.square(fade, out=room) if exponent == EXPONENT else np.abs(fade) ** exponent
-    fade = np.exp(np.negative(power, out=room), out=room)
-    fade *= static - coulomb
-    fade += coulomb
-    return fade
+    return np.exp(np.negative(power, out=room), out=room)
 
 
 def steady(velocity: Array, coulomb: float, static: float, stribeck_velocity: float, viscous: float) -> Array:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from idtool.cli.play import _show
-from rich.console import Console
+from idtool.cli.screen import Screen
 
 from idtool.guiding.playback import Played
 from idtool.log import Log
@@ -79,9 +79,9 @@ def test_what_was_not_played_has_no_error(samples: int, interrupted: bool, told:
     """It was told as nan."""
     along = np.zeros(samples)
     ended = Played(along, along + 1e-3, along, lag_s=0.05, stopped=None, interrupted=interrupted)
-    screen = Console(width=200, file=io.StringIO())
-    _show(screen, ended, None, "rotary", None)
-    assert screen.file.getvalue() == told  # type: ignore[attr-defined]
+    shown = io.StringIO()
+    _show(Screen(200, shown), ended, None, "rotary", None)
+    assert shown.getvalue() == told
 
 
 def test_waypoints_can_be_edited_and_played(taught: Path, tmp_path: Path) -> None:
