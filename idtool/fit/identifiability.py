@@ -102,6 +102,7 @@ def not_converged(fit: JointFit) -> Shortcoming | None:
     )
 
 
+@kept
 def _about_parameters(fit: JointFit) -> list[Shortcoming]:
     judged = [one_payload, one_direction, one_speed, low_speeds, no_reversal, presliding, brief, at_bound]
     found = [one for judge in judged if (one := judge(fit)) is not None]

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.fit.joint import JointFit
+from idtool.fit.joint import JointFit, kept
 from idtool.model.motion import Array, Motion
 from idtool.model.running import running_mean
 from idtool.model.stribeck import EXPONENT, level
@@ -55,6 +55,7 @@ def _change_of_speed(motion: Motion) -> Array:
     return np.asarray(np.abs(mean[np.minimum(row + rows, len(mean) - 1)] - mean[np.maximum(row - rows, 0)]))
 
 
+@kept
 def steady_windows(fit: JointFit) -> list[Window]:
     """The windows of a fitted recording, in order of time."""
     model = fit.model
