@@ -29,6 +29,9 @@ USAGE = 2
 _SHOWN = 60
 #: Objects between two looks for garbage: imports and a fit make fewer, nearly all of which stay.
 _OBJECTS = 300_000
+#: mallopt of glibc: what it gives back to the system at once, and what is at the end of its heap. It comes to
+#: these bytes by itself where a program frees as much; until then each array of a fit is new memory.
+_MEMORY = {-3: 32 << 20, -1: 64 << 20}
 
 
 def main(argv: list[str] | None = None) -> NoReturn:
@@ -51,6 +54,7 @@ def _run(argv: list[str] | None) -> int:
     # The matrices here are tall and thin: more threads of linear algebra only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(_OBJECTS)
+    _keep_memory()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that cannot show ± shows ? and no traceback
@@ -70,6 +74,15 @@ def _run(argv: list[str] | None) -> int:
         logging.captureWarnings(False)
     sys.stdout.flush()
     return code if isinstance(code, int) else 0
+
+
+def _keep_memory() -> None:
+    import ctypes
+
+    with suppress(AttributeError, OSError, TypeError):  # another C library
+        mallopt = ctypes.CDLL(None).mallopt
+        for parameter, size in _MEMORY.items():
+            mallopt(parameter, size)
 
 
 @contextmanager

@@ -4,7 +4,7 @@ Before numba loads the first function that it kept, it sets up everything that c
 modules, scipy.linalg among them: 0.2 s) and compiles what counts who holds an array; with each function it
 reads what others could inline of it, and imports the modules whose code it was made of. What is kept is
 compiled already and needs none of that; where something is compiled after all, numba's compiler sets itself
-up, and reads what it inlines.
+up, and reads what it inlines. This leans on the inside of numba: `tests/model/test_jit.py` holds it to that.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -114,3 +115,28 @@ def test_check_loads_no_frame_and_no_library_of_searches(tmp_path: Path) -> None
     modules = _modules([["check", str(_SESSION / "gravity.csv.gz")]], tmp_path)["check"]
     assert "idtool.signals.bounded" in modules
     assert modules.isdisjoint({"pandas", "scipy.special", "scipy.linalg"})
+
+
+_ARRAYS = """
+import resource
+import numpy as np
+from idtool.cli import main
+{}
+for _ in range(200):
+    [np.ones(40_000) for _ in range(12)]
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="another C library keeps memory its own way")
+def test_arrays_that_are_let_go_are_used_again() -> None:
+    """glibc gave them back to the system, and every array of a fit was new memory."""
+    kept, given_back = (
+        int(
+            subprocess.run(
+                [sys.executable, "-c", _ARRAYS.format(line)], capture_output=True, check=True
+            ).stdout
+        )
+        for line in ("main._keep_memory()", "")
+    )
+    assert kept < 0.7 * given_back

@@ -47,6 +47,34 @@ def test_a_second_process_loads_no_compiler(tmp_path: Path) -> None:
     compiled, compiling = _run(tmp_path)
     loaded, loading = _run(tmp_path)
     assert loaded == pytest.approx(compiled, rel=1e-15)
-    registries = {"numba.np.arraymath", "numba.core.inline_closurecall"}
+    registries = {"numba.np.arraymath", "numba.core.inline_closurecall", "numba.np.arrayobj"}
     assert registries <= compiling
     assert registries.isdisjoint(loading)
+
+
+#: A formula that was kept, then one that is compiled anew around it.
+_AROUND = """
+import json
+import numpy as np
+from idtool.model.jit import jit
+from idtool.model.running import _medians
+kept = _medians(np.array([1.0, 5.0, 2.0, 4.0]), np.array([1.0, 2.0, 5.0]))
+@jit()
+def twice(padded, window):
+    return 2.0 * _medians(padded, window)
+print(json.dumps([kept.tolist(), twice(np.array([1.0, 5.0, 2.0, 4.0]), np.array([1.0, 2.0, 5.0])).tolist()]))
+"""
+
+
+def test_what_was_kept_can_be_built_into_what_is_compiled(tmp_path: Path) -> None:
+    script = tmp_path / "around.py"
+    for run in range(2):
+        script.write_text(_AROUND + f"# {run}: compiled anew\n")
+        done = subprocess.run(
+            [sys.executable, str(script)],
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert json.loads(done.stdout) == [[2.0, 4.0], [4.0, 8.0]]
