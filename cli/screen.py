@@ -40,4 +40,7 @@ class Screen:
                     break_long_words=False,
                     break_on_hyphens=False,
                 )
-            click.echo(click.style(shown, bold=True) if bold and self._bold else shown, file=self._file)
+            if bold and self._bold:
+                click.echo(click.style(shown, bold=True))
+            else:  # click would write UTF-8 where a terminal knows ASCII only
+                print(shown, file=self._file, flush=True)

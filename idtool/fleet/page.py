@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Panels beside each other.
 _COLUMNS = 2
 #: Room below a panel for a line of words, and for slanting names, inches.
-_WORDS, _NAMES = 0.5, 0.75
+_WORDS, _NAMES = 0.6, 0.75
 #: Units are named under a panel up to this many.
 _MOST_NAMES = 12
 #: Failures, and what stands out, that a tile tells; the table has all.
