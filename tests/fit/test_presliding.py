@@ -99,7 +99,10 @@ def test_the_bound_in_its_place_holds() -> None:
         assert 20.0 < stiffness.at_least < STIFF[0]
 
 
-@pytest.mark.parametrize("case", [SHOWN, SOFT], ids=["70 N m/rad", "5 N m/rad"])
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(SHOWN, id="70 N m/rad"), pytest.param(SOFT, id="5 N m/rad", marks=pytest.mark.long)],
+)
 def test_what_the_samples_show_is_identified_and_its_intervals_hold_the_truth(case: Case) -> None:
     """Of 20 intervals of 95 % seventeen or more (chance gives fewer once in 60)."""
     found = _found(case, 20)

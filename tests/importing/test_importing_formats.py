@@ -251,6 +251,12 @@ def test_a_bag_without_joint_states(tmp_path: Path) -> None:
         import_recording(tmp_path / "run.mcap")
 
 
+def test_a_bag_larger_than_memory_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("idtool.importing.ros.MAX_SAMPLES", 20)
+    with pytest.raises(InputError, match="holds over 20 samples of joints; split it into parts"):
+        import_recording(mcap_alone(tmp_path))
+
+
 def test_without_the_extra_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = mcap_alone(tmp_path)
     monkeypatch.setitem(__import__("sys").modules, "mcap.reader", None)
