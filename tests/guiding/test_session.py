@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from idtool.guiding.session import limits_of
 from idtool.log import Log
 from idtool.parameters import Parameter
 from idtool.rig.base import Sample, TrialSetup
+from idtool.rig.faults import LimitExceeded
 from tests.control.double import Double, parameters
 
 SETUP = TrialSetup(0.4, start_position=0.0)
@@ -54,6 +56,25 @@ def test_a_broken_encoder_stops_the_run_and_leaves_the_log(tmp_path: Path) -> No
     with pytest.raises(RigFault, match=r"after \d+ samples: position is nan"):
         teach(parameters(), controller(), Dying(), SETUP, hand=hand, log=tmp_path / "run.csv")
     assert len(Log.read(tmp_path / "run.csv").frame) in (99, 100)
+
+
+class Fast(Double):
+    """Its speed is read, for one sample, as so many times its limit."""
+
+    share = 1.0
+
+    def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:
+        sample = super().step(position_command, external_torque_nm)
+        fast = 1.0 < sample.time_s < 1.015
+        return replace(sample, velocity=self.share * self.limits.speed) if fast else sample
+
+
+@pytest.mark.parametrize(("share", "stopped"), [(1.45, False), (1.55, True)])
+def test_a_hand_may_be_half_as_fast_again_as_the_limit(share: float, stopped: bool) -> None:
+    rig = Fast()
+    rig.share = share
+    with pytest.raises(LimitExceeded, match="its velocity of") if stopped else nullcontext():
+        teach(parameters(), controller(), rig, SETUP, hand=ConstantForceHand(0.25, SHORT))
 
 
 class Interrupted(Double):

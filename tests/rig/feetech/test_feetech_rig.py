@@ -98,6 +98,14 @@ def test_a_servo_that_hears_nothing_stops_at_its_goal() -> None:
         assert 0.0 < stood - was < 0.8 * (AHEAD_S + 0.1)
 
 
+def test_an_axis_that_stands_is_taken_over_and_held_gently() -> None:
+    """Its goal may be a little off where it stands: as fast as it can it would jump there."""
+    with bench(**KIND) as on, on.rig(speed=2.0) as rig:
+        rig.prepare(TrialSetup(rest_s=0.0))
+        rig.stop()
+        assert on.servo.table["goal_speed"] * rig.speed_step == pytest.approx(0.15, rel=0.01)
+
+
 def test_positions_are_stepped_to_and_kept_within_the_limits() -> None:
     with bench(**KIND) as on, on.rig(low=-0.2, high=0.2, speed=2.0) as rig:
         rig.prepare(TrialSetup(start_position=0.0, rest_s=0.0))
