@@ -22,6 +22,7 @@ from idtool.fit.identifiability import stribeck_seen
 from idtool.fit.joint import JointFit, kept, refit, torque_of
 from idtool.fit.left_out import left_out_error
 from idtool.fit.model import JointModel
+from idtool.fit.restart import rises_all_along
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, since_reversal
 from idtool.model.torque import Direction
@@ -38,6 +39,8 @@ _NOTHING = 0.2 * WORTH
 CHANCE = 5e-4
 #: The bristle has forgotten a reversal after so many of its bends (3e-4 is left).
 _SETTLED = 8.0
+#: An effect whose removal raises the error by this factor at first sight is needed.
+SURELY = 1.2
 #: What no turn calls up takes away this share of its due at least on rows that slide steadily.
 _OF_SLIDING = 0.5
 OF_PRESLIDING = "what it takes away is left after turns, by a presliding that is none of LuGre's"
@@ -145,7 +148,7 @@ def _no_better(one: JointFit, other: JointFit) -> bool:
     """Whether a search came to the model that another one was at, and to no better minimum of it."""
     if one.model.spec.friction != other.model.spec.friction or one.model.names != other.model.names:
         return False
-    return one.sse > (1.0 - _THE_SAME) * other.sse
+    return one.sse > (1.0 - _THE_SAME) * other.sse and not doubtful(other, one)
 
 
 @dataclass(frozen=True, eq=False)
@@ -388,11 +391,25 @@ def of_presliding(smaller: JointFit, larger: JointFit, effect: Effect) -> bool:
     """
     if isinstance(effect, Unnamed) or effect.is_lag or effect.free_start or effect.after_reversal:
         return False
-    recording = smaller.model.recording
+    return better_after_turns(larger, smaller)
+
+
+def doubtful(rival: JointFit, fit: JointFit) -> bool:
+    """Whether a friction curve that rises all along, as viscous friction does, makes a model better than one
+    whose curve does not, but not surely, or not where the axis slides."""
+    if not rises_all_along(rival) or rises_all_along(fit):
+        return False
+    return SURELY * left_out_error(rival) > left_out_error(fit) or better_after_turns(rival, fit)
+
+
+def better_after_turns(one: JointFit, other: JointFit) -> bool:
+    """Whether rows that slide steadily have less than half of their due in what one model leaves less than
+    another: rows on which the bristle of that one has forgotten the last turn."""
+    recording = other.model.recording
     motion = recording.motion
     travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
-    settled = travel > _SETTLED * smaller.presliding_scale
-    gained = smaller.residual**2 - larger.residual**2
+    settled = travel > _SETTLED * other.presliding_scale
+    gained = other.residual**2 - one.residual**2
     return bool(gained[settled].sum() < _OF_SLIDING * settled.mean() * gained.sum())
 
 

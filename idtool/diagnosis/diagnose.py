@@ -15,7 +15,7 @@ from idtool.diagnosis.next_experiment import NextExperiment, between_models, for
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
-from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
+from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, outdoes
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.summary import LOOKS_LIKE
@@ -24,8 +24,9 @@ from idtool.diagnosis.weights import weighed
 from idtool.effects.base import Effect
 from idtool.fit.choose import step_down, with_load
 from idtool.fit.joint import JointFit, refit
-from idtool.fit.left_out import left_out_error, predicts_better
+from idtool.fit.left_out import left_out_error
 from idtool.fit.model import JointModel
+from idtool.fit.restart import rises_all_along
 from idtool.fit.results import dynamic_parameters, static_parameters
 from idtool.fit.shortcoming import Shortcoming
 from idtool.presentation.text import quantity
@@ -161,11 +162,7 @@ class _Search:
                     selection, unnamed = alone, {}
             fit = selection.fit
             done = not unnamed and not any(test.depends for test in test_residual(fit, DEPENDS))
-            if (
-                best is None
-                or (done and not predicts_better(best.base, fit))
-                or not _beats(best.selection.fit, fit)
-            ):
+            if best is None or (done and not outdoes(best.base, fit)) or not _beats(best.selection.fit, fit):
                 best = _Found(place, base, selection, unnamed)
             rival = fit if done else rival
         assert best is not None
@@ -246,8 +243,8 @@ def _beats(other: JointFit, trusted: JointFit) -> bool:
     A friction curve that rises from rest can follow what an effect does that the model lacks: beside one that
     falls it has to be better by enough to matter, or as good with fewer numbers.
     """
-    if other.model.spec.falling or not trusted.model.spec.falling:
-        return predicts_better(other, trusted)
+    if rises_all_along(other) or other.model.spec.falling or not trusted.model.spec.falling:
+        return outdoes(other, trusted)
     error, trusted_error = left_out_error(other), left_out_error(trusted)
     if len(other.x) < len(trusted.x):
         return error < (1.0 + LEAST_GAIN) * trusted_error

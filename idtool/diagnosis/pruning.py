@@ -12,6 +12,7 @@ from idtool.diagnosis.candidates import (
     LEAST_GAIN,
     NEAR,
     OF_PRESLIDING,
+    SURELY,
     Selection,
     best_start,
     chance_of,
@@ -31,8 +32,6 @@ from idtool.fit.left_out import left_out_error, prediction_errors
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 
-#: An effect whose removal raises the error by this factor at first sight is needed.
-SURELY = 1.2
 #: Mean squares of prediction closer than this share of what is left behind the fit's filter are the same:
 #: of the noise that it takes off no model tells, and all that are compared have it.
 _THE_SAME = 2e-3

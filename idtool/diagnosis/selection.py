@@ -18,6 +18,7 @@ import numpy as np
 from idtool.diagnosis.candidates import (
     LEAST_GAIN,
     OF_PRESLIDING,
+    SURELY,
     WORTH,
     Candidate,
     Selection,
@@ -25,6 +26,7 @@ from idtool.diagnosis.candidates import (
     Trial,
     best_start,
     chance_of,
+    doubtful,
     impossible,
     of_presliding,
     ties,
@@ -35,7 +37,6 @@ from idtool.diagnosis.candidates import (
 from idtool.diagnosis.holm import holm
 from idtool.diagnosis.pairs import hidden_pairs
 from idtool.diagnosis.pruning import (
-    SURELY,
     drop_unneeded,
     find_alternatives,
     one_for_many,
@@ -147,7 +148,7 @@ def _add(
         if good_enough(selection.fit, tolerance):
             return
         winner = _round(selection, library, tell)
-        if winner is None and rival is not None and predicts_better(rival, selection.fit):
+        if winner is None and rival is not None and outdoes(rival, selection.fit):
             selection.hopeless = True  # what is tried where nothing passes turns nothing round
             return
         if winner is None and not _searched_anew(selection, tell):
@@ -158,7 +159,7 @@ def _add(
             tell(f"{ACCEPTED} {winner.effect.title.lower()}")
         fit = selection.fit
         selection.step()
-        selection.hopeless |= rival is not None and len(fit.x) > len(rival.x) and predicts_better(rival, fit)
+        selection.hopeless |= rival is not None and len(fit.x) > len(rival.x) and outdoes(rival, fit)
         if selection.hopeless:
             return
 
@@ -200,6 +201,11 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
     better &= not _stands_for_viscous_friction(before, found)
     selection.fit = selection.searched = found if better else before
     return better
+
+
+def outdoes(rival: JointFit, fit: JointFit) -> bool:
+    """Whether a model predicts better than another one, and not by a friction curve that is to be doubted."""
+    return not doubtful(rival, fit) and predicts_better(rival, fit)
 
 
 def _stands_for_viscous_friction(before: JointFit, after: JointFit) -> bool:
