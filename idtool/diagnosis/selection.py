@@ -499,7 +499,9 @@ def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str 
         return f"it would add less than {100 * WORTH:.0f} % of the friction to {special[0]}"
     if _stands_for_viscous_friction(selection.fit, trial.fit):
         return "beside it the friction curve would rise all along and stand for viscous friction"
-    if of_presliding(selection.fit, trial.fit, trial.effect):
+    # what an effect adds to its special case may be told by turns alone: drive and backdrive, on a load that
+    # always pulls one way, from load friction and another weight
+    if not special and of_presliding(selection.fit, trial.fit, trial.effect):
         return OF_PRESLIDING
     if new > (1.0 - LEAST_GAIN) * old:
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"

@@ -10,7 +10,7 @@ import pytest
 
 from idtool import Log
 from idtool.diagnosis import candidates
-from idtool.diagnosis.candidates import Start, best_start, impossible, of_presliding, try_effect
+from idtool.diagnosis.candidates import Start, best_start, doubtful, impossible, of_presliding, try_effect
 from idtool.diagnosis.shapes import UNNAMED
 from idtool.effects import registry
 from idtool.effects.hysteresis import Hysteresis
@@ -129,6 +129,27 @@ def test_what_shows_after_turns_alone_is_of_the_presliding(slipping: JointFit) -
             assert of_presliding(before, after, registry.get(name)) == of_turns
         for exempt in (registry.get("backlash"), registry.get("breakaway_dwell"), UNNAMED[0]):
             assert not of_presliding(before, after, exempt)
+
+
+@pytest.mark.parametrize(
+    ("error", "where_it_slides", "in_doubt"), [(0.8, True, False), (0.8, False, True), (0.9, True, True)]
+)
+def test_a_curve_that_rises_all_along_has_to_be_surely_better_where_the_axis_slides(
+    slipping: JointFit, error: float, where_it_slides: bool, in_doubt: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motion, row = slipping.model.recording.motion, slipping.model.recording.row
+    travel = since_reversal(motion.position, motion.velocity, motion.trial)[row]
+    wide = {"coulomb": 0.045, "static": 0.02, "stribeck_velocity": 0.5 * slipping.model.scales.speed}
+    bent = slipping.model.coordinates(slipping.values | wide)
+    falls = slipping.model.coordinates(slipping.values | wide | {"static": 0.05})
+    plain = replace(slipping, x=falls, residual=np.ones(len(row)))
+    better = (travel > 8.0 * plain.presliding_scale) == where_it_slides
+    rising = replace(slipping, x=bent, residual=np.where(better, 0.5, 1.0))
+    monkeypatch.setattr(candidates, "left_out_error", lambda fit: error if fit is rising else 1.0)
+    assert doubtful(rising, plain) == in_doubt
+    # a curve that falls, and one beside which another rises as well, are judged by their errors
+    assert not doubtful(replace(plain, residual=rising.residual), plain)
+    assert not doubtful(rising, replace(plain, x=bent))
 
 
 def test_presliding_within_a_row_or_two_after_a_turn_is_not_seen(slipping: JointFit) -> None:
