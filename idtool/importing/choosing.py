@@ -86,19 +86,23 @@ def require(chosen: Mapping[str, Meaning], table: pd.DataFrame, kind: Kind) -> N
     names = columns_of(kind)
     filled = [str(name) for name in table.columns if table[name].notna().any()]
     there = ", ".join(filled[:12])
-    for roles in (("time",), ("position", "velocity"), ("torque", "current")):
-        if roles[0] == "torque" and {"duty", "bus_current"} & set(chosen):
-            continue
-        if not any(role in chosen for role in roles):
-            words = " or ".join(torque_name(kind) if role == "torque" else role for role in roles)
-            choices = " or ".join(f"{names[role]}=COLUMN" for role in roles)
-            # a counter is never guessed: nobody but its owner knows how many counts a turn has
-            counter = roles[0] == "position" and re.search("count|tick", there, re.IGNORECASE)
-            raise InputError(
-                f"no column looks like {words} (it has {there})",
-                remedy=f"say which is it with --map {choices}"
-                + (", and of a counter --unit position=count:COUNTS_PER_TURN" if counter else ""),
-            )
+    effort_by_voltage = {"duty", "bus_current"} & set(chosen)
+    needed = [("time",), ("position", "velocity"), *([] if effort_by_voltage else [("torque", "current")])]
+    missing = [roles for roles in needed if not any(role in chosen for role in roles)]
+    if not missing:
+        return
+    words = [
+        " or ".join(torque_name(kind) if role == "torque" else role for role in roles) for roles in missing
+    ]
+    choices = [" or ".join(f"{names[role]}=COLUMN" for role in roles) for roles in missing]
+    # a counter is never guessed: nobody but its owner knows how many counts a turn has
+    counter = ("position", "velocity") in missing and re.search("count|tick", there, re.IGNORECASE)
+    ask = "say which is it" if len(missing) == 1 else "say which they are"
+    raise InputError(
+        f"no column looks like {', nor like '.join(words)} (it has {there})",
+        remedy=f"{ask} with --map {', --map '.join(choices)}"
+        + (", and of a counter --unit position=count:COUNTS_PER_TURN" if counter else ""),
+    )
 
 
 def with_units(

@@ -301,6 +301,13 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         "no column looks like time (it has q, tau); say which is it with --map time_s=",
     ),
     "a counter": ("t,pos_counts,i\n1,2,3\n", {}, "of a counter --unit position=count:COUNTS_PER_TURN"),
+    "nothing": (
+        "Zeit,Winkel,Strom\n1,2,3\n",
+        {},
+        "no column looks like time, nor like position or velocity, nor like torque or current (it has Zeit, "
+        "Winkel, Strom); say which they are with --map time_s=COLUMN, --map position_rad=COLUMN or "
+        "velocity_rad_s=COLUMN, --map ",
+    ),
     "no motion": ("t,tau\n1,2\n", {}, "no column looks like position or velocity"),
     "no effort": ("t,q\n1,2\n", {}, "say which is it with --map torque_nm=COLUMN or current_a=COLUMN"),
     "no effort, linear": ("t,pos_mm\n1,2\n", {}, "no column looks like force or current"),
