@@ -141,19 +141,26 @@ class SimulatedRig(Rig):
         mode = plant.VELOCITY_MODE if trajectory.mode == "velocity" else plant.POSITION_MODE
         most = max(round(_YIELDED_S / (_BLOCK * self.period_s)), 1)
         blocks: list[Block] = []
-        for begin in range(0, len(command), _BLOCK):
-            self._open()
-            part = np.ascontiguousarray(command[begin : begin + _BLOCK])
-            truth = self._run(part, mode, 0.0)
-            good = self._within(truth[1])
-            if good:
-                blocks.append(self._block(truth[:, :good], part[:good]))
-            if blocks and (len(blocks) == most or good < len(part) or begin + _BLOCK >= len(command)):
+        try:
+            for begin in range(0, len(command), _BLOCK):
+                self._open()
+                part = np.ascontiguousarray(command[begin : begin + _BLOCK])
+                truth = self._run(part, mode, 0.0)
+                good = self._within(truth[1])
+                if good:
+                    blocks.append(self._block(truth[:, :good], part[:good]))
+                if good < len(part):
+                    self.stop()
+                    raise RigFault("the drive stopped because the axis left its position limits")
+                if len(blocks) == most:
+                    yield Block.joined(blocks)
+                    blocks = []
+        except RigFault:
+            if blocks:
                 yield Block.joined(blocks)
-                blocks.clear()
-            if good < len(part):
-                self.stop()
-                raise RigFault("the drive stopped because the axis left its position limits")
+            raise
+        if blocks:
+            yield Block.joined(blocks)
 
     def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:
         """Command a position and run one period; the torque is that of a simulated hand."""

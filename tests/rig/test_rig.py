@@ -207,6 +207,26 @@ def test_an_axis_that_runs_away_is_a_fault_and_not_a_number() -> None:
     assert np.isfinite(rig.step(0.0).position)
 
 
+def test_what_was_measured_before_an_axis_ran_away_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a rig of 1 ms, whose quarter of a second is computed in five parts; the third fails."""
+    rig = rig_of(period_s=0.001)
+    with rig:
+        rig.prepare(TrialSetup())
+        run, calls = rig._run, []
+
+        def fails(commands: Any, mode: int, hand: float) -> Any:
+            calls.append(len(commands))
+            if len(calls) == 3:
+                raise RigFault("the simulated axis ran away")
+            return run(commands, mode, hand)
+
+        monkeypatch.setattr(rig, "_run", fails)
+        blocks = rig.play(Trajectory(0.001, "velocity", np.full(400, 0.1)))
+        assert len(next(blocks).time_s) == 100
+        with pytest.raises(RigFault, match="ran away"):
+            next(blocks)
+
+
 def test_estimation_never_imports_the_rigs() -> None:
     root = Path(idtool.__file__).parent
     for folder in ("fit", "diagnosis", "effects", "model"):
