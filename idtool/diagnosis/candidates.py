@@ -41,7 +41,7 @@ CHANCE = 5e-4
 _SETTLED = 8.0
 #: An effect whose removal raises the error by this factor at first sight is needed.
 SURELY = 1.2
-#: What no turn calls up takes away this share of its due at least on rows that slide steadily.
+#: What no turn calls up explains this share, at least, of what it explains after turns where the axis slides.
 _OF_SLIDING = 0.5
 OF_PRESLIDING = "what it takes away is left after turns, by a presliding that is none of LuGre's"
 #: Highest frequency that filtered rows show, as a share of their rate.
@@ -403,14 +403,18 @@ def doubtful(rival: JointFit, fit: JointFit) -> bool:
 
 
 def better_after_turns(one: JointFit, other: JointFit) -> bool:
-    """Whether rows that slide steadily have less than half of their due in what one model leaves less than
-    another: rows on which the bristle of that one has forgotten the last turn."""
+    """Whether one model takes away much less of what another leaves on rows that slide steadily, on which
+    the bristle of that one has forgotten the last turn, than of what it leaves on the rest."""
     recording = other.model.recording
     motion = recording.motion
     travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
     settled = travel > _SETTLED * other.presliding_scale
-    gained = other.residual**2 - one.residual**2
-    return bool(gained[settled].sum() < _OF_SLIDING * settled.mean() * gained.sum())
+    if not 0 < np.count_nonzero(settled) < len(settled):
+        return False
+    sliding, turning = (
+        1.0 - np.sum(one.residual[k] ** 2) / np.sum(other.residual[k] ** 2) for k in (settled, ~settled)
+    )
+    return bool(sliding < _OF_SLIDING * turning)
 
 
 def _unseen_in_turns(fit: JointFit, effect: Effect) -> str | None:
