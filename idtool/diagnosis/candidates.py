@@ -472,9 +472,11 @@ def worth_it(fit: JointFit, effect: Effect, share: float = WORTH) -> bool:
 
 
 def worth_beside(larger: JointFit, smaller: JointFit) -> bool:
-    """Whether what the larger of two models adds to the smaller is more than that share of the friction."""
+    """Whether what the larger of two models adds to the smaller is more than that share of the friction, or
+    left-out trials surely ask for it: a weight that makes up for the most of it is off by more than that."""
     gained = float(np.mean(smaller.residual**2) - np.mean(larger.residual**2))
-    return gained > (WORTH * larger.model.friction_sizes[0]) ** 2
+    surely = left_out_error(smaller) > SURELY * left_out_error(larger)
+    return surely or gained > (WORTH * larger.model.friction_sizes[0]) ** 2
 
 
 def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> str | None:
