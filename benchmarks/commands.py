@@ -43,7 +43,8 @@ def measure(rounds: int = 5, tasks: tuple[str, ...] = tuple(TASKS)) -> Section:
             "and pandas, which a fit does without, and matplotlib, which only `--figure` asks for, follow "
             "(numpy is in each of them). The last import is everything that a fit needs before it computes. "
             "The search of a fit takes the rest, twice where the first fit leaves more than noise, as here, "
-            "where a ripple is undeclared: then a softer bristle is tried too."
+            "where a ripple is undeclared: then a softer bristle is tried too. `fit-motion` is none of "
+            "these: on the sine it simulates the log 1,556 times, 18 million steps, which takes 7 s."
         ],
     )
     best = dict.fromkeys(tasks, float("inf"))
