@@ -181,11 +181,16 @@ def test_interrupted_and_resumed(lying: Servo, short: Path, tmp_path: Path) -> N
     assert ffc_id(*command, "--resume", "--force").returncode == 2
 
 
-def test_guiding_by_hand(tmp_path: Path) -> None:
-    # Upright, it would sink before the torque is on. In slow motion, so that a busy computer that runs the
-    # tests does not stop the controller, which takes a gap of 50 ms for a fault.
-    servo = Servo(tmp_path, "--tilt", "1.5707963", "0", scale=0.25)
+@pytest.fixture
+def slow(tmp_path: Path) -> Iterator[Servo]:
+    """Upright, it would sink before the torque is on. In slow motion, so that a busy computer that runs the
+    tests does not stop the controller, which takes a gap of 50 ms for a fault."""
+    made = Servo(tmp_path, "--tilt", "1.5707963", "0", scale=0.25)
+    yield made
+    made.end()
 
+
+def test_guiding_by_hand(slow: Servo, tmp_path: Path) -> None:
     Parameters(
         axis=Axis("rotary", 2.67),
         gravity_model="slide",
@@ -195,7 +200,7 @@ def test_guiding_by_hand(tmp_path: Path) -> None:
         controller=Controller(2.05, 1.68, 0.01),
     ).write(tmp_path / "params.toml")
     log = tmp_path / "run.csv"
-    command = ["teach", "-p", tmp_path / "params.toml", "--rig", servo.rig, "-o", log, "--json"]
+    command = ["teach", "-p", tmp_path / "params.toml", "--rig", slow.rig, "-o", log, "--json"]
     command += ["--tilt", "1.5707963", "0", "--payload", "0", "--button", "none"]
     with subprocess.Popen(
         [str(PROGRAM), *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -205,13 +210,12 @@ def test_guiding_by_hand(tmp_path: Path) -> None:
             assert time.monotonic() < until
             assert run.poll() is None, run.communicate()[1]
             time.sleep(0.02)
-        servo.do("hand 0.3")
+        slow.do("hand 0.3")
         time.sleep(1.5)
-        servo.do("hand 0")
+        slow.do("hand 0")
         run.send_signal(signal.SIGINT)
         out, told = run.communicate(timeout=120)
     assert run.returncode == 0, told
-    servo.end()
     assert json.loads(out)["interrupted"] is True
     position = Log.read(log).frame["position_rad"]
     assert position.iloc[-1] - position.iloc[0] > 0.1
