@@ -65,6 +65,8 @@ def _rebuild_env(module: str, constants: list[Any], name: str) -> Any:
     return known
 
 
+# what is kept names numba's own, so that who has this package no longer can read it
+_rebuild_env.__module__ = environment.__name__
 environment._rebuild_env = _rebuild_env
 
 

@@ -78,3 +78,6 @@ def test_what_was_kept_can_be_built_into_what_is_compiled(tmp_path: Path) -> Non
             check=True,
         )
         assert json.loads(done.stdout) == [[2.0, 4.0], [4.0, 8.0]]
+    kept = list((tmp_path / "cache").rglob("*.nbc"))
+    assert kept
+    assert not any(b"idtool.model.jit" in file.read_bytes() for file in kept)  # numba alone can read them
