@@ -13,6 +13,7 @@ from idtool.diagnosis.lines import strongest_line, waves_of
 from idtool.diagnosis.repetition import beats_with_motion
 from idtool.diagnosis.residual import motion_columns
 from idtool.diagnosis.shapes import Unnamed
+from idtool.diagnosis.sliding import SETTLED, doubtful
 from idtool.diagnosis.summed import HIDDEN, Summed
 from idtool.effects.base import Effect, derivative
 from idtool.effects.hysteresis import carried_of_friction, reaches
@@ -20,9 +21,8 @@ from idtool.fit import noise
 from idtool.fit.basis import beyond, orthonormal
 from idtool.fit.identifiability import stribeck_seen
 from idtool.fit.joint import JointFit, kept, refit, torque_of
-from idtool.fit.left_out import left_out_error
+from idtool.fit.left_out import SURELY, left_out_error
 from idtool.fit.model import JointModel
-from idtool.fit.restart import rises_all_along
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, since_reversal
 from idtool.model.torque import Direction
@@ -37,13 +37,6 @@ _NOTHING = 0.2 * WORTH
 #: What is said of an effect that is in has to be as sure as every effect: a chance of 0.01 in a library of
 #: twenty.
 CHANCE = 5e-4
-#: The bristle has forgotten a reversal after so many of its bends (3e-4 is left).
-_SETTLED = 8.0
-#: An effect whose removal raises the error by this factor at first sight is needed.
-SURELY = 1.2
-#: What no turn calls up explains this share, at least, of what it explains after turns where the axis slides.
-_OF_SLIDING = 0.5
-OF_PRESLIDING = "what it takes away is left after turns, by a presliding that is none of LuGre's"
 #: Highest frequency that filtered rows show, as a share of their rate.
 _NYQUIST = 0.45
 #: What beats from outside has no regard for the motion: a wave of which the motion explains more than half
@@ -377,44 +370,8 @@ def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
     motion = recording.motion
     travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
     # the element slips on when it has turned round, a reach back and one on
-    settled = travel > max(_SETTLED * own / friction.bristle_stiffness, 2.0 * max(reaches(values)))
+    settled = travel > max(SETTLED * own / friction.bristle_stiffness, 2.0 * max(reaches(values)))
     return bool(settled.any()) and chance_of(fit, effect, settled) < CHANCE
-
-
-def of_presliding(smaller: JointFit, larger: JointFit, effect: Effect) -> bool:
-    """Whether an effect that no turn calls up takes away too little where the axis slides: what a presliding
-    that is none of LuGre's leaves after each turn is there for any shape to follow.
-
-    Args:
-        smaller: the model without it.
-        larger: the model with it.
-    """
-    if isinstance(effect, Unnamed) or effect.is_lag or effect.free_start or effect.after_reversal:
-        return False
-    return better_after_turns(larger, smaller)
-
-
-def doubtful(rival: JointFit, fit: JointFit) -> bool:
-    """Whether a friction curve that rises all along, as viscous friction does, makes a model better than one
-    whose curve does not, but not surely, or not where the axis slides."""
-    if not rises_all_along(rival) or rises_all_along(fit):
-        return False
-    return SURELY * left_out_error(rival) > left_out_error(fit) or better_after_turns(rival, fit)
-
-
-def better_after_turns(one: JointFit, other: JointFit) -> bool:
-    """Whether one model takes away much less of what another leaves on rows that slide steadily, on which
-    the bristle of that one has forgotten the last turn, than of what it leaves on the rest."""
-    recording = other.model.recording
-    motion = recording.motion
-    travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
-    settled = travel > _SETTLED * other.presliding_scale
-    if not 0 < np.count_nonzero(settled) < len(settled):
-        return False
-    sliding, turning = (
-        1.0 - np.sum(one.residual[k] ** 2) / np.sum(other.residual[k] ** 2) for k in (settled, ~settled)
-    )
-    return bool(sliding < _OF_SLIDING * turning)
 
 
 def _unseen_in_turns(fit: JointFit, effect: Effect) -> str | None:

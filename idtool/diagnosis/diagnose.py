@@ -15,8 +15,9 @@ from idtool.diagnosis.next_experiment import NextExperiment, between_models, for
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
 from idtool.diagnosis.remainder import Remainder, doubted, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
-from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, outdoes
+from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
 from idtool.diagnosis.shapes import Unnamed
+from idtool.diagnosis.sliding import outdoes
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.summary import LOOKS_LIKE
 from idtool.diagnosis.suspects import Suspect, allowing_for, suspects

@@ -11,13 +11,10 @@ from idtool.diagnosis.candidates import (
     CHANCE,
     LEAST_GAIN,
     NEAR,
-    OF_PRESLIDING,
-    SURELY,
     Selection,
     best_start,
     chance_of,
     impossible,
-    of_presliding,
     swap,
     ties,
     try_effect,
@@ -25,10 +22,11 @@ from idtool.diagnosis.candidates import (
 )
 from idtool.diagnosis.residual import columns_followed
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
+from idtool.diagnosis.sliding import OF_PRESLIDING, of_presliding
 from idtool.effects.base import Effect
 from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit, kept, refit
-from idtool.fit.left_out import left_out_error, prediction_errors
+from idtool.fit.left_out import SURELY, left_out_error, prediction_errors
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 

@@ -17,25 +17,18 @@ import numpy as np
 
 from idtool.diagnosis.candidates import (
     LEAST_GAIN,
-    OF_PRESLIDING,
-    SURELY,
-    WORTH,
     Candidate,
     Selection,
     Start,
     Trial,
     best_start,
     chance_of,
-    doubtful,
-    impossible,
-    of_presliding,
     ties,
     try_effect,
-    worth_beside,
-    worth_it,
 )
 from idtool.diagnosis.holm import holm
 from idtool.diagnosis.pairs import hidden_pairs
+from idtool.diagnosis.passing import pushed_out, why_not
 from idtool.diagnosis.pruning import (
     drop_unneeded,
     find_alternatives,
@@ -44,22 +37,17 @@ from idtool.diagnosis.pruning import (
     without,
 )
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
+from idtool.diagnosis.sliding import outdoes, stands_for_viscous_friction
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
-from idtool.fit.identifiability import is_vague
-from idtool.fit.joint import JointFit, gain_in_evidence, kept, refit, settle, solve
-from idtool.fit.left_out import left_out_error, prediction_errors, predicts_better
+from idtool.fit.joint import JointFit, kept, refit, settle, solve
+from idtool.fit.left_out import left_out_error, prediction_errors
 from idtool.fit.model import JointModel
-from idtool.fit.restart import restart, rises, rises_all_along, worth_a_restart
+from idtool.fit.restart import restart, worth_a_restart
 from idtool.model.motion import Motion
 
 #: Family-wise error of the score tests of one round (Holm): chance in one session of a hundred.
 _ALPHA = 0.01
-#: An effect must take away this share of what is not explained: what only nibbles at the residual of
-#: something else, or at what a shape without a name does not follow of it, is not its explanation.
-_LEAST_OF_EXCESS = 0.05
-#: Bayesian evidence for a lag, whose many numbers follow much (Kass & Raftery 1995 call 6 "strong").
-_LEAST_EVIDENCE = 6.0
 _REFITTED = 4
 #: ... of those whose score promises to leave not much more than that of one that passed. Rounds go on: they
 #: are refitted when that is in.
@@ -67,8 +55,6 @@ _BEHIND = 1.3
 _MOST_ROUNDS = 24
 #: What is told of an effect that comes in begins so.
 ACCEPTED = "accepted"
-#: A friction curve that rises and leaves less than this share of the viscous friction stands for it.
-_OWN_VISCOUS = 0.5
 #: A bristle that bends over more than this share of the stroke can hide an effect from its score.
 _BENT = 0.03
 
@@ -198,24 +184,9 @@ def _searched_anew(selection: Selection, tell: Callable[[str], None]) -> bool:
     tell("looking for a better friction curve")
     before, found = selection.fit, restart(selection.fit)
     better = found is not before and left_out_error(found) < left_out_error(before)
-    better &= not _stands_for_viscous_friction(before, found)
+    better &= not stands_for_viscous_friction(before, found)
     selection.fit = selection.searched = found if better else before
     return better
-
-
-def outdoes(rival: JointFit, fit: JointFit) -> bool:
-    """Whether a model predicts better than another one, and not by a friction curve that is to be doubted."""
-    return not doubtful(rival, fit) and predicts_better(rival, fit)
-
-
-def _stands_for_viscous_friction(before: JointFit, after: JointFit) -> bool:
-    """Whether a friction curve that rises has come to stand for most of the viscous friction, and trials that
-    are left out do not surely ask for it."""
-    if rises_all_along(before) or not rises(after):
-        return False
-    if not (rises_all_along(after) or after.values["viscous"] < _OWN_VISCOUS * before.values["viscous"]):
-        return False
-    return SURELY * left_out_error(after) >= left_out_error(before)
 
 
 def _on_another_curve(
@@ -463,56 +434,15 @@ def _passing(selection: Selection, trial: Trial) -> list[Trial]:
     candidate = _candidate(selection, trial.effect)
     if not candidate.accepted:
         candidate.held_out = new
-    why = _why_not(selection, trial, old, new)
-    if why is None and (pushed := _pushed_out(selection, trial)):
+    why = why_not(selection, trial, old, new)
+    if why is None and (pushed := pushed_out(selection, trial)):
         for other in pushed:
             if other.name != "inertia":  # every axis has it
                 trial = replace(trial, fit=without(trial.fit, other))
-        if _pushed_out(selection, trial) or _why_not(selection, trial, old, left_out_error(trial.fit)):
+        if pushed_out(selection, trial) or why_not(selection, trial, old, left_out_error(trial.fit)):
             why = f"it would stand for {pushed[0].title.lower()}, which then cannot be"
     _tell_why(selection, trial.effect, why or "another effect lowers the left-out error more")
     return [] if why else [trial]
-
-
-def _pushed_out(selection: Selection, trial: Trial) -> list[Effect]:
-    """The effects of the model that cannot be any more beside that of a trial; an inertia that the data did
-    not show before is none of them."""
-    return [
-        other
-        for other in selection.fit.model.spec.effects
-        if other.name != trial.effect.name
-        and other in trial.fit.model.spec.effects
-        and impossible(trial.fit, other)
-        and not impossible(selection.fit, other)
-        and not (other.name == "inertia" and is_vague(selection.fit, "inertia.inertia"))
-    ]
-
-
-def _why_not(selection: Selection, trial: Trial, old: float, new: float) -> str | None:
-    if reason := impossible(trial.fit, trial.effect):
-        return reason
-    if not worth_it(trial.fit, trial.effect):
-        return f"it would be less than {100 * WORTH:.0f} % of the friction"
-    inside = {effect.name: effect for effect in selection.fit.model.spec.effects}
-    special = [inside[name].title.lower() for name in trial.effect.absorbs if name in inside]
-    if special and not worth_beside(trial.fit, selection.fit):
-        return f"it would add less than {100 * WORTH:.0f} % of the friction to {special[0]}"
-    if _stands_for_viscous_friction(selection.fit, trial.fit):
-        return "beside it the friction curve would rise all along and stand for viscous friction"
-    # what an effect adds to its special case may be told by turns alone: drive and backdrive, on a load that
-    # always pulls one way, from load friction and another weight
-    if not special and of_presliding(selection.fit, trial.fit, trial.effect):
-        return OF_PRESLIDING
-    if new > (1.0 - LEAST_GAIN) * old:
-        return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
-    if not predicts_better(trial.fit, selection.fit):
-        return f"left-out error {new:.4g} against {old:.4g} without it: no more than chance between trials"
-    if old**2 - new**2 < _LEAST_OF_EXCESS * selection.unexplained:
-        return f"left-out error {new:.4g} against {old:.4g}: a small part of what is too much"
-    evidence = gain_in_evidence(selection.fit, trial.fit)
-    if trial.effect.is_lag and evidence < _LEAST_EVIDENCE:
-        return f"the penalised likelihood gains {evidence:.1f} only"
-    return None
 
 
 def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:

@@ -17,6 +17,8 @@ from idtool.fit.joint import JointFit, kept
 from idtool.fit.starts import free_starts
 from idtool.model.motion import Array
 
+#: A model without which the error is so many times as large is surely needed.
+SURELY = 1.2
 #: Standard errors over folds by which a model must be better.
 _CLEAR = 1.0
 #: What one fold alone tells nearly all of is not judged by the others: its leverage counts as this at most.

@@ -10,8 +10,7 @@ import pytest
 
 from idtool import Log
 from idtool.diagnosis import candidates
-from idtool.diagnosis.candidates import Start, best_start, doubtful, impossible, of_presliding, try_effect
-from idtool.diagnosis.shapes import UNNAMED
+from idtool.diagnosis.candidates import Start, best_start, impossible, try_effect
 from idtool.effects import registry
 from idtool.effects.hysteresis import Hysteresis
 from idtool.fit.joint import JointFit
@@ -19,9 +18,7 @@ from idtool.fit.left_out import left_out_error
 from idtool.model.motion import since_reversal
 from idtool.signals import record
 from idtool.verbs.identify import begin
-
-#: Of a contact that does not creep: its level, and the way over which it bends.
-LEVEL, REACH = 0.04, 0.03
+from tests.diagnosis.conftest import LEVEL, REACH
 
 
 @pytest.fixture(scope="module")
@@ -50,26 +47,6 @@ def test_never_above_the_fit_that_it_extends(
     start = Start(0.5, 1e-6, {"stiffness": 0.01, "pull": pull})
     trial = try_effect(one_way, registry.get("position_stiffness"), start)
     assert trial.fit.sse <= 1.001 * one_way.sse
-
-
-@pytest.fixture(scope="module")
-def slipping(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
-    """A contact that bends without creep and then slides: LuGre's bristle alone cannot be that."""
-    rng = np.random.default_rng(1)
-    t = 0.01 * np.arange(1200)
-    trials = []
-    for k, stroke in enumerate((0.6, 0.4, 0.25, 0.15)):
-        q = stroke * np.sin(0.8 * (1.0 + 0.2 * k) * t)
-        stretch, bent = 0.0, []
-        for way in np.diff(q, prepend=q[0]):
-            stretch = float(np.clip(stretch + way / REACH, -1.0, 1.0))
-            bent.append(stretch)
-        torque = LEVEL * np.array(bent) + 0.02 * np.gradient(q, t) + 0.0003 * rng.normal(size=len(t))
-        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
-    path = tmp_path_factory.mktemp("slipping") / "log.csv"
-    pd.concat(trials).to_csv(path, index=False)
-    (fit, *_), *_ = begin(record([Log.read(path)]), "lugre", "auto")
-    return fit
 
 
 def test_an_element_takes_friction_over_from_the_bristle(slipping: JointFit) -> None:
@@ -113,43 +90,6 @@ def test_a_curve_of_sliding_shows_where_the_axis_slides(slipping: JointFit) -> N
     assert "slides steadily" in (impossible(with_a_curve(bent, where_it_slides=False), curve) or "")
     # a bristle of LuGre's knows what it leaves after a reversal
     assert "slides" not in (impossible(with_a_curve(slipping, where_it_slides=False), curve) or "")
-
-
-def test_what_shows_after_turns_alone_is_of_the_presliding(slipping: JointFit) -> None:
-    """Any shape may follow what LuGre's bristle leaves there; an effect that a turn calls up has its due."""
-    motion, row = slipping.model.recording.motion, slipping.model.recording.row
-    travel = since_reversal(motion.position, motion.velocity, motion.trial)[row]
-    settled = travel > 8.0 * slipping.presliding_scale
-    assert 0.2 < settled.mean() < 0.95
-    before = replace(slipping, residual=np.ones(len(row)))
-    # all of what goes is from rows that slide, from the others, and from all alike
-    for gone, of_turns in ((settled, False), (~settled, True), (np.ones(len(row), dtype=bool), False)):
-        after = replace(slipping, residual=np.where(gone, 0.5, 1.0))
-        for name in ("nonlinear_viscous", "position_ripple", "torque_offset"):
-            assert of_presliding(before, after, registry.get(name)) == of_turns
-        for exempt in (registry.get("backlash"), registry.get("breakaway_dwell"), UNNAMED[0]):
-            assert not of_presliding(before, after, exempt)
-
-
-@pytest.mark.parametrize(
-    ("error", "where_it_slides", "in_doubt"), [(0.8, True, False), (0.8, False, True), (0.9, True, True)]
-)
-def test_a_curve_that_rises_all_along_has_to_be_surely_better_where_the_axis_slides(
-    slipping: JointFit, error: float, where_it_slides: bool, in_doubt: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    motion, row = slipping.model.recording.motion, slipping.model.recording.row
-    travel = since_reversal(motion.position, motion.velocity, motion.trial)[row]
-    wide = {"coulomb": 0.045, "static": 0.02, "stribeck_velocity": 0.5 * slipping.model.scales.speed}
-    bent = slipping.model.coordinates(slipping.values | wide)
-    falls = slipping.model.coordinates(slipping.values | wide | {"static": 0.05})
-    plain = replace(slipping, x=falls, residual=np.ones(len(row)))
-    better = (travel > 8.0 * plain.presliding_scale) == where_it_slides
-    rising = replace(slipping, x=bent, residual=np.where(better, 0.5, 1.0))
-    monkeypatch.setattr(candidates, "left_out_error", lambda fit: error if fit is rising else 1.0)
-    assert doubtful(rising, plain) == in_doubt
-    # a curve that falls, and one beside which another rises as well, are judged by their errors
-    assert not doubtful(replace(plain, residual=rising.residual), plain)
-    assert not doubtful(rising, replace(plain, x=bent))
 
 
 def test_presliding_within_a_row_or_two_after_a_turn_is_not_seen(slipping: JointFit) -> None:

@@ -8,8 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from idtool.diagnosis import selection as selection_module
-from idtool.diagnosis.candidates import Trial, impossible
+from idtool.diagnosis.candidates import impossible
 from idtool.diagnosis.pruning import drop_what_may_be_unknown, simplify, veto
 from idtool.diagnosis.selection import begun
 from idtool.effects import registry
@@ -178,32 +177,3 @@ def test_what_something_unknown_may_be_all_of(follows: str, true: bool, kept: bo
     dropped = drop_what_may_be_unknown(selection, selection.fit, (follows,) if follows else ())
     assert [effect.name for effect in dropped] == ([] if kept else ["position_stiffness"])
     assert ("position_stiffness.stiffness" in selection.fit.model.names) == kept
-
-
-@pytest.mark.parametrize(("error", "comes_in"), [(0.9, False), (0.8, True)])
-def test_no_effect_comes_in_with_a_curve_that_rises_all_along(
-    soft: JointFit, error: float, comes_in: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """... where the curve did not before: it would stand for viscous friction, unless left-out trials surely
-    ask for it."""
-    effect = registry.get("nonlinear_viscous")
-    model = JointModel.build(soft.model.recording, soft.model.spec.adding(effect), soft.model.constants)
-    fit = refit(soft, model, {"nonlinear_viscous.quadratic": 0.2})
-    wide = {"coulomb": 0.2, "static": 0.1, "stribeck_velocity": 0.5 * model.scales.speed}
-    bent = replace(soft, x=soft.model.coordinates(soft.values | wide))
-    rising = replace(fit, x=model.coordinates(fit.values | wide))
-    monkeypatch.setattr(
-        selection_module, "left_out_error", lambda one: error if effect in one.model.spec.effects else 1.0
-    )
-    stands = selection_module._stands_for_viscous_friction
-    assert stands(soft, rising) == (not comes_in)
-    assert not stands(soft, fit)
-    assert not stands(bent, rising)
-    why = selection_module._why_not(begun(soft, [effect]), Trial(effect, rising, 0.0), 1.0, error)
-    assert ("rise all along" in str(why)) == (not comes_in)
-    # a narrower one that leaves less than half of the viscous friction stands for it too
-    for narrow, share, taken in ((0.2, 0.4, True), (0.2, 0.6, False), (1.0, 0.4, True)):
-        own = {"coulomb": 0.2, "stribeck_velocity": narrow * model.scales.speed}
-        values = fit.values | own | {"static": 0.1, "viscous": share * soft.values["viscous"]}
-        assert stands(soft, replace(fit, x=model.coordinates(values))) == (taken and not comes_in)
-        assert not stands(soft, replace(fit, x=model.coordinates(values | {"static": 0.3})))

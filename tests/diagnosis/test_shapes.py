@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from idtool import Log, identify
-from idtool.diagnosis import selection
+from idtool.diagnosis import passing, selection
 from idtool.diagnosis.candidates import best_start, try_effect
 from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
@@ -211,10 +211,10 @@ def test_what_a_shape_takes_is_not_explained_by_it(bumpy: Recording, monkeypatch
     asymmetry = registry.get("direction_asymmetry")
     chosen.fit = chosen.steps[-1]
     for asked, answer in (("impossible", None), ("worth_it", True), ("predicts_better", True)):
-        monkeypatch.setattr(selection, asked, lambda *_, answer=answer: answer)
+        monkeypatch.setattr(passing, asked, lambda *_, answer=answer: answer)
     trial = try_effect(chosen.fit, asymmetry, best_start(chosen.fit, asymmetry))
     old = left_out_error(chosen.fit)
     for taken, passes in ((0.0, True), (9.0 * old**2, False)):
         chosen.nameless[shape.name] = taken
-        why = selection._why_not(chosen, trial, old, 0.9 * old)
+        why = passing.why_not(chosen, trial, old, 0.9 * old)
         assert why is None if passes else "a small part of what is too much" in str(why)
