@@ -1,30 +1,31 @@
 """How a formula is compiled: by numba, whose machine code is kept beside the source and loaded at once.
 
 Before numba loads the first function that it kept, it sets up everything that compiling could need (200
-modules, scipy.linalg among them: 0.2 s) and compiles what counts who holds an array; with each function it
-reads what others could inline of it, and imports the modules whose code it was made of. What is kept is
-compiled already and needs none of that; where something is compiled after all, numba's compiler sets itself
-up, and reads what it inlines. This leans on the inside of numba: `tests/model/test_jit.py` holds it to that.
+modules, scipy.linalg among them: 0.2 s), and with each function it reads what others could inline of it, and
+imports the modules whose code it was made of. What is kept is compiled already and needs none of that; where
+something is compiled after all, numba's compiler sets itself up, and reads what it inlines. This leans on the
+inside of numba, and changes it only while a function of this package is loaded: `tests/model/test_jit.py`
+holds it to that.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import llvmlite.binding as llvm
 import numba
 from numba.core import environment
-from numba.core.caching import FunctionCache, make_library_cache
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
-from numba.core.runtime import nrtdynmod
 from numba.core.runtime.nrt import rtsys
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 class _Library(JITCodeLibrary):
-    """numba's machine code of a function; of one that was kept, what others could inline is read when one
+    """numba's machine code of a function that was kept; what others could inline of it is read when one
     does."""
 
     _inlined: bytes | None = None
@@ -65,46 +66,24 @@ def _rebuild_env(module: str, constants: list[Any], name: str) -> Any:
     return known
 
 
-# what is kept names numba's own, so that who has this package no longer can read it
-_rebuild_env.__module__ = environment.__name__
-environment._rebuild_env = _rebuild_env
+@contextmanager
+def _lightly(codegen: Any) -> Iterator[None]:
+    """Load what was kept as above; other packages' functions are loaded as ever, before and after."""
+    rebuild, library = environment._rebuild_env, codegen._library_class
+    environment._rebuild_env, codegen._library_class = _rebuild_env, _Library
+    try:
+        yield
+    finally:
+        environment._rebuild_env, codegen._library_class = rebuild, library
 
 
-class _Loading:
-    """A cache of numba's, which loads without setting the compiler up."""
-
-    def load_overload(self: Any, sig: Any, target_context: Any) -> Any:
-        target_context.codegen()._library_class = _Library
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
-
-
-class _Kept(_Loading, FunctionCache):
-    """Of a function."""
+class _Kept(FunctionCache):
+    """numba's cache, which loads without setting the compiler up."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         rtsys.initialize(target_context)  # memory of arrays that compiled code makes
-        return super().load_overload(sig, target_context)
-
-
-class _KeptMemory(_Loading, make_library_cache("memory")):  # type: ignore[misc]
-    """Of what counts who holds an array."""
-
-
-def _memory(target_context: Any) -> Any:
-    """What counts who holds an array: numba would compile it in every process (0.02 s)."""
-    cache = _KeptMemory(_memory)
-    library = cache.load_overload((), target_context)
-    if library is None:
-        code, library = nrtdynmod.create_nrt_module(target_context)  # type: ignore[no-untyped-call]
-        library.enable_object_caching()
-        library.add_ir_module(code)
-        library.finalize()
-        cache.save_overload((), library)
-    return library
-
-
-nrtdynmod.compile_nrt_functions = _memory
+        with self._guard_against_spurious_io_errors(), _lightly(target_context.codegen()):
+            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
 
 
 def jit(**options: Any) -> Callable[[F], F]:

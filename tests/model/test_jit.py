@@ -47,7 +47,7 @@ def test_a_second_process_loads_no_compiler(tmp_path: Path) -> None:
     compiled, compiling = _run(tmp_path)
     loaded, loading = _run(tmp_path)
     assert loaded == pytest.approx(compiled, rel=1e-15)
-    registries = {"numba.np.arraymath", "numba.core.inline_closurecall", "numba.np.arrayobj"}
+    registries = {"numba.np.arraymath", "numba.core.inline_closurecall"}
     assert registries <= compiling
     assert registries.isdisjoint(loading)
 
@@ -81,3 +81,31 @@ def test_what_was_kept_can_be_built_into_what_is_compiled(tmp_path: Path) -> Non
     kept = list((tmp_path / "cache").rglob("*.nbc"))
     assert kept
     assert not any(b"idtool.model.jit" in file.read_bytes() for file in kept)  # numba alone can read them
+
+
+#: After functions of this package were loaded numba is as it was for those of others.
+_AFTER = """
+import json
+import numba
+import numpy as np
+from numba.core import environment
+from numba.core.registry import cpu_target
+before = environment._rebuild_env
+from idtool.model.running import _medians
+_medians(np.array([1.0, 5.0, 2.0, 4.0]), np.array([1.0, 2.0, 5.0]))
+library = cpu_target.target_context.codegen()._library_class
+hits = sum(_medians.stats.cache_hits.values())
+print(json.dumps([environment._rebuild_env is before, library.__module__, hits]))
+"""
+
+
+def test_numba_is_left_as_it_was(tmp_path: Path) -> None:
+    for hits in (0, 1):
+        done = subprocess.run(
+            [sys.executable, "-c", _AFTER],
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert json.loads(done.stdout) == [True, "numba.core.codegen", hits]
