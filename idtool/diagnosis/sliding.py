@@ -17,7 +17,7 @@ from idtool.model.motion import since_reversal
 
 #: The bristle has forgotten a reversal after so many of its bends (3e-4 is left).
 SETTLED = 8.0
-#: What no turn calls up explains this share, at least, of what it explains after turns where the axis slides.
+#: Of what an effect takes away that no turn calls up, rows that slide have this share of their due at least.
 _OF_SLIDING = 0.5
 #: A friction curve that rises and leaves less than this share of the viscous friction stands for it.
 _OWN_VISCOUS = 0.5
@@ -47,18 +47,14 @@ def doubtful(rival: JointFit, fit: JointFit) -> bool:
 
 
 def better_after_turns(one: JointFit, other: JointFit) -> bool:
-    """Whether one model takes away much less of what another leaves on rows that slide steadily, on which
-    the bristle of that one has forgotten the last turn, than of what it leaves on the rest."""
+    """Whether rows that slide steadily, on which the bristle of another model has forgotten the last turn,
+    have less than half of their due in what one leaves less than that."""
     recording = other.model.recording
     motion = recording.motion
     travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
     settled = travel > SETTLED * other.presliding_scale
-    if not 0 < np.count_nonzero(settled) < len(settled):
-        return False
-    sliding, turning = (
-        1.0 - np.sum(one.residual[k] ** 2) / np.sum(other.residual[k] ** 2) for k in (settled, ~settled)
-    )
-    return bool(sliding < _OF_SLIDING * turning)
+    gained = other.residual**2 - one.residual**2
+    return bool(gained[settled].sum() < _OF_SLIDING * settled.mean() * gained.sum())
 
 
 def outdoes(rival: JointFit, fit: JointFit) -> bool:
