@@ -6,8 +6,6 @@ effect that is not there, or for a friction curve that bends so far that it stan
 
 from __future__ import annotations
 
-import numpy as np
-
 from idtool.diagnosis.shapes import Unnamed
 from idtool.effects.base import Effect
 from idtool.fit.joint import JointFit
