@@ -13,7 +13,7 @@ from idtool.diagnosis.lines import strongest_line, waves_of
 from idtool.diagnosis.repetition import beats_with_motion
 from idtool.diagnosis.residual import motion_columns
 from idtool.diagnosis.shapes import Unnamed
-from idtool.diagnosis.sliding import SETTLED, doubtful
+from idtool.diagnosis.sliding import SETTLED, doubtful, since_turn
 from idtool.diagnosis.summed import HIDDEN, Summed
 from idtool.effects.base import Effect, derivative
 from idtool.effects.hysteresis import carried_of_friction, reaches
@@ -363,14 +363,12 @@ def chance_of(
 def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
     """Whether rows on which the bristle has forgotten the last reversal show an effect too. Where the
     presliding is none of LuGre's, what the model leaves after each reversal bends the curve of sliding."""
-    recording, friction = fit.model.recording, fit.model.friction(fit.x)
+    friction = fit.model.friction(fit.x)
     (element,) = (e for e in fit.model.spec.effects if e.name == "hysteresis")
     values = fit.model.effect_values(fit.x, element)
     own = max(friction.coulomb, friction.static) - carried_of_friction(values)
-    motion = recording.motion
-    travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
     # the element slips on when it has turned round, a reach back and one on
-    settled = travel > max(SETTLED * own / friction.bristle_stiffness, 2.0 * max(reaches(values)))
+    settled = since_turn(fit) > max(SETTLED * own / friction.bristle_stiffness, 2.0 * max(reaches(values)))
     return bool(settled.any()) and chance_of(fit, effect, settled) < CHANCE
 
 
@@ -432,8 +430,9 @@ def worth_beside(larger: JointFit, smaller: JointFit) -> bool:
     """Whether what the larger of two models adds to the smaller is more than that share of the friction, or
     left-out trials surely ask for it: a weight that makes up for the most of it is off by more than that."""
     gained = float(np.mean(smaller.residual**2) - np.mean(larger.residual**2))
-    surely = left_out_error(smaller) > SURELY * left_out_error(larger)
-    return surely or gained > (WORTH * larger.model.friction_sizes[0]) ** 2
+    if gained > (WORTH * larger.model.friction_sizes[0]) ** 2:
+        return True
+    return left_out_error(smaller) > SURELY * left_out_error(larger)
 
 
 def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> str | None:

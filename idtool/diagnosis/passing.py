@@ -38,6 +38,11 @@ def pushed_out(selection: Selection, trial: Trial) -> list[Effect]:
     ]
 
 
+def lowers(old: float, new: float) -> bool:
+    """Whether a left-out error is lower by enough to matter."""
+    return new <= (1.0 - LEAST_GAIN) * old
+
+
 def why_not(selection: Selection, trial: Trial, old: float, new: float) -> str | None:
     """Why a trial does not pass; None if it does.
 
@@ -60,7 +65,7 @@ def why_not(selection: Selection, trial: Trial, old: float, new: float) -> str |
     # always pulls one way, from load friction and another weight
     if not special and of_presliding(selection.fit, trial.fit, trial.effect):
         return OF_PRESLIDING
-    if new > (1.0 - LEAST_GAIN) * old:
+    if not lowers(old, new):
         return f"left-out error {new:.4g} against {old:.4g} without it: not enough to matter"
     if not predicts_better(trial.fit, selection.fit):
         return f"left-out error {new:.4g} against {old:.4g} without it: no more than chance between trials"

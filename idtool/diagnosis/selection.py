@@ -28,14 +28,8 @@ from idtool.diagnosis.candidates import (
 )
 from idtool.diagnosis.holm import holm
 from idtool.diagnosis.pairs import hidden_pairs
-from idtool.diagnosis.passing import pushed_out, why_not
-from idtool.diagnosis.pruning import (
-    drop_unneeded,
-    find_alternatives,
-    one_for_many,
-    simplify,
-    without,
-)
+from idtool.diagnosis.passing import lowers, pushed_out, why_not
+from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify, without
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.diagnosis.sliding import outdoes, stands_for_viscous_friction
 from idtool.effects.base import Effect
@@ -226,7 +220,7 @@ def _two_at_once(
         trials = Trial(one, both, chance_of(both, one)), Trial(other, both, chance_of(both, other))
         if all(trial.p_value < _ALPHA and _passing(selection, trial) for trial in trials):
             full = _completed(both)
-            if _lower(selection, full):
+            if lowers(left_out_error(fit), left_out_error(full)):
                 passed.append((replace(trials[0], fit=full), replace(trials[1], fit=full)))
     if not passed:
         return None
@@ -356,17 +350,12 @@ def _accepted(selection: Selection, passed: list[Trial]) -> Trial | None:
             return best
         passed.remove(best)
         full = replace(best, fit=_completed(best.fit))
-        if _lower(selection, full.fit):
+        if lowers(left_out_error(selection.fit), left_out_error(full.fit)):
             passed.append(full)
             ended.append(full)
         else:
             _tell_why(selection, best.effect, "its fit came to no lower left-out error in the end")
     return None
-
-
-def _lower(selection: Selection, fit: JointFit) -> bool:
-    """Whether a fit lowers the left-out error by enough to matter."""
-    return left_out_error(fit) <= (1.0 - LEAST_GAIN) * left_out_error(selection.fit)
 
 
 def _accept(selection: Selection, winner: Trial) -> None:

@@ -11,7 +11,7 @@ from idtool.effects.base import Effect
 from idtool.fit.joint import JointFit
 from idtool.fit.left_out import SURELY, left_out_error, predicts_better
 from idtool.fit.restart import rises, rises_all_along
-from idtool.model.motion import since_reversal
+from idtool.model.motion import Array, since_reversal
 
 #: The bristle has forgotten a reversal after so many of its bends (3e-4 is left).
 SETTLED = 8.0
@@ -47,12 +47,16 @@ def doubtful(rival: JointFit, fit: JointFit) -> bool:
 def better_after_turns(one: JointFit, other: JointFit) -> bool:
     """Whether rows that slide steadily, on which the bristle of another model has forgotten the last turn,
     have less than half of their due in what one leaves less than that."""
-    recording = other.model.recording
-    motion = recording.motion
-    travel = since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
-    settled = travel > SETTLED * other.presliding_scale
+    settled = since_turn(other) > SETTLED * other.presliding_scale
     gained = other.residual**2 - one.residual**2
     return bool(gained[settled].sum() < _OF_SLIDING * settled.mean() * gained.sum())
+
+
+def since_turn(fit: JointFit) -> Array:
+    """How far the axis went since its last turn, shape (filtered rows,)."""
+    recording = fit.model.recording
+    motion = recording.motion
+    return since_reversal(motion.position, motion.velocity, motion.trial)[recording.row]
 
 
 def outdoes(rival: JointFit, fit: JointFit) -> bool:

@@ -24,7 +24,7 @@ from idtool.fit.model import JointModel
 from idtool.fit.normal_equations import in_turn
 from idtool.model import lugre
 from idtool.model.motion import Array
-from idtool.model.stribeck import fading, level
+from idtool.model.stribeck import faded, fading, level
 from idtool.signals.sparse_rows import SparseRows
 
 #: name on the command line -> NLopt algorithm. DIRECT-L is deterministic; ESCH is evolutionary, the
@@ -134,11 +134,10 @@ class Projection:
         if curve != self._curve:  # a search over the bend alone keeps its curve
             self._curve = curve
             of_steps, of_rows = self._fading(shape["stribeck_velocity"])
-            rise = curve[1] - curve[0]
-            over_steps = of_steps * rise + curve[0]
+            over_steps = faded(of_steps, *curve[:2])
             self._pace = self._long / over_steps
             self._signed_level = np.copysign(over_steps, self._way)
-            self._rho_speed = self._speed / (of_rows * rise + curve[0])
+            self._rho_speed = self._speed / faded(of_rows, *curve[:2])
         entering = model.recording.entering
         expected = np.sign(entering) * bend * level(entering, *curve)
         columns = lugre.columns_of_shape(

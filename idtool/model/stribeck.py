@@ -38,10 +38,13 @@ def level(
     exponent: float = EXPONENT,
 ) -> Array | float:
     """g(w) = coulomb + (static - coulomb) exp(-|w / stribeck_velocity|^exponent), N m (N)."""
-    risen: Array | float = fading(velocity, stribeck_velocity, exponent)
-    risen *= static - coulomb
-    risen += coulomb
-    return risen
+    curve: Array | float = faded(fading(velocity, stribeck_velocity, exponent), coulomb, static)
+    return curve
+
+
+def faded(fade: Any, coulomb: float, static: float) -> Any:
+    """g where the static level has faded so far (`fading`), N m (N)."""
+    return fade * (static - coulomb) + coulomb
 
 
 def fading(velocity: Array | float, stribeck_velocity: float, exponent: float = EXPONENT) -> Any:

@@ -20,7 +20,7 @@ from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
-from idtool.signals import record
+from idtool.signals import Recording, record
 from idtool.verbs.identify import begin
 from testbench.plants import SESSION, Plant, record_session
 
@@ -65,20 +65,25 @@ def test_a_cable_in_a_slow_sweep(tmp_path: Path) -> None:
     assert found["error"]["held_out"]["after"] < 0.0022
 
 
-def test_what_a_vetoed_effect_kept_out_is_looked_for_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """An offset is a special case of a spring: where the held-out rows turn the spring down it comes back."""
+def with_offset(folder: Path, spring: float = 0.0) -> Recording:
+    """An axis with an offset of 0.03 N m, and a spring (N m/rad), that nobody declared."""
     rng = np.random.default_rng(0)
     t = 0.01 * np.arange(800)
     trials = []
     for k in range(6):
         w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
         q = 0.01 * np.cumsum(w)
-        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + 0.01 * q + 0.001 * rng.normal(size=len(t))
+        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + spring * q + 0.001 * rng.normal(size=len(t))
         trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
-    pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
-    recording = record([Log.read(tmp_path / "log.csv")])
+    pd.concat(trials).to_csv(folder / "log.csv", index=False)
+    return record([Log.read(folder / "log.csv")])
+
+
+def test_what_a_vetoed_effect_kept_out_is_looked_for_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An offset is a special case of a spring: where the held-out rows turn the spring down it comes back."""
+    recording = with_offset(tmp_path, spring=0.01)
 
     def squares(fit: JointFit, parts: object, beside: object = None) -> Array:
         names = {effect.name for effect in fit.model.spec.effects}
@@ -144,17 +149,7 @@ def test_an_effect_that_shows_more_under_its_own_load(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def offset_axis(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
     """The base fit of an axis with an offset of 0.03 N m that nobody declared."""
-    rng = np.random.default_rng(0)
-    t = 0.01 * np.arange(800)
-    trials = []
-    for k in range(6):
-        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
-        q = 0.01 * np.cumsum(w)
-        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + 0.001 * rng.normal(size=len(t))
-        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
-    path = tmp_path_factory.mktemp("offset") / "log.csv"
-    pd.concat(trials).to_csv(path, index=False)
-    (fit, *_), *_ = begin(record([Log.read(path)]), "coulomb", "none")
+    (fit, *_), *_ = begin(with_offset(tmp_path_factory.mktemp("offset")), "coulomb", "none")
     return fit
 
 
