@@ -331,18 +331,17 @@ def fit_dynamic(part: _Part) -> None:
 
 def _doubted(fit: JointFit) -> tuple[JointFit, list[str]]:
     """The fit with intervals that allow for what its model lacks, and a sentence on that."""
-    from idtool.diagnosis.remainder import doubted, remainder
-    from idtool.diagnosis.suspects import allowing_for, suspects
+    from idtool.diagnosis.remainder import remainder
+    from idtool.diagnosis.suspects import allowing_for_what_lacks
 
     left = remainder(fit)
+    fit, found = allowing_for_what_lacks(fit, left)
     if left is not None:
         follows = f"follows the {', the '.join(left.depends_on)}" if left.depends_on else "is no noise"
         lacks = f"what it leaves {follows} ({100.0 * left.share:.0f} % of its square)"
-        fit = doubted(fit, left)
-    elif found := suspects(fit):
+    elif found:
         names = " or ".join(one.effect.name for one in found[:3])
         lacks = f"{names} would explain a part of what looks like noise"
-        fit = allowing_for(fit, found)
     else:
         return fit, []
     return fit, [

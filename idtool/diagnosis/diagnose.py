@@ -13,14 +13,14 @@ from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.diagnosis.held_out import held_out_squares, predicts_worse
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
-from idtool.diagnosis.remainder import Remainder, doubted, remainder
+from idtool.diagnosis.remainder import Remainder, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
 from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import outdoes
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.summary import LOOKS_LIKE
-from idtool.diagnosis.suspects import Suspect, allowing_for, suspects
+from idtool.diagnosis.suspects import Suspect, allowing_for_what_lacks
 from idtool.diagnosis.weights import weighed
 from idtool.effects.base import Effect
 from idtool.fit.choose import step_down, with_load
@@ -73,18 +73,21 @@ def diagnose(
     notes += _notes(shown, search.parts.recording, final)
     if left and (shapes := [words for words in found.unnamed.values() if words]):
         notes.append(f"{LOOKS_LIKE}: {'; '.join(shapes)}.")
-    hidden = [] if given or left else _hidden(selection, final)
+    # who chose the model has its numbers with its own errors
+    hidden: list[Suspect] = []
+    if not given:
+        final, hidden = allowing_for_what_lacks(final, left, look=_no_chance(selection))
     notes += _turned_down(selection, hidden)
     return Diagnosis(
         split=shown,
         base=base,
         selection=selection,
-        # who chose the model has its numbers with its own errors
-        final=final if given else allowing_for(doubted(final, left), hidden),
+        final=final,
         tests_before=test_residual(base, 0.0),
         tests_after=tests,
         next_experiment=_next_experiment(selection, final, tell),
         remainder=left,
+        hidden=[one.effect.name for one in hidden],
         start=found.place,
         notes=notes,
         stepped_down=stepped_down,
@@ -276,12 +279,11 @@ def _notes(shown: Split, recording: Recording, final: JointFit) -> list[str]:
     return notes + _not_compared(shown.recording)
 
 
-def _hidden(selection: Selection, final: JointFit) -> list[Suspect]:
-    """Effects that were turned down though they are no chance: what they can have done to the numbers of a
+def _no_chance(selection: Selection) -> bool:
+    """Whether an effect was turned down though it is no chance: what it can have done to the numbers of a
     model that leaves nothing structured shows nowhere else."""
     found = selection.candidates.values()
-    no_chance = any(not one.accepted and one.p_value is not None and one.p_value < CHANCE for one in found)
-    return suspects(final) if no_chance else []
+    return any(not one.accepted and one.p_value is not None and one.p_value < CHANCE for one in found)
 
 
 def _turned_down(selection: Selection, hidden: Sequence[Suspect]) -> list[str]:

@@ -40,6 +40,7 @@ class Diagnosis:
         final: the extended model fitted on all trials; its parameters are the result.
         tests_before, tests_after: dependence of the residual on what was measured.
         remainder: what the final model leaves and is still structured.
+        hidden: effects that were turned down though no chance, the least likely to be chance first.
         start: place of the first fit that led here among those that were given.
         next_experiment: the run that would tell what these logs leave open.
         notes: sentences for the reader.
@@ -54,6 +55,7 @@ class Diagnosis:
     tests_after: list[ResidualTest]
     next_experiment: NextExperiment | None = None
     remainder: Remainder | None = None
+    hidden: list[str] = field(default_factory=list)
     start: int = 0
     notes: list[str] = field(default_factory=list)
     stepped_down: list[Shortcoming] = field(default_factory=list)
@@ -173,6 +175,7 @@ class Diagnosis:
                 "after": _residual_document(self.final, self.tests_after),
             },
             "next_experiment": self.next_experiment and self.next_experiment.to_document(),
+            "hidden": self.hidden,
             "friction": self.final.model.spec.friction,
             "notes": self.notes,
         }

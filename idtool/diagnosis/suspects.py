@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from idtool.diagnosis.candidates import Start, added, best_start
+from idtool.diagnosis.remainder import Remainder, doubted
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.fit.joint import JointFit
@@ -37,6 +38,22 @@ def suspects(fit: JointFit) -> list[Suspect]:
     scored = [Suspect(effect, best_start(fit, effect)) for effect in library]
     found = [one for one in scored if one.start.p_value * len(library) < _CHANCE]
     return sorted(found, key=lambda one: one.start.p_value)
+
+
+def allowing_for_what_lacks(
+    fit: JointFit, left: Remainder | None, *, look: bool = True
+) -> tuple[JointFit, list[Suspect]]:
+    """The fit with intervals that cover what its model lacks, and the effects that may be that.
+
+    Args:
+        fit: of a model.
+        left: structure in what it leaves; that covers what an effect which shows nowhere else can do.
+        look: whether to look for such an effect.
+    """
+    if left is not None:
+        return doubted(fit, left), []
+    found = suspects(fit) if look else []
+    return allowing_for(fit, found), found
 
 
 def allowing_for(fit: JointFit, found: Sequence[Suspect]) -> JointFit:

@@ -125,6 +125,7 @@ class Diagnosis(Struct, frozen=True):
     unexplained: Unexplained | None = None
     left: Left = Left()
     candidates: tuple[Candidate, ...] = ()
+    hidden: tuple[str, ...] = ()
     next_experiment: NextExperiment | None = None
     validation: Validation | None = None
 

@@ -13,12 +13,14 @@ from idtool.presentation import text
 from idtool.report.evidence import Evidence
 from idtool.report.residual_gallery import SIGNIFICANT, depends
 
-Mark = Literal["good", "care", "bad"]
+Mark = Literal["good", "doubt", "care", "bad"]
 
 #: A held-out error up to this many times the noise floor counts as reaching it.
 _NEAR_FLOOR = 1.3
 #: Findings that the head of the page tells; the rest stand below.
 _MOST_FINDINGS = 3
+#: Effects that a doubt names, the least likely to be chance first.
+_MOST_HIDDEN = 3
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Summary:
         headline: what was found.
         story: one or two sentences on it.
         findings: how strong the found effects are, a number each.
-        trust: "Yes", "With care" or "Not yet".
+        trust: "Yes", "Yes, with one doubt", "With care" or "Not yet".
         checks: the reasons, the gravest first.
     """
 
@@ -61,10 +63,10 @@ class Summary:
 
 def summarise(evidence: Evidence) -> Summary:
     """The verdict, and whether it deserves trust."""
-    order = {"bad": 0, "care": 1, "good": 2}
+    order = {"bad": 0, "care": 1, "doubt": 2, "good": 3}
     checks = sorted(_checks(evidence), key=lambda check: order[check.mark])
     gravest = checks[0].mark
-    trust = {"good": "Yes", "care": "With care", "bad": "Not yet"}[gravest]
+    trust = {"good": "Yes", "doubt": "Yes, with one doubt", "care": "With care", "bad": "Not yet"}[gravest]
     headline, story = _headline(evidence), _story(evidence)
     mark: Mark = {"adequate": "good", "effect_found": "good", "ambiguous": "care", "unexplained": "bad"}[
         evidence.diagnosis.verdict
@@ -167,6 +169,7 @@ def _story(evidence: Evidence) -> str:
 
 def _checks(evidence: Evidence) -> Iterator[Check]:
     yield _verdict_check(evidence)
+    yield from _hidden_check(evidence)
     yield _held_out_check(evidence)
     yield from _floor_check(evidence)
     yield _parameter_check(evidence)
@@ -181,6 +184,17 @@ def _verdict_check(evidence: Evidence) -> Check:
     if verdict == "ambiguous":
         return Check("care", "Two explanations fit equally well: the prediction holds, the cause is open.")
     return Check("good", "The diagnosis asks for no further effect.")
+
+
+def _hidden_check(evidence: Evidence) -> Iterator[Check]:
+    """Effects that were turned down though they are no chance."""
+    names = [text.effect_title(name) for name in evidence.diagnosis.hidden[:_MOST_HIDDEN]]
+    if names:
+        yield Check(
+            "doubt",
+            f"{_capital(text.listed(names, 'or'))} would explain a part of what looks like "
+            "noise, and that is no chance; the intervals allow for it.",
+        )
 
 
 def _held_out_check(evidence: Evidence) -> Check:

@@ -135,6 +135,7 @@ def test_what_was_turned_down_though_it_is_no_chance_is_allowed_for(
     assert found.effects == ()
     told = [note for note in found.notes if "though no chance: nonlinear_viscous (held-out" in note]
     assert bool(told) == bool(quadratic)
+    assert ("nonlinear_viscous" in found.to_document()["hidden"]) == bool(quadratic)
     final = found.final
     k = final.model.names.index("viscous")
     off = abs(final.values["viscous"] - PAPER.viscous)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,6 +11,9 @@ import pytest
 
 from idtool.parameters import Parameter, Parameters
 from idtool.report import verdict
+from idtool.report.evidence import read_evidence
+
+from . import folder as synthetic
 
 
 def parameters_check(static: dict[str, Parameter]) -> verdict.Check:
@@ -32,3 +37,23 @@ def test_what_the_data_determine(static: dict[str, Parameter], mark: str) -> Non
         assert check.sentence == "The data determine no parameter at all."
     if mark == "care":
         assert check.sentence == "The data do not determine stiction."
+
+
+def test_what_was_turned_down_though_no_chance_is_one_doubt(folder: Path) -> None:
+    file = folder / "params.toml"
+    known = {
+        name: synthetic.known(value)
+        for name, value in {"bristle_stiffness": 40.0, "bristle_damping": 0.1}.items()
+    }
+    replace(Parameters.read(file), dynamic=known).write(file, force=True)
+    assert verdict.summarise(read_evidence(folder)).trust == "Yes"
+    document = synthetic.read_json(folder, "diagnosis")
+    synthetic.write_json(folder, "diagnosis", document | {"hidden": ["hysteresis", "compliance"]})
+    summary = verdict.summarise(read_evidence(folder))
+    assert summary.trust == "Yes, with one doubt"
+    told = [check.sentence for check in summary.checks if check.mark == "doubt"]
+    assert told == [
+        "Hysteresis or compliance would explain a part of what looks like noise, and that is no chance; "
+        "the intervals allow for it."
+    ]
+    assert summary.checks[0].sentence == told[0]
