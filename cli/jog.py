@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .guiding import Watched, setup_of, show_end, stop_document, travel_of, watched_options
-from .live import live_page
+from .live import live_views
 from .moving import result_on
 from .numbers import POSITIVE
 from .progress import Progress
@@ -68,7 +68,7 @@ def jog(told: Watched, step: float | None, speed: float | None) -> int:
         setup = setup_of(load, tilted, device, told.inside(device))
         with (
             TerminalKeys(place, remedy) as keys,
-            live_page(told.live, device, output) as watch,
+            live_views(told, device) as watch,
             Progress(output, "hands off, it listens", timed=False) as bar,
         ):
             output.say("arrow keys move the axis, q ends it")

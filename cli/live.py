@@ -1,48 +1,66 @@
-"""`--live` of every command that moves an axis."""
+"""`--live` and `--live-udp` of every command that moves an axis."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Output
+from .numbers import Address
 
 if TYPE_CHECKING:
     from idtool.rig.base import Rig, Watch
 
-live_option = click.option(
-    "--live", is_flag=True, help="Show the axis while it moves, on a page of this machine."
-)
+    from .moving import Moving
+
+
+def live_options(command: Any) -> Any:
+    """Both, handed to a command as `live` and `live_udp`."""
+    udp = "Send every sample there as a JSON datagram, as PlotJuggler's UDP server takes it: 127.0.0.1:9870."
+    page = "Show the axis while it moves, on a page of this machine."
+    command = click.option("--live-udp", type=Address(), metavar="HOST:PORT", help=udp)(command)
+    return click.option("--live", is_flag=True, help=page)(command)
 
 
 @contextmanager
-def live_page(wanted: bool, rig: Rig, output: Output) -> Iterator[Watch | None]:
-    """What shows a row on the live page; None if nobody asked for one."""
-    if not wanted:
+def live_views(told: Moving, rig: Rig) -> Iterator[Watch | None]:
+    """What shows a row wherever that was asked for; None if nobody did."""
+    if not told.live and told.live_udp is None:
         yield None
         return
+    from idtool.live.row import Row
+    from idtool.live.udp import UdpStream
     from idtool.live.view import LiveView
 
-    with LiveView(rig.axis.kind, rig.axis.per_reading) as view:
-        output.say(f"live: {view.address}")
-        yield _in_real_time(view.show) if rig.simulated else view.show
+    with ExitStack() as views:
+        shows: list[Watch] = []
+        row = Row.of(rig)
+        if told.live:
+            view = views.enter_context(LiveView(row))
+            told.output.say(f"live: {view.address}")
+            shows.append(view.show)
+        if told.live_udp is not None:
+            shows.append(views.enter_context(UdpStream(row, told.live_udp)).show)
+        yield _in_turn(shows, rig.simulated)
 
 
-def _in_real_time(show: Watch) -> Watch:
-    """A simulated axis would be through before a browser opens: it waits for the clock."""
+def _in_turn(shows: list[Watch], simulated: bool) -> Watch:
+    """Shows a row in every view; a simulated axis, which would be through before a browser opens, waits for
+    the clock."""
     zero, last = math.nan, math.inf
 
-    def wait(time_s: float, *row: float) -> None:
+    def show(time_s: float, *row: float) -> None:
         nonlocal zero, last
-        if time_s < last:  # the first row of a trial
-            zero = time.monotonic() - time_s
-        last = time_s
-        time.sleep(max(zero + time_s - time.monotonic(), 0.0))
-        show(time_s, *row)
+        if simulated:
+            if time_s < last:  # the first row of a trial
+                zero = time.monotonic() - time_s
+            last = time_s
+            time.sleep(max(zero + time_s - time.monotonic(), 0.0))
+        for one in shows:
+            one(time_s, *row)
 
-    return wait
+    return show

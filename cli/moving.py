@@ -12,7 +12,7 @@ import click
 
 from .angles import radians
 from .common import Decorator, Output, force_option, handed, output_options, seed_option
-from .live import live_option
+from .live import live_options
 from .numbers import Tilt
 from .words import complete_rig
 
@@ -35,6 +35,7 @@ class Moving:
         rig: its word; None where none was given.
         tilt_deg: how the axis stands, degrees.
         live: show it on a page.
+        live_udp: send its samples to this host and port.
         seed: of a simulation.
         force: overwrite what is there.
         output: where words go.
@@ -43,6 +44,7 @@ class Moving:
     rig: str | None
     tilt_deg: tuple[float, float] | None
     live: bool
+    live_udp: tuple[str, int] | None
     seed: int
     force: bool
     output: Output
@@ -117,5 +119,5 @@ _tilt_deg_option = click.option(
 
 def moving_options(kind: type[Moving], *more: Decorator) -> Decorator:
     """Those options and `more`, handed to a command as `told`, which is of that kind."""
-    ended = (live_option, seed_option, force_option, output_options)
+    ended = (live_options, seed_option, force_option, output_options)
     return handed("told", kind, _rig_option, _tilt_deg_option, *more, *ended)

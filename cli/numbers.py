@@ -35,5 +35,19 @@ class NumberRange(_Finite, click.FloatRange):
     """A finite number of a range."""
 
 
+class Address(click.ParamType[tuple[str, int]]):
+    """A host and a port."""
+
+    name = "address"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, int]:
+        host, _, port = str(value).rpartition(":")
+        if not host or not port.isdecimal() or not 0 < int(port) < 2**16:
+            self.fail(f"{value!r} is no HOST:PORT; give one, as 127.0.0.1:9870.", param, ctx)
+        return host, int(port)
+
+
 #: A finite number above zero.
 POSITIVE = NumberRange(0.0, min_open=True)

@@ -9,7 +9,7 @@ import click
 
 from .common import PATH, given_words
 from .guiding import Watched, setup_of, show_end, stop_document, travel_of, watched_options
-from .live import live_page
+from .live import live_views
 from .moving import result_on
 from .numbers import NumberRange
 from .progress import Progress
@@ -76,7 +76,7 @@ def play(told: Watched, taught: Path, speed: float, loop: int, waypoints: Path |
         if scale < speed:
             output.warn(f"played at {scale:.2g} of the taught speed: faster is beyond the limits of the rig.")
         setup = setup_of(load, tilted, device, told.inside(device))
-        with live_page(told.live, device, output) as watch, Progress(output, "playing") as bar:
+        with live_views(told, device) as watch, Progress(output, "playing") as bar:
             played = run(
                 path,
                 device,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import PATH, Decorator, given_words
-from .live import live_page
+from .live import live_views
 from .moving import Moving, moving_options, rig_words
 from .numbers import Number
 from .progress import Progress
@@ -158,7 +158,7 @@ def _run(name: str, told: RunOptions, experiment: str | None, **changes: Any) ->
     spec = told.told_rig()
     with (
         open_rig(spec, seed=told.seed) as rig,
-        live_page(told.live, rig, output) as watch,
+        live_views(told, rig) as watch,
         _Bar(output, recipe.name, timed=False) as bar,
     ):
         if doubt := doubted_payload(recipe, rig):

@@ -20,7 +20,7 @@ from .guiding import (
     session_limits,
     setup_of,
 )
-from .live import live_page
+from .live import live_views
 from .moving import result_on
 from .numbers import POSITIVE, NumberRange
 from .progress import Progress
@@ -147,7 +147,7 @@ def teach(
         with open_button(spec):  # one that cannot be had is told before anything moves
             pass
         start = told.inside(axis)
-        with open_button(spec) as button, live_page(told.live, axis, output) as watch:
+        with open_button(spec) as button, live_views(told, axis) as watch:
             if button is not None:
                 output.say(f"{button.hint}; up, the axis is held")
             with _shown(axis, output) as progress:

@@ -43,9 +43,9 @@ class Rows:
             return self.count, [row for _, row in reversed(fresh)]
 
 
-def handler(rows: Rows, units: str) -> type[BaseHTTPRequestHandler]:
+def handler(rows: Rows, names: str) -> type[BaseHTTPRequestHandler]:
     """What answers a browser."""
-    page = _PAGE.read_text(encoding="utf-8").replace("{{units}}", units.replace("<", "\\u003c")).encode()
+    page = _PAGE.read_text(encoding="utf-8").replace("{{names}}", names.replace("<", "\\u003c")).encode()
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -90,7 +90,7 @@ def handler(rows: Rows, units: str) -> type[BaseHTTPRequestHandler]:
 
 
 def main() -> None:
-    """Serve until standard input ends: `server.py PORT UNITS`."""
+    """Serve until standard input ends: `server.py PORT NAMES`."""
     rows = Rows()
     server = ThreadingHTTPServer(("127.0.0.1", int(sys.argv[1])), handler(rows, sys.argv[2]))
     server.daemon_threads = True

@@ -1,8 +1,8 @@
 """The loop's end of the live page: a pipe that is written to without ever waiting.
 
-    with LiveView("rotary", torque_constant=2.67) as view:
+    with LiveView(Row.of(rig)) as view:
         print(view.address)
-        view.show(time_s, position, current, hand)      # from the loop; a microsecond or ten
+        view.show(time_s, position, effort, hand)      # from the loop; a microsecond or ten
 
 The page is served by a process of its own (`idtool.live.server`), so that neither a slow browser nor
 Python's lock can hold the loop up. Between the two stands the pipe's buffer and nothing else: when it is
@@ -20,7 +20,7 @@ from contextlib import suppress
 from typing import Self
 
 from idtool.errors import RigFault
-from idtool.model.units import Kind, unit_text
+from idtool.live.row import Row
 
 #: Rows closer than this in the axis's own time are not sent, s.
 _EVERY_S = 0.02
@@ -36,24 +36,22 @@ class LiveView:
         dropped: rows that found the pipe full.
     """
 
-    def __init__(self, kind: Kind, torque_constant: float | None, *, port: int = 0) -> None:
+    def __init__(self, row: Row, *, port: int = 0) -> None:
         """Start the page.
 
         Args:
-            kind: of axis, for the units.
-            torque_constant: N m/A (N/A); None: no torque is shown.
+            row: what is shown.
             port: 0 takes a free one.
 
         Raises:
             RigFault: the port is taken.
         """
-        self._constant = math.nan if torque_constant is None else torque_constant
+        self._row = row
         self._next = -math.inf
         self._last = -math.inf
         self.dropped = 0
-        told = json.dumps({"position": unit_text("position", kind), "torque": unit_text("torque", kind)})
         self._server = subprocess.Popen(
-            [sys.executable, "-I", server_file(), str(port), told],
+            [sys.executable, "-I", server_file(), str(port), json.dumps(row.names)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,  # Ctrl-C is for the loop; the page ends when the pipe does
@@ -67,20 +65,20 @@ class LiveView:
             self.close()
             raise RigFault(f"the live page cannot be served on port {port}; take another, or none.")
 
-    def show(self, time_s: float, position: float, current: float, hand: float = math.nan) -> None:
+    def show(self, time_s: float, position: float, effort: float, hand: float = math.nan) -> None:
         """Send a row, or drop it; returns at once and raises nothing.
 
         Args:
             time_s: of the rig.
             position: rad (m).
-            current: A.
+            effort: A or V.
             hand: torque of the hand, N m (N); NaN where nobody knows it.
         """
         if self._last <= time_s < self._next:
             return
         self._last, self._next = time_s, time_s + _EVERY_S
-        row = [time_s, position, current, self._constant * current, hand]
-        line = json.dumps([None if math.isnan(value) else round(value, 6) for value in row]) + "\n"
+        row = time_s, *self._row.values(position, effort, hand)
+        line = json.dumps([None if value is None else round(value, 6) for value in row]) + "\n"
         try:
             os.write(self._pipe, line.encode())  # shorter than PIPE_BUF: all of it or nothing
         except OSError:  # full, or nobody is there any more
