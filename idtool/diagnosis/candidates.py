@@ -15,7 +15,7 @@ from idtool.diagnosis.residual import motion_columns
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import SETTLED, doubtful, since_turn
 from idtool.diagnosis.summed import HIDDEN, Summed
-from idtool.effects.base import Effect, derivative
+from idtool.effects.base import Coordinate, Effect, derivative
 from idtool.effects.hysteresis import carried_of_friction, reaches
 from idtool.fit import noise
 from idtool.fit.basis import beyond, orthonormal
@@ -211,7 +211,8 @@ def best_start(fit: JointFit, effect: Effect) -> Start:
         strengths = [c for c in coordinates if c.name not in start]
         values = {**null, **start}
         if strengths:
-            directions = [Direction(effect=derivative(effect, motion, values, c)) for c in strengths]
+            again = wave is None and not has  # the same ones, whatever the fit is
+            directions = [_unit(model.recording, effect, values, c, again) for c in strengths]
             columns = model.project(fit.x, fit.bend, fit.start, directions).jacobian
             assert columns is not None
         else:
@@ -238,6 +239,17 @@ def best_start(fit: JointFit, effect: Effect) -> Start:
     ranked = [found for _, found in sorted(others, key=lambda one: -one[0])]
     p_value, gain = min(1.0, chance * tried), best[0].gain * share
     return Start(gain, p_value, best[1], tuple(ranked[1:_MOST_STARTS]), best[0].columns, tried)
+
+
+def _unit(
+    recording: Recording, effect: Effect, values: Mapping[str, float], coordinate: Coordinate, again: bool
+) -> Direction:
+    """What one unit of a coordinate of an effect adds, kept if it is asked for `again`."""
+    if not again:
+        return Direction(effect=derivative(effect, recording.motion, values, coordinate))
+    key = effect, coordinate.name, tuple(sorted(values.items()))
+    unit = recording.once(key, lambda: derivative(effect, recording.motion, values, coordinate))
+    return Direction(effect=unit, origin=(key, ()))
 
 
 def _own_share(background: Background, waves: Array) -> float:
@@ -307,7 +319,9 @@ def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False
     most = _SPENT_FAR if far else _SPENT
     scored = (start.values, *start.others)
     begun = [_within_reach(fit, model, effect, start.values)]
-    begun += [_named(effect, values) for one in scored for values in effect.also_from(one, fit.values)]
+    for one in scored:
+        more = [_named(effect, values) for values in effect.also_from(one, fit.values)]
+        begun += [values for values in more if values not in begun]
     if len(begun) > 1:
         screened = [refit(fit, model, one, most=_SCREEN, tolerance=NEAR, settling=0) for one in begun]
         begun = [min(screened, key=lambda one: one.sse).values]
@@ -388,14 +402,20 @@ def _unseen_in_turns(fit: JointFit, effect: Effect) -> str | None:
 def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
     """The fit with `other` in the place of `effect`: from where the rest is now, or, where that leaves more,
     from where the rest ends without it, which may be far away."""
-    lacking = JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
     found: list[Trial] = []
     for most in (1, 60):
-        without = refit(fit, lacking, most=most)
+        without = _lacking(fit, effect, most)
         found.append(try_effect(without, other, best_start(without, other)))
         if found[-1].fit.sse <= (1.0 + LEAST_GAIN) * fit.sse:
             break
     return min(found, key=lambda trial: trial.fit.sse)
+
+
+@kept
+def _lacking(fit: JointFit, effect: Effect, most: int) -> JointFit:
+    """The refit without an effect, of so many evaluations at most."""
+    model = JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
+    return refit(fit, model, most=most)
 
 
 def impossible(fit: JointFit, effect: Effect) -> str | None:

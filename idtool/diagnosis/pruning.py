@@ -164,7 +164,7 @@ def one_for_many(selection: Selection, tell: Callable[[str], None]) -> bool:
         if shape in inside or len(shape.coordinates) >= numbers or shape.missing(motion):
             continue
         tell(f"trying {shape.title.lower()} in place of {', '.join(e.title.lower() for e in alike)}")
-        lacking = refit(fit, _lacking(fit, *alike), most=_SPENT, tolerance=NEAR)
+        lacking = without(fit, *alike)
         trial = try_effect(lacking, shape, best_start(lacking, shape), far=True)
         if left_out_error(trial.fit) > (1.0 + LEAST_GAIN) * left_out_error(fit):
             continue
@@ -176,9 +176,9 @@ def one_for_many(selection: Selection, tell: Callable[[str], None]) -> bool:
 
 
 @kept
-def without(fit: JointFit, effect: Effect) -> JointFit:
-    """The refit without an effect."""
-    return refit(fit, _lacking(fit, effect), most=_SPENT, tolerance=NEAR)
+def without(fit: JointFit, *effects: Effect) -> JointFit:
+    """The refit without some effects."""
+    return refit(fit, _lacking(fit, *effects), most=_SPENT, tolerance=NEAR)
 
 
 def least_without(fit: JointFit, effect: Effect) -> float:

@@ -354,9 +354,11 @@ def derivative(
     value = values[coordinate.name]
     half = coordinate.increment
     values = effect.around(values, coordinate.name)
-    if half == 1.0 and start is None:
+    if half == 1.0:
         linear = [c.name for c in effect.coordinates if c.increment == 1.0 and c.name in values]
-        return effect.contribute(motion, {**values, **dict.fromkeys(linear, 0.0), coordinate.name: 1.0})
+        return effect.from_start(
+            motion, {**values, **dict.fromkeys(linear, 0.0), coordinate.name: 1.0}, start
+        )
     if start is None and (known := effect.slope(motion, values, coordinate.name)) is not None:
         return known
     above = effect.from_start(motion, {**values, coordinate.name: value + half}, start)

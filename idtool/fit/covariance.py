@@ -127,17 +127,20 @@ def autocorrelation(residual: Array, trial: NDArray[np.intp]) -> Array:
     """Autocorrelation inside trials at lags 1, 2, ... up to where it first falls below 0.05."""
     centred = residual - residual.mean()
     variance = float(np.mean(centred**2))
-    bounds = np.append(np.flatnonzero(np.diff(trial, prepend=-1)), len(trial))
-    found: list[float] = []
-    for lag in range(1, min(200, len(residual) // 8) if variance > 0 else 0):
-        products, pairs = _at_lag(centred, bounds, lag)
-        if pairs < 20:
-            break
-        rho = products / pairs / variance
-        if rho < 0.05:
-            break
-        found.append(rho)
-    return np.array(found)
+    bounds = np.concatenate([[0], np.flatnonzero(trial[1:] != trial[:-1]) + 1, [len(trial)]])
+    return _above(0.05 * variance, centred, bounds, min(200, len(residual) // 8)) / variance
+
+
+@jit()
+def _above(least: float, values: Array, bounds: NDArray[np.intp], most: int) -> Array:
+    """Mean products of rows of one trial that lie 1, 2, ... rows apart, as long as they are no less."""
+    found = np.empty(most)
+    for lag in range(1, most):
+        products, pairs = _at_lag(values, bounds, lag)
+        if pairs < 20 or products <= 0.0 or products < least * pairs:
+            return found[: lag - 1]
+        found[lag - 1] = products / pairs
+    return found[: max(most - 1, 0)]
 
 
 @jit(fastmath={"reassoc"})  # a sum in any order, so that it goes by vector units

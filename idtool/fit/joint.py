@@ -276,7 +276,7 @@ def solve(
 
     def residual(part: Array) -> Array:
         evaluation = cache[part.tobytes()] = model.evaluate(whole(part), scale)
-        return evaluation.stacked
+        return -evaluation.stacked
 
     def jacobian(part: Array) -> Array:
         here = cache[part.tobytes()]
@@ -284,7 +284,7 @@ def solve(
         cache[part.tobytes()] = here
         result = model.differentiate(whole(part), scale, here.start, varied).jacobian
         assert result is not None
-        return -result
+        return result
 
     part, evaluations = inside[varied], 0
     for _ in range(_SCALINGS):
@@ -324,7 +324,8 @@ def refit(
     values = {**fit.values, **(extra or {})}
     known = fit.model.starts if model.recording.trials == fit.model.recording.trials else {}
     names = [effect.name for effect in model.spec.effects if effect.free_start]
-    model = replace(model, starts={name: known[name] for name in names if name in known})
+    if starts := {name: known[name] for name in names if name in known}:
+        model = replace(model, starts=starts)
     x = model.coordinates({name: values[name] for name in model.names})
     new = solve(model, x, most=most, tolerance=tolerance)
     # starts found before hardly move when another effect comes in: they are not worth their time here

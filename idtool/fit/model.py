@@ -378,12 +378,10 @@ class JointModel:
 
     def _added(self, direction: Direction) -> Array:
         """Filtered torque of a direction that only adds one; the last one of each origin is kept."""
-        torque = np.broadcast_to(direction.effect.torque, len(self.recording.motion))
-        if direction.origin is None:
-            return self.recording.filtered(torque)
-        name, depends_on = direction.origin
+        name, depends_on = direction.origin or (None, None)
         known = self.recording.added.get(name)
-        if known is None or known[0] != depends_on:
+        if name is None or known is None or known[0] != depends_on:
+            torque = np.broadcast_to(direction.effect.torque, len(self.recording.motion))
             known = self.recording.added[name] = (depends_on, self.recording.filtered(torque))
         return known[1]
 
@@ -403,6 +401,10 @@ class JointModel:
         Before a trial the bristle bent anywhere up to `bend`, which sliding forgets; in a rest the axis may
         have moved as far as its position cannot show (`Recording.unseen`).
         """
+        weight: Array = self.recording.once(("weight", bend), lambda: self._weight(bend))
+        return weight
+
+    def _weight(self, bend: float) -> Array:
         motion, unseen = self.recording.motion, self.recording.unseen
         if motion.restart is None or motion.stretches == motion.trials:
             return np.full(motion.stretches, self.filtered_noise / bend)

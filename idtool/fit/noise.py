@@ -75,18 +75,14 @@ def _equal_blocks(basis: Array, starts: NDArray[np.intp]) -> float:
         starts: first row of each block.
     """
     rows, count = basis.shape
-    squares = 0.0
+    squares, products = 0.0, np.empty((count, count))
     for index, begin in enumerate(starts):
-        block = basis[begin : starts[index + 1] if index + 1 < len(starts) else rows]
-        trace = 0.0
-        for i in range(count):
-            for j in range(i + 1):
-                product = 0.0
-                for row in range(len(block)):
-                    product += block[row, i] * block[row, j]
-                squares += product**2 if i == j else 2.0 * product**2
-                trace += product if i == j else 0.0
-        squares += trace**2
+        products[:] = 0.0
+        for row in range(begin, starts[index + 1] if index + 1 < len(starts) else rows):
+            for i in range(count):
+                for j in range(count):
+                    products[i, j] += basis[row, i] * basis[row, j]
+        squares += np.sum(products**2) + np.trace(products) ** 2
     return float(count * (count + 1.0) / squares)
 
 
@@ -102,20 +98,17 @@ def _if_alike(left: Array, trial: NDArray[np.intp], columns: Array, longest: int
     # trials are set apart by as many zeros, so that none meets its neighbour
     place = np.arange(len(left)) + longest * np.cumsum(np.diff(trial, prepend=trial[0]) != 0)
     size = fast_length(int(place[-1]) + 1 + longest)
-    padded = np.zeros((size, columns.shape[1] + 1))
-    padded[place, :-1], padded[place, -1] = columns, left
-    spectra = np.fft.rfft(padded, axis=0)
-    memory = np.fft.irfft(np.abs(spectra[:, -1]) ** 2, size)
-    lag = np.minimum(np.arange(size), size - np.arange(size)) / longest
-    power = np.fft.rfft(memory * _parzen(lag)).real / len(left)
+    padded = np.zeros((columns.shape[1] + 1, size))
+    padded[:-1, place], padded[-1, place] = columns.T, left
+    spectra = np.fft.rfft(padded)
+    memory = np.fft.irfft(np.abs(spectra[-1]) ** 2, size)[:longest]
+    memory *= _parzen(np.arange(longest) / longest) / len(left)
+    power = 2.0 * np.fft.rfft(memory, size).real - memory[0]  # lags below zero are those above it
     twice = np.where((np.arange(len(power)) == 0) | (2 * np.arange(len(power)) == size), 1.0, 2.0)
-    weighted = spectra[:, :-1] * (twice * np.maximum(power, 0.0))[:, None]
-    return np.asarray((spectra[:, :-1].conj().T @ weighted).real / size)
+    weighted = spectra[:-1] * (twice * np.maximum(power, 0.0))
+    return np.asarray((weighted @ spectra[:-1].conj().T).real / size)
 
 
 def _parzen(lag: Array) -> Array:
-    """Parzen's window, which leaves no spectrum below zero (Ann. Math. Statist. 32, 1961); 0 from 1 on."""
-    near = 1.0 - 6.0 * lag**2 * (1.0 - lag)
-    return np.asarray(
-        np.where(lag < 0.5, near, np.where(lag < 1.0, 2.0 * (1.0 - np.minimum(lag, 1.0)) ** 3, 0.0))
-    )
+    """Parzen's window, which leaves no spectrum below zero (Ann. Math. Statist. 32, 1961); lags below 1."""
+    return np.asarray(np.where(lag < 0.5, 1.0 - 6.0 * lag**2 * (1.0 - lag), 2.0 * (1.0 - lag) ** 3))

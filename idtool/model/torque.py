@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +42,9 @@ class Friction:
     bristle_damping: float
 
 
+_NOTHING = Contribution()
+
+
 @dataclass(frozen=True)
 class Direction:
     """Derivative of the model's inputs with respect to one parameter; what is not named is 0.
@@ -56,8 +59,8 @@ class Direction:
     viscous: float = 0.0
     bristle_stiffness: float = 0.0
     bristle_damping: float = 0.0
-    effect: Contribution = field(default_factory=Contribution)
-    origin: tuple[str, object] | None = None
+    effect: Contribution = _NOTHING
+    origin: tuple[object, object] | None = None
 
     @cached_property
     def only_adds(self) -> bool:

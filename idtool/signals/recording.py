@@ -180,7 +180,7 @@ class Recording:
         return np.asarray(self.operator @ self.torque)
 
     @cached_property
-    def added(self) -> dict[str, tuple[object, Array]]:
+    def added(self) -> dict[object, tuple[object, Array]]:
         """Filtered columns that a fit computed last, by name, with what each depends on."""
         return {}
 
