@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from idtool.control.admittance.constants import CONSTANTS
+from idtool.control.admittance.states import GRIP_TRANSITIONS
 from idtool.control.states import ADMITTANCE, AROUND, PAPER
 from studies import teach_paper
 from studies.guiding.axes import Axis
@@ -67,6 +68,11 @@ def transitions() -> list[str]:
     for law, table in laws.items():
         for state, ways in table.items():
             lines += [f"| {law} | {state.value} | {to.value} | {when} |" for to, when in ways]
+    lines += [
+        f"| admittance | hand {grip} | hand {to} | {when} |"
+        for grip, ways in GRIP_TRANSITIONS.items()
+        for to, when in ways
+    ]
     return lines + [f"| both | {state or 'any other'} | {to} | {when} |" for state, to, when in AROUND]
 
 

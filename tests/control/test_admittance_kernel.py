@@ -12,7 +12,7 @@ import pytest
 
 from idtool.control.admittance import kernel
 from idtool.control.admittance.constants import CONSTANTS, constants_of
-from idtool.control.admittance.states import GUIDING, RESTING, STOPPING, TARING
+from idtool.control.admittance.states import GONE, GUIDING, MAY_HOLD, RESTING, SEEMS_GONE, STOPPING, TARING
 
 from .kernel_law import AXIS, law
 
@@ -92,19 +92,19 @@ def test_a_steady_hand_is_felt_through_its_filter() -> None:
 def test_a_hand_that_falls_within_a_sample_has_left(hand: float, falls_to: float, leaves: bool) -> None:
     c, s = law(GUIDING, hand=hand, way=math.copysign(1.0, hand), pushed=7)
     sensed(c, s, falls_to)
-    assert (s["left"], s["seems"]) == (leaves, leaves)
+    assert s["grip"] == (GONE if leaves else MAY_HOLD)
     if leaves:
         assert s["hand"] == pytest.approx(falls_to)  # no filter delays that it left
         assert s["pushed"] == 0
 
 
 @pytest.mark.parametrize(
-    ("least", "falls_to", "seems"), [(0.15, 0.067, 1), (0.15, 0.068, 0), (0.09, 0.036, 0)]
+    ("least", "falls_to", "seems"), [(0.15, 0.067, True), (0.15, 0.068, False), (0.09, 0.036, False)]
 )
-def test_a_hand_below_its_least_of_late_seems_to_leave(least: float, falls_to: float, seems: int) -> None:
+def test_a_hand_below_its_least_of_late_seems_to_leave(least: float, falls_to: float, seems: bool) -> None:
     c, s = law(GUIDING, hand=falls_to, least_1=least, least_2=least, way=1.0)
     sensed(c, s, falls_to)
-    assert (s["seems"], s["left"]) == (seems, 0)
+    assert s["grip"] == (SEEMS_GONE if seems else MAY_HOLD)
     assert s["least_2"] == (0.0 if seems else least)  # forgotten once it was seen
 
 
@@ -116,18 +116,18 @@ def test_the_least_push_of_late_is_two_samples_old_and_never_negative() -> None:
     c, s = law(hand=0.01, least=0.02)
     sensed(c, s, -0.045)
     assert s["raw"] == -0.045
-    assert (s["seems"], s["least"]) == (0, 0.0)
+    assert (s["grip"], s["least"]) == (MAY_HOLD, 0.0)
 
 
 def test_a_hand_that_leaves_a_resting_axis_opens_the_zero_once() -> None:
     c, s = law(hand=0.2, zero=0.003)
     sensed(c, s, 0.01)
     most = 0.02**2 + 0.01**2
-    assert (s["left"], s["zero_variance"]) == (1, pytest.approx(most))
+    assert (s["grip"], s["zero_variance"]) == (GONE, pytest.approx(most))
     assert s["zero_before"] == 0.003
-    c, s = law(hand=0.2, zero_variance=1e-4, left=0)
+    c, s = law(hand=0.2, zero_variance=1e-4)
     sensed(c, s, 0.01)
-    assert (s["left"], s["zero_variance"]) == (0, 1e-4)
+    assert (s["grip"], s["zero_variance"]) == (MAY_HOLD, 1e-4)
 
 
 def test_the_uncertainty_is_that_of_every_other_sample_and_of_the_last_motion_at_rest() -> None:
@@ -153,19 +153,13 @@ def test_in_a_tare_what_was_learned_waits_outside() -> None:
 def test_two_samples_beyond_what_a_rest_may_be_wrong_by_start_a_motion() -> None:
     """The bound at rest is root(0.02^2 + 0.01^2) = 0.0224, the starting torque 0.014 beyond it."""
     for hand, starts in ((0.0363, False), (0.0365, True), (-0.0365, True)):
-        c, s = law(hand=hand, anchor=0.3, w=0.4, seems=1, left=1)
+        c, s = law(hand=hand, anchor=0.3, w=0.4, grip=GONE)
         assert kernel.rest(c, s) == 0.3
         assert (s["state"], s["pushed"]) == (RESTING, int(starts))
         kernel.rest(c, s)
         assert s["state"] == (GUIDING if starts else RESTING)
         if starts:
-            assert (s["x"], s["w"], s["way"], s["seems"], s["left"]) == (
-                0.3,
-                0.0,
-                math.copysign(1.0, hand),
-                0,
-                0,
-            )
+            assert (s["x"], s["w"], s["way"], s["grip"]) == (0.3, 0.0, math.copysign(1.0, hand), MAY_HOLD)
     c, s = law(hand=0.0365, dead=0.03)  # a less certain model leaves more
     kernel.rest(c, s)
     assert s["pushed"] == 0
@@ -211,7 +205,7 @@ def test_what_is_usual_is_a_mean_that_is_taken_with_the_zero_and_follows_it() ->
 
 
 def test_a_zero_that_is_taken_anew_is_a_mean() -> None:
-    c, s = law(zero_variance=4e-4, zero_before=0.001, zero=0.001, raw=0.01, left=1, hand=0.01)
+    c, s = law(zero_variance=4e-4, zero_before=0.001, zero=0.001, raw=0.01, grip=GONE, hand=0.01)
     kernel.rest(c, s)
     gain = 4e-4 / (4e-4 + 1e-4)
     assert s["zero"] == pytest.approx(0.001 - gain * 0.01)

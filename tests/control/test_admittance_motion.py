@@ -10,7 +10,16 @@ import pytest
 from numpy.typing import NDArray
 
 from idtool.control.admittance import kernel
-from idtool.control.admittance.states import GUIDING, RESTING, STARTING, STOPPING, TARING
+from idtool.control.admittance.states import (
+    GONE,
+    GUIDING,
+    MAY_HOLD,
+    RESTING,
+    SEEMS_GONE,
+    STARTING,
+    STOPPING,
+    TARING,
+)
 
 from .kernel_law import AXIS, law
 
@@ -56,16 +65,16 @@ def test_it_never_turns_round_without_a_rest() -> None:
 
 def test_a_hand_that_seems_to_leave_goes_on_only_if_it_would_start() -> None:
     """Beyond root(0.02^2 + 0.01^2) + 0.014 = 0.0364, for three samples."""
-    c, s = guided(raw=0.036, seems=1)
+    c, s = guided(raw=0.036, grip=SEEMS_GONE)
     kernel.guide(c, s, 0.1)
     assert s["state"] == STOPPING
-    c, s = guided(raw=0.037, seems=1)
+    c, s = guided(raw=0.037, grip=SEEMS_GONE)
     for k in range(3):
-        assert s["seems"] == 1
+        assert s["grip"] == SEEMS_GONE
         kernel.guide(c, s, 0.1)
         assert (s["state"], s["pushed"]) == (GUIDING, k + 1)
-    assert (s["seems"], s["left"]) == (0, 0)
-    c, s = guided(raw=0.045, seems=1, dead=0.032)
+    assert s["grip"] == MAY_HOLD
+    c, s = guided(raw=0.045, grip=SEEMS_GONE, dead=0.032)
     kernel.guide(c, s, 0.1)
     assert s["state"] == STOPPING
 
@@ -206,7 +215,7 @@ def test_a_tare_learns_load_level_and_damping() -> None:
     s, path, heard = swept()
     assert len(path) == 2 * 80 + 9
     assert s["outcome"] == kernel.USED
-    assert (s["state"], s["left"], s["turn"]) == (RESTING, 1, 0)  # the uncertainty is known anew at once
+    assert (s["state"], s["grip"], s["turn"]) == (RESTING, GONE, 0)  # the uncertainty is known anew at once
     rows, target = heard[:160:2, :4], heard[:160:2, 4]
     weight = 2.0 / (0.03**2 + (0.5 * rows[:, 2]) ** 2)
     information = np.diag(1.0 / np.array(AXIS["prior"]) ** 2) + (rows * weight[:, None]).T @ rows
@@ -225,7 +234,7 @@ def test_a_hand_in_one_cycle_is_found(hand: float) -> None:
     s, _, _ = swept((95, 115, hand))
     assert s["outcome"] == kernel.TOUCHED
     assert not s["learned"].any()
-    assert s["left"] == 0
+    assert s["grip"] == MAY_HOLD
 
 
 def test_the_first_part_of_a_tare_comes_from_rest_and_is_compared_with_none() -> None:

@@ -5,7 +5,9 @@
     T_v dw/dt = K_c f - w,   w = 0 as soon as f no longer pushes the way of w             virtual mass
     q_d      = x + T w,   dx/dt = w                                                       command
 
-So w f >= 0 at every sample: see docs/teach.md. `c` holds the constants (`constants`), `s` the state
+So w f >= 0 at every sample: see docs/teach.md. Some work is spread over samples (`turn`, `SOLVE_SAMPLES`,
+`SAMPLES_PER_SUM`) because a small board has no time for it within one; it is so everywhere, for what is studied
+and tuned here to be what runs there, sample by sample. `c` holds the constants (`constants`), `s` the state
 (`STATE`). The exported C has the same functions and names.
 """
 
@@ -16,7 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from idtool.control.admittance.states import GUIDING, RESTING, STARTING, STOPPING, TARING
+from idtool.control.admittance.states import (
+    GONE,
+    GUIDING,
+    MAY_HOLD,
+    RESTING,
+    SEEMS_GONE,
+    STARTING,
+    STOPPING,
+    TARING,
+)
 from idtool.model.jit import jit
 
 #: Parts of a tare's cycle that are compared with those of the cycle before.
@@ -38,9 +49,9 @@ SAMPLES_PER_SUM = 2
 USED, TOUCHED, NOT_EXPLAINED, OTHER_LOAD = range(4)
 LOAD, LEVEL, DAMPING, BRISTLE = range(4)
 
-#: state; samples in it, and of them when it last moved; samples above the starting torque; whether the hand
-#: seems to leave, and was seen to; what the last tare came to; whether the speed limit cut; whose turn it is
-_COUNTS = ("state", "since", "moved", "pushed", "seems", "left", "outcome", "limited", "part", "turn")
+#: state; samples in it, and of them when it last moved; samples above the starting torque; what is known of
+#: the hand (`GRIPS`); what the last tare came to; whether the speed limit cut; whose turn it is
+_COUNTS = ("state", "since", "moved", "pushed", "grip", "outcome", "limited", "part", "turn")
 #: torques, N m; the motion; sums of a tare, and of what was heard
 _NUMBERS = (
     "raw", "hand", "least", "least_1", "least_2", "dead", "zero", "zero_before", "zero_variance",
@@ -77,7 +88,8 @@ def reset(c: Any, s: Any) -> None:
 def begin(c: Any, s: Any, position: float) -> None:
     """The first sample: the bristle is unknown, what was learned of load and friction still holds."""
     s.state = STARTING
-    s.since = s.pushed = s.seems = s.left = s.limited = s.turn = 0
+    s.grip = MAY_HOLD
+    s.since = s.pushed = s.limited = s.turn = 0
     s.raw = s.hand = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
     s.seen = s.nominal = s.w = s.tare_sum = s.usual = 0.0
     forget_push(s)
@@ -147,11 +159,10 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
         s.least_2, s.least_1 = s.least_1, s.least
         s.least = max(min(s.least + c.least_time * (abs(s.hand) - s.least), push), 0.0)
     if seems and s.state == GUIDING:
-        s.seems = 1
+        s.grip = max(s.grip, GONE if left else SEEMS_GONE)
         s.pushed = 0
-        s.left = max(s.left, int(left))
     elif left and s.state == RESTING and s.zero_variance == 0.0:
-        s.left = 1
+        s.grip = GONE
         open_zero(c, s)
 
 
@@ -191,7 +202,8 @@ def rest(c: Any, s: Any) -> float:
         if s.zero_variance * c.zero_samples < noise:
             s.zero_variance = 0.0
         share = gain
-        gain *= s.left
+        if s.grip != GONE:
+            gain = 0.0
     else:
         gain, share = c.zero_time, c.usual_time
     change = s.zero - s.zero_before - gain * s.raw
@@ -207,7 +219,7 @@ def rest(c: Any, s: Any) -> float:
     s.pushed = s.pushed + 1 if abs(s.hand) > least else 0
     if s.pushed >= START_SAMPLES:
         s.state = GUIDING
-        s.seems = s.left = 0
+        s.grip = MAY_HOLD
         s.x = s.anchor
         s.w = 0.0
         s.way = math.copysign(1.0, s.hand)
@@ -250,13 +262,13 @@ def guide(c: Any, s: Any, velocity: float) -> float:
     """The admittance."""
     s.bias = min(max(s.bias - c.bias_time * s.raw, -c.bias_most), c.bias_most)
     pushes = s.way * certain(s.hand, s.dead) > 0.0
-    if s.seems > 0:
+    if s.grip != MAY_HOLD:
         # what a hand that seems to have left leaves may be the model's error in motion: only one that would
         # start a motion goes on
         pushes = s.way * certain(s.raw, max(s.dead, rest_bound(c, s)) + c.start_torque) > 0.0
         s.pushed += 1
         if s.pushed >= LEAVE_SAMPLES and pushes:
-            s.seems = s.left = 0
+            s.grip = MAY_HOLD
     if not pushes:
         s.state = STOPPING
         s.since = s.moved = s.turn = 0
@@ -355,7 +367,7 @@ def sweep(c: Any, s: Any, motor: float) -> float:
             return float(s.anchor)
         learn(c, s)
         s.state = RESTING
-        s.left = 1 if s.outcome == USED else 0
+        s.grip = GONE if s.outcome == USED else MAY_HOLD
         open_zero(c, s)
         return float(s.anchor)
     if s.since % SAMPLES_PER_SUM == 1:

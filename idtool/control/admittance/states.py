@@ -25,3 +25,24 @@ TRANSITIONS: dict[State, tuple[tuple[State, str], ...]] = {
     State.GUIDING: ((State.STOPPING, "what is certain of the hand no longer pushes the way of the motion"),),
     State.STOPPING: ((State.RESTING, "the axis has stood, to one count, for `still`"),),
 }
+
+#: What is known of the hand, in the order of the numbers that the compiled law counts it by.
+GRIPS = ("may hold", "seems gone", "gone")
+MAY_HOLD, SEEMS_GONE, GONE = range(3)
+
+#: It changes so within the states: while the axis is guided, one that is (or seems) gone stops it; at rest,
+#: what the motor holds beside one that is gone becomes the zero.
+GRIP_TRANSITIONS: dict[str, tuple[tuple[str, str], ...]] = {
+    "may hold": (
+        ("seems gone", "guiding: the least torque of late falls by `seems` within two samples"),
+        ("gone", "guiding or resting: the torque falls by `left` within a sample; or a tare is used"),
+    ),
+    "seems gone": (
+        ("gone", "guiding: the torque falls by `left` within a sample; or a tare is used"),
+        (
+            "may hold",
+            "guiding: three samples push on as one that starts; or a motion starts, a tare is refused",
+        ),
+    ),
+    "gone": (("may hold", "the same"),),
+}
