@@ -228,14 +228,12 @@ class _Bar(Progress):
 
     def show(self, now: RunProgress) -> None:
         """How far it is."""
+        from idtool.presentation.pace import spoken
+
         self.at(now.share, 1.0)
-        if self.narrow:
-            self.say(f"trial {now.trial} of {now.trials}, {now.wall_s_left:.0f} s left")
-        else:
-            self.say(
-                f"trial {now.trial} of {now.trials}, {now.rig_s_left:.0f} s of rig time left "
-                f"(wait {now.wall_s_left:.0f} s)"
-            )
+        wait = spoken(now.wall_s_left)
+        left = f"{wait} left" if self.narrow else f"{spoken(now.rig_s_left)} of rig time left (wait {wait})"
+        self.say(f"trial {now.trial} of {now.trials}, {left}")
 
     def ask(self, trial: int, trials: int, setup: TrialSetup, before: TrialSetup | None) -> None:
         """Have a person set the axis up, and wait for Enter.

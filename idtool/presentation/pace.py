@@ -9,6 +9,17 @@ from collections.abc import Callable
 LEAST_TOLD_S = 0.5
 
 
+def spoken(seconds: float) -> str:
+    """A time as a person counts it.
+
+    >>> spoken(0.6), spoken(119.0), spoken(565.0), spoken(19_800.0)
+    ('1 s', '119 s', '9 min', '5.5 h')
+    """
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+
+
 class Pace:
     """The time that is left, counted down while no news comes.
 
@@ -33,7 +44,7 @@ class Pace:
     def words(self) -> str:
         """The time that is left, for a person; nothing before anything is done, and when that is overdue."""
         left = self.left_s
-        return "" if left is None or left < LEAST_TOLD_S else f"{left:.0f} s left"
+        return "" if left is None or left < LEAST_TOLD_S else f"{spoken(left)} left"
 
     @property
     def left_s(self) -> float | None:

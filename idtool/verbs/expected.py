@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from idtool.diagnosis.diagnose import BASE, FINAL
 from idtool.diagnosis.selection import ACCEPTED
-from idtool.presentation.pace import LEAST_TOLD_S
+from idtool.presentation.pace import LEAST_TOLD_S, spoken
 from idtool.verbs.identify import READING, SEARCHING
 
 #: Stages that come whatever the logs hold; a round of effects that ends with one is followed by another.
@@ -59,7 +59,7 @@ class Expected:
     def words(self) -> str:
         """The time that is left, for a person; nothing once what was certain has passed."""
         left = self.left_s
-        return "" if left is None or left < LEAST_TOLD_S else f"at least {left:.0f} s left"
+        return "" if left is None or left < LEAST_TOLD_S else f"at least {spoken(left)} left"
 
     @property
     def share(self) -> float | None:

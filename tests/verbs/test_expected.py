@@ -9,7 +9,7 @@ import pytest
 from idtool import Log
 from idtool.diagnosis.diagnose import BASE, FINAL
 from idtool.diagnosis.selection import ACCEPTED
-from idtool.presentation.pace import Pace
+from idtool.presentation.pace import Pace, spoken
 from idtool.verbs.expected import Expected
 from idtool.verbs.identify import READING, SEARCHING, identify
 
@@ -81,6 +81,14 @@ def test_an_identification_says_every_stage() -> None:
     assert stages == [READING, SEARCHING, BASE, FINAL]
 
 
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.6, "1 s"), (119.0, "119 s"), (121.0, "2 min"), (7100.0, "118 min"), (19_800.0, "5.5 h")],
+)
+def test_a_time_is_told_as_a_person_counts_it(seconds: float, words: str) -> None:
+    assert spoken(seconds) == words
+
+
 def test_a_pace_counts_down_while_no_news_comes() -> None:
     clock = Clock()
     pace = Pace(clock)
@@ -95,5 +103,6 @@ def test_a_pace_counts_down_while_no_news_comes() -> None:
     assert (pace.left_s, pace.words) == (0.0, "")
     pace.at(0.5)  # later than it looked
     assert pace.left_s == pytest.approx(240.0)
+    assert pace.words == "4 min left"
     pace.at(0.4)
     assert (pace.share, pace.left_s) == (0.5, pytest.approx(240.0))

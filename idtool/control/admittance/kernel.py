@@ -6,9 +6,9 @@
     q_d      = x + T w,   dx/dt = w                                                       command
 
 So w f >= 0 at every sample: see docs/teach.md. Some work is spread over samples (`turn`, `SOLVE_SAMPLES`,
-`SAMPLES_PER_SUM`) because a small board has no time for it within one; it is so everywhere, for what is studied
-and tuned here to be what runs there, sample by sample. `c` holds the constants (`constants`), `s` the state
-(`STATE`). The exported C has the same functions and names.
+`SAMPLES_PER_SUM`) because a small board has no time for it within one; it is so everywhere, so that what is
+studied and tuned here is what runs there, sample by sample. `c` holds the constants (`constants`), `s` the
+state (`STATE`). The exported C has the same functions and names.
 """
 
 from __future__ import annotations
