@@ -213,8 +213,7 @@ def best_start(fit: JointFit, effect: Effect) -> Start:
         if strengths:
             again = wave is None and not has  # the same ones, whatever the fit is
             directions = [_unit(model.recording, effect, values, c, again) for c in strengths]
-            columns = model.project(fit.x, fit.bend, fit.start, directions).jacobian
-            assert columns is not None
+            columns = model.project(fit.x, fit.bend, fit.start, directions)
         else:
             columns = np.append(added(fit, effect, values), np.zeros(len(fit.start)))[:, None]
         result = score(background, columns)
@@ -307,8 +306,7 @@ def _best_shape(fit: JointFit, effect: Unnamed) -> Start:
 def _more_friction(fit: JointFit) -> Array:
     """What a friction level that is higher by one adds to the torque, shape (filtered rows,)."""
     higher = Direction(effect=Contribution(level_torque=1.0))
-    column = fit.model.project(fit.x, fit.bend, fit.start, [higher]).jacobian
-    assert column is not None
+    column = fit.model.project(fit.x, fit.bend, fit.start, [higher])
     return np.asarray(column[: len(fit.residual), 0])
 
 

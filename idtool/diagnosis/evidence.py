@@ -82,7 +82,7 @@ def score(background: Background, columns: Array) -> Score:
     if not alive.any():
         return Score(0.0, step, r, columns)
     scaled = free[:, alive] / norm[alive]
-    coefficients = np.linalg.lstsq(scaled, r, rcond=1e-8)[0]
+    coefficients = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ r, rcond=1e-12)[0]
     left = r - scaled @ coefficients
     step[alive] = coefficients / norm[alive]
     return Score(max(float(1.0 - np.sum(left**2) / np.sum(r**2)), 0.0), step, left, columns)

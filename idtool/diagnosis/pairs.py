@@ -12,7 +12,6 @@ from idtool.diagnosis.evidence import background_of
 from idtool.effects.base import Effect
 from idtool.fit.basis import beyond, orthonormal
 from idtool.fit.joint import JointFit
-from idtool.model.motion import Array
 
 
 def hidden_pairs(
@@ -34,16 +33,20 @@ def hidden_pairs(
         for place, (_, start) in enumerate(scored)
         if start.columns is not None
     }
-    pairs: list[tuple[float, int, int, Array]] = []
+    taken = {place: columns.T @ residual for place, columns in alone.items()}
+    pairs: list[tuple[float, int, int]] = []
     for i, j in combinations(alone, 2):
         if scored[i][0].name != scored[j][0].name:
-            both = orthonormal(np.hstack([alone[i], alone[j]]))
-            taken = both.T @ residual
-            pairs.append((whole - float(taken @ taken), i, j, both))
+            across, along = alone[i].T @ alone[j], np.concatenate([taken[i], taken[j]])
+            products = np.eye(len(along))
+            products[: len(across), len(across) :], products[len(across) :, : len(across)] = across, across.T
+            size = np.linalg.lstsq(products, along, rcond=1e-12)[0]
+            pairs.append((whole - float(size @ along), i, j))
     found = []
-    for leaves, i, j, both in sorted(pairs, key=lambda pair: pair[0]):
+    for leaves, i, j in sorted(pairs):
         if leaves > (1.0 - LEAST_GAIN) * whole:
             break  # nor do those that follow matter
+        both = orthonormal(np.hstack([alone[i], alone[j]]))
         left = residual - both @ (both.T @ residual)
         tried = scored[i][1].tried, scored[j][1].tried
         if (

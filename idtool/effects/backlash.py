@@ -23,7 +23,7 @@ _LOADED = 0.05
 _ONSET = 0.1
 
 
-@jit()
+@jit(inline="always")
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     """Play operator, half of whose gap lies on either side; memory: where the part behind the gap is."""
     half, share, at_once = n[0], n[1], n[2]

@@ -22,7 +22,7 @@ _SHORTEST_S, _LONG_S = 0.1, 1.0
 _TIME_CONSTANTS = (0.4, 1.5, 6.0)
 
 
-@jit()
+@jit(inline="always")
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     """Memory: how far the contact has aged, towards 1 at rest, towards 0 when sliding."""
     gain, time_constant, wear, rest_speed = n[0], n[1], n[2], n[3]

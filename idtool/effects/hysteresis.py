@@ -27,7 +27,7 @@ _OWN = 2.0
 _LONGEST = 0.4
 
 
-@jit()
+@jit(inline="always")
 def at(row: Row, n: Array, memory: Array, total: Array) -> None:
     """Maxwell-slip elements; memory: where they were, and each one's stretch over that at which it yields."""
     for k in range(1, len(n), 2):

@@ -101,9 +101,7 @@ class JointFit:
     @cached_property
     def jacobian(self) -> Array:
         """Derivative of -residual and -penalty, projected, (filtered rows + stretches, coordinates)."""
-        jacobian = self.model.differentiate(self.x, self.bend, self.start).jacobian
-        assert jacobian is not None
-        return jacobian
+        return self.model.differentiate(self.x, self.bend, self.start)
 
     @cached_property
     def basis(self) -> Array:
@@ -282,9 +280,7 @@ def solve(
         here = cache[part.tobytes()]
         cache.clear()
         cache[part.tobytes()] = here
-        result = model.differentiate(whole(part), scale, here.start, varied).jacobian
-        assert result is not None
-        return result
+        return model.differentiate(whole(part), scale, here.start, varied)
 
     part, evaluations = inside[varied], 0
     for _ in range(_SCALINGS):

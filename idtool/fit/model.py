@@ -52,13 +52,11 @@ class Evaluation:
         residual: measured minus predicted torque with the best start deflections, (filtered rows,).
         start: those deflections, (stretches,).
         penalty: root of the prior's weight times each start deflection, (stretches,).
-        jacobian: derivative of -residual and -penalty, (filtered rows + stretches, coordinates).
     """
 
     residual: Array
     start: Array
     penalty: Array
-    jacobian: Array | None = None
 
     @property
     def stacked(self) -> Array:
@@ -341,12 +339,13 @@ class JointModel:
 
     def differentiate(
         self, x: Array, bend: float, start: Array, varied: NDArray[np.bool_] | None = None
-    ) -> Evaluation:
-        """Residual and projected Jacobian at coordinates `x` and the start deflections `start`; the Jacobian
-        has a column for every coordinate, or for those that are `varied`."""
+    ) -> Array:
+        """Derivative of -residual and -penalty at coordinates `x` and the start deflections `start`, free of
+        what the starts can do, (filtered rows + stretches, coordinates): a column for every coordinate, or
+        for those that are `varied`."""
         return self.project(x, bend, start, self.directions(x, varied))
 
-    def project(self, x: Array, bend: float, start: Array, directions: Sequence[Direction]) -> Evaluation:
+    def project(self, x: Array, bend: float, start: Array, directions: Sequence[Direction]) -> Array:
         """As `differentiate`, along any directions (columns that a candidate effect would add)."""
         recording = self.recording
         at = self._at(x)
@@ -355,11 +354,10 @@ class JointModel:
         apart = not any(place in ON_FINISHED for one in finished for place in one.places)
         through = [d for d in directions if not (apart and d.only_adds)]
         prediction, blocks = at.linearise(start, through)
-        residual = self.measured - recording.filtered(prediction.torque)
         weight = self.weight(bend)
         start_column = recording.filtered(prediction.start_column)
         # one row per direction: a column of a matrix stored by rows is slow to write
-        count, starts = len(residual), (start_column, recording.stretch_pointer, weight)
+        count, starts = len(start_column), (start_column, recording.stretch_pointer, weight)
         rows = np.empty((len(directions), count + len(weight)))
         free = np.empty((BLOCK, count))
         bent: Iterator[tuple[Array, Array]] = iter(())
@@ -373,8 +371,7 @@ class JointModel:
                 bent = zip(free, moved, strict=True)
                 found = next(bent)
             row[:count], row[count:] = found[0], -weight * found[1]
-        jacobian = rows.T
-        return Evaluation(residual, start, weight * (start - self.expected_start(x)), jacobian)
+        return rows.T
 
     def _added(self, direction: Direction) -> Array:
         """Filtered torque of a direction that only adds one; the last one of each origin is kept."""
