@@ -16,7 +16,6 @@ from idtool.fit.covariance import correlation_rows
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 from idtool.model.running import running_median
-from idtool.signals import Recording
 from idtool.signals.fast_length import fast_length
 
 #: A residual depends on a variable if a smooth function of it takes away this share of the variance ...
@@ -93,11 +92,6 @@ def generic_columns(fit: JointFit) -> dict[str, Array]:
     the direction.
     """
     recording = fit.model.recording
-    columns: dict[str, Array] = recording.once(generic_columns, lambda: _generic_columns(recording))
-    return columns
-
-
-def _generic_columns(recording: Recording) -> dict[str, Array]:
     motion, rows = recording.motion, recording.row
     direction = np.sign(motion.velocity[rows])
     variables: dict[str, Array | None] = {
@@ -158,11 +152,11 @@ def _with_wave(fit: JointFit, columns: Array) -> Array:
 
 def motion_columns(fit: JointFit) -> Array:
     """Smooth functions of position, velocity and acceleration side by side, (filtered rows, n)."""
-    generic, names = generic_columns(fit), ("position", "velocity", "acceleration")
-    columns: Array = fit.model.recording.once(
-        motion_columns, lambda: np.hstack([generic[name] for name in names if name in generic])
-    )
-    return columns
+    known = fit.model.recording.of_rows
+    if motion_columns not in known:
+        generic, names = generic_columns(fit), ("position", "velocity", "acceleration")
+        known[motion_columns] = np.hstack([generic[name] for name in names if name in generic])
+    return np.asarray(known[motion_columns])
 
 
 def _line_test(background: Background, name: str, values: Array, least: float) -> ResidualTest:

@@ -217,7 +217,8 @@ class Effect(ABC):
         rows = motion.each_row._replace(first=past.first, start=start, step=past.step)
         total = np.zeros((len(FIELDS), len(motion)))
         self.over(rows, np.array(self.numbers(values)), past.memory, total)
-        return Contribution(**{FIELDS[place]: total[place] for place in self.acts_on(values)})
+        # copies: what is kept of a place must not keep the others
+        return Contribution(**{FIELDS[place]: total[place].copy() for place in self.acts_on(values)})
 
     def from_start(self, motion: Motion, values: Values, start: Array | None) -> Contribution:
         """As `contribute`, with the memory of each trial started at `start` (see `Past`) if given."""

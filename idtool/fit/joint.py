@@ -101,7 +101,9 @@ class JointFit:
     @cached_property
     def jacobian(self) -> Array:
         """Derivative of -residual and -penalty, projected, (filtered rows + stretches, coordinates)."""
-        return self.model.differentiate(self.x, self.bend, self.start)
+        jacobian = self.model.differentiate(self.x, self.bend, self.start)
+        self.model.forget()  # of most fits nothing more is asked
+        return jacobian
 
     @cached_property
     def basis(self) -> Array:

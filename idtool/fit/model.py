@@ -337,6 +337,10 @@ class JointModel:
     def _last(self) -> dict[bytes, At]:
         return {}
 
+    def forget(self) -> None:
+        """Let go what is kept of the last coordinates."""
+        self._last.clear()
+
     def differentiate(
         self, x: Array, bend: float, start: Array, varied: NDArray[np.bool_] | None = None
     ) -> Array:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from idtool.model import lugre
 from idtool.model.contribution import Contribution, Term, is_zero
 from idtool.model.finished import Finished
+from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
 from idtool.model.stribeck import EXPONENT, least_level
 
@@ -139,9 +140,14 @@ class At:
         """How far the bristle can bend where it starts, rad (m), shape (starts,): to the level of standstill,
         or to that of the motion which it may come from, as the effects change them there."""
         friction, effect = self.friction, self.effect
-        level = np.maximum(friction.static * (1.0 + effect.static_change), friction.coulomb)
-        highest = np.maximum(level * (1.0 + effect.level_change) + effect.level_torque, self._at_row.value)
-        return np.asarray(highest[self.motion.begins]) / friction.bristle_stiffness
+        begins = self.motion.begins
+
+        def there(term: Term) -> Term:
+            return term[begins] if isinstance(term, np.ndarray) else term
+
+        level = np.maximum(friction.static * (1.0 + there(effect.static_change)), friction.coulomb)
+        level = level * (1.0 + there(effect.level_change)) + there(effect.level_torque)
+        return np.asarray(np.maximum(level, self._at_row.value[begins])) / friction.bristle_stiffness
 
     @cached_property
     def _along(self) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
@@ -216,20 +222,20 @@ class At:
         self, known: _Tangents, finished: Finished, directions: Sequence[Direction]
     ) -> Iterator[Array]:
         """The derivatives of the finished torque."""
-        columns, dlog_rho = space = np.empty((2, BLOCK, len(self.motion)))
+        columns, dlog_rho = np.zeros((2, BLOCK, len(self.motion)))
         for begin in range(0, len(directions), BLOCK):
             some = directions[begin : begin + BLOCK]
-            space[:] = 0.0
             bent = False
             for column, over_step, direction in zip(columns, dlog_rho, some, strict=False):
+                column[:] = 0.0
                 self._beside_the_state(known, direction, column)
-                if direction.bends_bristle():
-                    along, bent = direction.effect, True
-                    self._at_step.dlog_rho(direction, _at_step(along, self.motion), self.friction, over_step)
-                    at_row = self._at_row.dlog_rho(direction, along, self.friction)
-                    at_row *= known.through_row
-                    column -= at_row
-                    column += known.through_step * over_step
+                if not direction.bends_bristle():
+                    over_step[:] = 0.0
+                    continue
+                along, bent = direction.effect, True
+                self._at_step.dlog_rho(direction, _at_step(along, self.motion), self.friction, over_step)
+                at_row = self._at_row.dlog_rho(direction, along, self.friction)
+                _add_levels(column, known.through_row, at_row, known.through_step, over_step)
             if bent:
                 known.tangent(dlog_rho, self._through_z, columns)
             if finished.acts:
@@ -264,6 +270,14 @@ class At:
         torque += friction.viscous * (1.0 + effect.viscous_change) * velocity
         torque += effect.torque
         return torque, self._through_z * decay
+
+
+@jit()
+def _add_levels(
+    column: Array, through_row: Array, at_row: Array, through_step: Array, over_step: Array
+) -> None:
+    for k in range(len(column)):
+        column[k] = column[k] - through_row[k] * at_row[k] + through_step[k] * over_step[k]
 
 
 @dataclass(frozen=True)

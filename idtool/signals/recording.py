@@ -175,6 +175,11 @@ class Recording:
         return self._kept[key]
 
     @cached_property
+    def of_rows(self) -> dict[object, Any]:
+        """What was computed of the rows, whatever their load is: copies with another load have it too."""
+        return {}
+
+    @cached_property
     def filtered_torque(self) -> Array:
         """Measured torque, filtered."""
         return np.asarray(self.operator @ self.torque)
@@ -244,7 +249,9 @@ class Recording:
 
     def with_load(self, load: Array | None, upright: Array | None) -> Recording:
         """A copy whose motion knows the load that gravity puts on the axis."""
-        return replace(self, motion=replace(self.motion, load=load, load_upright=upright))
+        copy = replace(self, motion=replace(self.motion, load=load, load_upright=upright))
+        vars(copy)["of_rows"] = self.of_rows
+        return copy
 
     def through(self, own: OwnFilter) -> Recording:
         """The same, where the torque went through a low-pass before it was logged."""
