@@ -77,7 +77,7 @@ def test_a_toml_file_of_a_gigabyte(tmp_path: Path, read: Callable[[Path], Any]) 
     file.write_bytes(b'schema = "x"\n')
     with open(file, "r+b") as stream:
         stream.truncate(1 << 30)
-    with bounded(30), pytest.raises(InputError, match="over 1 MiB"):
+    with bounded(30), pytest.raises(InputError, match="over 8 MiB"):
         read(file)
 
 

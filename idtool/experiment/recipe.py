@@ -34,7 +34,6 @@ from idtool.rig.base import TrialSetup
 
 SCHEMA = "ffc-id/recipe/1"
 #: Beyond these a recipe is a slip of the pen, not an experiment.
-_MAX_BYTES = 1 << 20
 _MAX_TRIALS = 1000
 _MAX_SECONDS = 4 * 3600.0
 _MAX_SINES = 50
@@ -164,7 +163,7 @@ def read_recipe(name_or_path: str, changes: Changes | None = None) -> Recipe:
         return parse_recipe(recipe_text(name_or_path), f"recipe {name_or_path}", changes)
     path = Path(name_or_path)
     try:
-        document = load_toml(path, _MAX_BYTES, what="a recipe", made_by="`ffc-id recipes show NAME`")
+        document = load_toml(path, what="a recipe", made_by="`ffc-id recipes show NAME`")
     except InputError as error:
         if not isinstance(error.__cause__, FileNotFoundError):
             raise

@@ -32,8 +32,6 @@ _STILL_SHARE = 0.01
 _WAYPOINT_SHARE = 0.005
 #: No path takes longer, s: a shift. A clock that counts something else does.
 _LONGEST_S = 8.0 * 3600.0
-#: No file of waypoints is larger, bytes.
-_LARGEST = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -206,7 +204,7 @@ def read_waypoints(file: Path) -> tuple[TaughtPath, Axis]:
     """
     from scipy.interpolate import PchipInterpolator
 
-    document = load_toml(file, _LARGEST, what="a file of waypoints", made_by="`ffc-id play --waypoints`")
+    document = load_toml(file, what="a file of waypoints", made_by="`ffc-id play --waypoints`")
     if document.get("schema") != SCHEMA:
         raise InputError(f'expected "{SCHEMA}"', place="schema", remedy="make it with `play --waypoints`")
     axis = Axis.from_table(document.get("axis", {}))

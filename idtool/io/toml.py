@@ -12,6 +12,8 @@ from typing import Any
 from idtool.errors import InputError
 from idtool.io.read_file import read_bytes
 
+#: Beyond this it is no file that a person would look into, whatever it is.
+MOST_BYTES = 8 << 20
 #: What no bare key goes beyond, and the most dots of a key.
 _KEY_ENDS = re.compile(r"[=\n{},]")
 _MOST_PARTS = 100
@@ -66,14 +68,14 @@ def read_document(content: bytes | str, file: str | PathLike[str], *, what: str)
 
 
 def load_toml(
-    file: Path, limit: int, *, what: str = "a parameter file", made_by: str = "`ffc-id identify` or a fit"
+    file: Path, *, what: str = "a parameter file", made_by: str = "`ffc-id identify` or a fit"
 ) -> dict[str, Any]:
-    """The document of a file of at most `limit` bytes; `what` it is and is `made_by`, for messages.
+    """The document of a file of at most `MOST_BYTES`; `what` it is and is `made_by`, for messages.
 
     Raises:
         InputError: not readable, empty, not text, not TOML.
     """
-    raw, cut = read_bytes(file, what=what, limit=limit)
+    raw, cut = read_bytes(file, what=what, limit=MOST_BYTES)
     if cut:
         raise InputError("is gzipped and cut short", file=file, remedy="copy it again")
     if not raw.strip():

@@ -35,8 +35,6 @@ from idtool.model.units import Kind, file_key
 from idtool.parameters.axis import Axis
 
 SCHEMA = "ffc-id/axis/1"
-#: Beyond this it is no such file, whatever it is.
-MAX_BYTES = 1 << 20
 #: name of a limit -> its dimension
 LIMITS: dict[str, str] = {
     "lowest": "position",
@@ -91,7 +89,7 @@ class AxisFile:
         """
         file = Path(path)
         with in_file(file):
-            return cls.from_document(load_toml(file, MAX_BYTES, what="an axis file", made_by="`ffc-id init`"))
+            return cls.from_document(load_toml(file, what="an axis file", made_by="`ffc-id init`"))
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> AxisFile:

@@ -23,8 +23,6 @@ from idtool.model.motion import Array, Motion
 SCHEMA = "ffc-id/correction/1"
 #: What comes again on another day; time and the order of trials do not.
 VARIABLES = ("position", "velocity", "acceleration", "load", "temperature")
-#: A table of so many knots, each of two numbers, is a tenth of this.
-_MAX_BYTES = 1 << 18
 _MOST_KNOTS = 1000
 
 
@@ -93,7 +91,7 @@ class Correction:
         Raises:
             InputError: naming the file, the key and what was expected.
         """
-        document = load_toml(path, _MAX_BYTES)
+        document = load_toml(path)
 
         def wrong(key: str, expected: str) -> InputError:
             return InputError("is missing or wrong", file=path, place=key, remedy=f"expected {expected}")

@@ -47,8 +47,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SCHEMA = "ffc-id/params/1"
-#: Beyond this it is no such file, whatever it is.
-MAX_BYTES = 1 << 20
 
 
 @dataclass(frozen=True, repr=False)
@@ -209,7 +207,7 @@ class Parameters:
         """
         file = Path(path)
         with in_file(file):
-            return cls.from_document(load_toml(file, MAX_BYTES))
+            return cls.from_document(load_toml(file))
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> Parameters:

@@ -19,9 +19,10 @@ from pathlib import Path
 from idtool.errors import InputError, UnknownNameError, in_file, misspelt, nearest
 from idtool.io.entry_points import load, outside
 from idtool.io.read_file import read_bytes
+from idtool.io.toml import MOST_BYTES
 from idtool.rig.base import Rig
 from idtool.rig.bus.settings import OPTIONS
-from idtool.rig.plant_file import MAX_BYTES, PlantFile, check_sensors, read_plant_file
+from idtool.rig.plant_file import PlantFile, check_sensors, read_plant_file
 
 _FOLDER = Path(__file__).parent
 #: By which a parameter file is told from a plant file.
@@ -156,7 +157,7 @@ def read_plant(target: str) -> PlantFile:
 
 def _plant_or_parameters(file: Path) -> PlantFile:
     """A plant file, or a parameter file, which says so in its schema."""
-    content, _ = read_bytes(file, what="a plant file", limit=MAX_BYTES)
+    content, _ = read_bytes(file, what="a plant file", limit=MOST_BYTES)
     if PARAMETER_SCHEMA.search(content) is None:
         return read_plant_file(file)
     from idtool.parameters import Parameters

@@ -32,8 +32,6 @@ from idtool.rig.sensors import SENSORS, Motor
 
 #: Integration step of the plant, s. It stands here because reading a file must not load the compiler.
 STEP_S = 1e-4
-#: Beyond this it is no such file, whatever it is.
-MAX_BYTES = 1 << 20
 
 #: Keys of each effect; None is required, a number is the default.
 EFFECT_KEYS: dict[str, dict[str, float | None]] = {
@@ -154,7 +152,7 @@ def read_plant_file(path: str | Path) -> PlantFile:
         InputError: it names the file and the key.
     """
     file = Path(path)
-    return parse_plant(load_toml(file, MAX_BYTES, what="a plant file", made_by="docs/rigs.md"), file)
+    return parse_plant(load_toml(file, what="a plant file", made_by="docs/rigs.md"), file)
 
 
 def parse_plant(table: dict[str, Any], file: Path) -> PlantFile:

@@ -210,7 +210,7 @@ def test_nonsense_is_one_sentence(tmp_path: Path, case: str) -> None:
     [
         ("", "the file is empty"),
         (b"\xff\x00\xfe", "is not a text file"),
-        (b"#" * (1 << 20) + b"#", "holds over 1 MiB, too much for a parameter file"),
+        (b"#" * (8 << 20) + b"#", "holds over 8 MiB, too much for a parameter file"),
         (gzip.compress(GOOD.encode())[:-9], "cut short"),
         ("gravity = 3\n", "schema: is missing"),
         ('schema = "ffc-id/params/1"\naxis = 3\n', "axis is not a table"),

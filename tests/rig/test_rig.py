@@ -190,7 +190,7 @@ def test_not_toml(text: str, tmp_path: Path) -> None:
 
 def test_a_huge_file_is_no_plant_file(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
-    file.write_bytes(b"#" * (2 << 20))
+    file.write_bytes(b"#" * (9 << 20))
     with pytest.raises(InputError, match="too much for a plant file"):
         open_rig(f"sim:{file}")
 

@@ -50,7 +50,7 @@ USED, TOUCHED, NOT_EXPLAINED, OTHER_LOAD = range(4)
 LOAD, LEVEL, DAMPING, BRISTLE = range(4)
 
 #: state; samples in it, and of them when it last moved; samples above the starting torque; what is known of
-#: the hand (`GRIPS`); what the last tare came to; whether the speed limit cut; whose turn it is
+#: the hand (`MAY_HOLD`, ...); what the last tare came to; whether the speed limit cut; whose turn it is
 _COUNTS = ("state", "since", "moved", "pushed", "grip", "outcome", "limited", "part", "turn")
 #: torques, N m; the motion; sums of a tare, and of what was heard
 _NUMBERS = (

@@ -26,11 +26,10 @@ TRANSITIONS: dict[State, tuple[tuple[State, str], ...]] = {
     State.STOPPING: ((State.RESTING, "the axis has stood, to one count, for `still`"),),
 }
 
-#: What is known of the hand, in the order of the numbers that the compiled law counts it by.
-GRIPS = ("may hold", "seems gone", "gone")
+#: What is known of the hand, as the compiled law counts it: in the order of the table.
 MAY_HOLD, SEEMS_GONE, GONE = range(3)
 
-#: It changes so within the states: while the axis is guided, one that is (or seems) gone stops it; at rest,
+#: That changes so within the states: while the axis is guided, one that is (or seems) gone stops it; at rest,
 #: what the motor holds beside one that is gone becomes the zero.
 GRIP_TRANSITIONS: dict[str, tuple[tuple[str, str], ...]] = {
     "may hold": (
