@@ -54,7 +54,7 @@ def test_a_file_comes_back(tmp_path: Path) -> None:
         ("position", "time", "variable"),
         ("false", "0", "with_direction"),
         ("-1.0,", "5.0,", "knots"),
-        ("0.3", "nan", "torque"),
+        ("0.3", "nan", "torque: is missing or wrong; expected two finite numbers or more"),
         ("correction/1", "correction/9", "schema"),
     ],
 )

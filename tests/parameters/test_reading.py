@@ -228,3 +228,25 @@ def test_files_that_are_none(tmp_path: Path, content: str | bytes, expected: str
 def test_paths_that_are_no_file(tmp_path: Path) -> None:
     assert "no such file" in refused(tmp_path / "absent.toml")
     assert "is a folder where a parameter file should be" in refused(tmp_path)
+
+
+@pytest.mark.parametrize(("beyond", "passes"), [(0.9e-6, True), (1.3e-6, False)])
+def test_a_value_may_be_beyond_its_interval_by_rounding(tmp_path: Path, beyond: float, passes: bool) -> None:
+    content = GOOD.replace(
+        "{value = 0.2, stderr = 0.001, ci95 = [0.198, 0.202]",
+        f"{{value = {0.2 + beyond}, stderr = 0.001, ci95 = [0.198, 0.2]",
+    )
+    if passes:
+        assert Parameters.read(put(tmp_path, content)).gravity["base"].value == 0.2 + beyond
+    else:
+        assert "does not hold the value" in refused(put(tmp_path, content))
+
+
+@pytest.mark.parametrize(("constant", "passes"), [(1e-9, True), (0.9e-9, False), (1e9, True), (1.1e9, False)])
+def test_a_motor_has_no_such_constant(tmp_path: Path, constant: float, passes: bool) -> None:
+    """Beyond these a power of ten slipped."""
+    file = put(tmp_path, GOOD.replace("2.67", repr(constant)))
+    if passes:
+        assert Parameters.read(file).axis.torque_constant == constant
+    else:
+        assert "which no motor has (expected 1e-09 to 1e+09)" in refused(file)
