@@ -43,3 +43,9 @@ def test_a_late_column_is_left_out_and_said() -> None:
     assert "20 ms later" in note
     prompt = Log(frame.assign(velocity_rad_s=motion(0.0)[2]), Axis())
     assert without_late_velocity([prompt]) == ([prompt], [])
+
+
+def test_it_is_looked_for_up_to_what_filters_do() -> None:
+    """0.08 s: a speed that is later still is not what a servo's own filter makes of it."""
+    assert velocity_lateness(*motion(0.075)) == pytest.approx(0.075, abs=0.003)
+    assert velocity_lateness(*motion(0.11)) <= 0.08

@@ -1,0 +1,51 @@
+"""What a recording covers: where the lines are drawn between motion, rest and constant speed."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from idtool.model.motion import Array, Motion
+from idtool.signals.coverage import constant_speeds, constant_tilt, moves_one_way
+
+STEP = 0.01
+
+
+def moving(velocity: Array, gravity_factor: Array | None = None) -> Motion:
+    time = np.arange(len(velocity)) * STEP
+    trial = np.zeros(len(velocity), dtype=np.intp)
+    still = np.zeros(len(velocity))
+    return Motion(time, trial, np.cumsum(velocity) * STEP, velocity, still, gravity_factor=gravity_factor)
+
+
+@pytest.mark.parametrize(("change", "constant"), [(0.09, True), (0.11, False)])
+def test_a_tilt_that_changes_gravity_by_a_tenth_is_another_tilt(change: float, constant: bool) -> None:
+    factor = 1.0 - change * np.linspace(0.0, 1.0, 100)
+    assert constant_tilt(moving(np.ones(100), factor)) == constant
+
+
+def test_without_a_tilt_gravity_acts_alike() -> None:
+    assert constant_tilt(moving(np.ones(100)))
+
+
+@pytest.mark.parametrize(
+    ("back", "rows", "one_way"), [(0.04, 200, True), (0.06, 200, False), (0.06, 15, True)]
+)
+def test_what_creeps_back_does_not_go_both_ways(back: float, rows: int, one_way: bool) -> None:
+    """A twentieth of the highest speed is motion, and a fiftieth of the rows a way."""
+    velocity = np.concatenate([np.ones(1000), np.full(rows, -back)])
+    recording: Any = SimpleNamespace(motion=moving(velocity), usable=np.ones(len(velocity), dtype=bool))
+    assert moves_one_way(recording) == one_way
+
+
+@pytest.mark.parametrize(
+    ("slow", "seconds", "counts"), [(0.3, 0.43, True), (0.3, 0.37, False), (0.03, 1.0, False)]
+)
+def test_how_long_and_how_fast_a_constant_speed_is(slow: float, seconds: float, counts: bool) -> None:
+    velocity = np.concatenate([np.ones(100), np.full(round(seconds / STEP) + 1, slow), np.ones(100)])
+    found = constant_speeds(moving(velocity))
+    expected = [(1.0, 0.99), (slow, slow * seconds), (1.0, 0.99)] if counts else [(1.0, 0.99)] * 2
+    assert found == [pytest.approx(one) for one in expected]
