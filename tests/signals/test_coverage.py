@@ -6,9 +6,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from idtool.log import Log
 from idtool.model.motion import Array, Motion
+from idtool.parameters.axis import Axis
+from idtool.signals import record
 from idtool.signals.coverage import constant_speeds, constant_tilt, moves_one_way
 
 STEP = 0.01
@@ -49,3 +53,15 @@ def test_how_long_and_how_fast_a_constant_speed_is(slow: float, seconds: float, 
     found = constant_speeds(moving(velocity))
     expected = [(1.0, 0.99), (slow, slow * seconds), (1.0, 0.99)] if counts else [(1.0, 0.99)] * 2
     assert found == [pytest.approx(one) for one in expected]
+
+
+def test_an_axis_moves_for_certain_above_a_fiftieth_of_its_top_speed() -> None:
+    log = pd.DataFrame({"trial": 0, "time_s": np.arange(2000) * STEP})
+    speed = np.where(log["time_s"] < 10.0, 1.0, np.where(log["time_s"] < 15.0, 0.025, 0.015))
+    log = log.assign(
+        position_rad=np.cumsum(speed) * STEP, torque_nm=0.1 * speed + 0.01 * np.sin(log["time_s"])
+    )
+    moving = record([Log(log, Axis())]).moving
+    assert moving[:990].all()
+    assert moving[1020:1480].all()
+    assert not moving[1520:].any()

@@ -49,3 +49,9 @@ def test_it_is_looked_for_up_to_what_filters_do() -> None:
     """0.08 s: a speed that is later still is not what a servo's own filter makes of it."""
     assert velocity_lateness(*motion(0.075)) == pytest.approx(0.075, abs=0.003)
     assert velocity_lateness(*motion(0.11)) <= 0.08
+
+
+@pytest.mark.parametrize(("late", "told"), [(0.0060, False), (0.0095, True)])
+def test_a_sample_and_a_half_is_no_lateness(late: float, told: bool) -> None:
+    """A sample is 5 ms here: by so much a speed differs that is the difference of two positions."""
+    assert (velocity_lateness(*motion(late)) > 0.0) == told

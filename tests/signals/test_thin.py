@@ -25,6 +25,8 @@ def test_what_passes_the_filter_stays() -> None:
     few = thin(whole)
     every = len(whole.motion) / len(few.motion)
     assert every > 1.9
+    # five rows a period of the bandwidth, and no row more than whole rows to leave out make of it
+    assert 5.0 <= 1.0 / (few.motion.period * whole.filter.bandwidth_hz) < 5.0 * (every + 1.0) / every
     assert few.filter.bandwidth_hz == pytest.approx(whole.filter.bandwidth_hz, rel=0.2)  # whole taps
     assert 0.5 * whole.noise / np.sqrt(every) < few.noise < whole.noise
     # the filtered torque at the same instants, within what the noise between them allows
