@@ -414,7 +414,8 @@ def _promising(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
             _tell_why(selection, item.effect, why)
         else:
             passed.append(item)
-    return sorted(passed, key=_Scored.left)
+    # of two that promise the same but for rounding the simpler comes first
+    return sorted(passed, key=lambda item: float(f"{item.left():.9g}"))
 
 
 def _passing(selection: Selection, trial: Trial) -> list[Trial]:

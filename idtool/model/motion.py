@@ -174,6 +174,21 @@ class Motion:
         """Mean velocity over the step that ends at the row (mid-point rule)."""
         return self.at_step(self.velocity)
 
+    @cached_property
+    def speed(self) -> Array:
+        """Size of the velocity, shape (rows,)."""
+        return np.abs(self.velocity)
+
+    @cached_property
+    def step_speed(self) -> Array:
+        """Size of the mean velocity over the step that ends at the row."""
+        return np.abs(self.step_velocity)
+
+    @cached_property
+    def way(self) -> Array:
+        """Sign of the mean velocity over the step that ends at the row."""
+        return np.sign(self.step_velocity)
+
     def at_step(self, values: Array) -> Array:
         """Mean of a row quantity over the step that ends at each row."""
         mean = np.empty(len(values))

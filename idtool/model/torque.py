@@ -129,11 +129,11 @@ class At:
 
     @cached_property
     def _at_step(self) -> _Level:
-        return _Level(self.motion.step_velocity, self.friction, _at_step(self.effect, self.motion))
+        return _Level(self.motion.step_speed, self.friction, _at_step(self.effect, self.motion))
 
     @cached_property
     def _at_row(self) -> _Level:
-        return _Level(self.motion.velocity, self.friction, self.effect)
+        return _Level(self.motion.speed, self.friction, self.effect)
 
     @cached_property
     def furthest_bend(self) -> Array:
@@ -161,8 +161,8 @@ class At:
         if not self._settled:
             nothing = np.zeros(len(self.motion))
             return nothing, nothing
-        velocity, step, rho, _ = self._along
-        pace = rho * np.abs(velocity)
+        _, step, rho, _ = self._along
+        pace = rho * self.motion.step_speed
         pace *= step
         return -np.expm1(-pace), pace
 
@@ -175,11 +175,11 @@ class At:
         """
         slid, _ = self._slid
         level = (self._at_row.value - self._at_step.value) / self.friction.bristle_stiffness
-        return np.asarray(np.sign(self.motion.step_velocity) * slid * level)
+        return np.asarray(self.motion.way * slid * level)
 
     @cached_property
     def _rho_speed(self) -> Array:
-        return np.asarray(self.friction.bristle_stiffness / self._at_row.value * np.abs(self.motion.velocity))
+        return np.asarray(self.friction.bristle_stiffness / self._at_row.value * self.motion.speed)
 
     @cached_property
     def _through_z(self) -> Array:
@@ -211,7 +211,7 @@ class At:
         z_rate = self.motion.velocity - self._rho_speed * bent
         passed = 1.0 + self.effect.bristle_change
         slid, pace = self._slid
-        sliding = np.sign(self.motion.step_velocity) / self.friction.bristle_stiffness * self._through_z
+        sliding = self.motion.way / self.friction.bristle_stiffness * self._through_z
         at_row, at_step = self._at_row.value, self._at_step.value
         through_row = passed * (self.friction.bristle_damping * self._rho_speed * bent)
         through_row += sliding * slid * at_row
@@ -306,11 +306,10 @@ class _Tangents:
 class _Level:
     """g over rows or steps, and the derivative of ln(sigma0 / g)."""
 
-    def __init__(self, velocity: Array, friction: Friction, effect: Contribution) -> None:
+    def __init__(self, speed: Array, friction: Friction, effect: Contribution) -> None:
         # in place, and nothing that changes nothing: a fit spends a quarter of its time here
         self.exponent = EXPONENT + effect.exponent_change
-        self.ratio = np.abs(velocity)
-        self.ratio /= friction.stribeck_velocity
+        self.ratio = speed / friction.stribeck_velocity
         self.power = (
             self.ratio * self.ratio
             if isinstance(self.exponent, float) and self.exponent == 2.0
