@@ -169,3 +169,9 @@ def test_a_log_of_an_axis_that_stands_still_says_so() -> None:
     columns = {"duty": 0.2 + noise[0], "supply_voltage_v": 12.0 + 0.0 * _TIME, "position_rad": 0.3 + noise[1]}
     with pytest.raises(InputError, match="nothing moves"):
         _ = record([log(**columns)]).operator
+
+
+def test_below_a_twentieth_the_supply_s_current_tells_nothing() -> None:
+    duty = np.linspace(-0.2, 0.2, _ROWS)
+    unfit = effort_of(log(Axis("rotary", 2.0), bus_current_a=duty**2, duty=duty)).unfit[DUTY_SMALL]
+    np.testing.assert_array_equal(unfit, np.abs(duty) < 0.05)
