@@ -12,7 +12,7 @@ from scipy.ndimage import gaussian_filter1d
 from idtool import Log, identify
 from idtool.diagnosis import diagnose as diagnosis
 from idtool.diagnosis import selection
-from idtool.diagnosis.candidates import Candidate, Trial, best_start, try_effect
+from idtool.diagnosis.candidates import Candidate, Start, Trial, best_start, try_effect
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
 from idtool.effects.base import Coordinate, Effect, Values
@@ -151,6 +151,18 @@ def offset_axis(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
     """The base fit of an axis with an offset of 0.03 N m that nobody declared."""
     (fit, *_), *_ = begin(with_offset(tmp_path_factory.mktemp("offset")), "coulomb", "none")
     return fit
+
+
+def test_of_two_that_promise_the_same_but_for_rounding_the_simpler_comes_first(
+    offset_axis: JointFit,
+) -> None:
+    fit = offset_axis
+    effects = [registry.get(name) for name in ("torque_offset", "tilt_misalignment", "position_stiffness")]
+    starts = [Start(gain, 1e-20, {}) for gain in (0.5, 0.5 + 1e-15, 0.6)]
+    scored = [selection._Scored(*each, fit, each[1]) for each in zip(effects, starts, strict=True)]
+    assert scored[1].left() < scored[0].left()
+    promising = selection._promising(selection.begun(fit, effects), scored)
+    assert [item.effect for item in promising] == [effects[2], *effects[:2]]
 
 
 def test_the_best_has_to_be_it_at_the_end_of_its_fit(
