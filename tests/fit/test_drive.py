@@ -38,9 +38,11 @@ def test_gain_and_delay_of_the_loop() -> None:
 
 
 def test_a_delay_beyond_what_is_looked_for_sits_at_its_bound() -> None:
-    delay = found(0.1).delay
+    delay, longest = found(0.07).delay, found(0.055).delay
     assert delay is not None
+    assert longest is not None
     assert delay.at_bound
+    assert not longest.at_bound
 
 
 def test_the_largest_command_of_gentle_logs_is_no_limit() -> None:

@@ -69,6 +69,19 @@ def test_a_file_in_ampere_is_put_into_newton_metres_with_the_error_of_the_consta
     assert again.static["coulomb"].value == pytest.approx(0.1)
 
 
+@pytest.mark.parametrize(("swing_rad", "is_still"), [(0.19, True), (0.22, False)])
+def test_a_fifth_of_a_radian_is_no_swing(swing_rad: float, is_still: bool) -> None:
+    log = Pendulum().log()
+    way = log.frame["position_rad"]
+    still = replace(log, rows=log.frame.assign(position_rad=swing_rad / np.ptp(way) * way))
+    try:
+        calibrate([still], mass=0.5, lever=0.1)
+        said = ""
+    except InputError as error:
+        said = str(error)
+    assert ("never moves so that its weight shows" in said) == is_still
+
+
 def test_bad_input_is_one_sentence() -> None:
     swing = Pendulum()
     log = swing.log()

@@ -29,11 +29,17 @@ def _volts(log: Log) -> Log:
         (_with(SWING.log(), supply_voltage_v=12.0), 500.0, 0.1, "which its supply of 12 V has not"),
         (_with(SWING.log(), supply_voltage_v=12.0), 16.0, 0.1, "which its supply of 12 V has not"),
         (SWING.log(), 0.5, 10.0, r"a lever of 10 m would have more inertia .* allows 0\.4\d* m at most"),
+        (
+            SWING.log(),
+            0.5,
+            5.0,
+            r"a lever of 5 m would have more inertia",
+        ),  # more than ten times what is allowed
         (SWING.log(), 0.5, 100.0, r"a lever of 100 m would have more inertia"),
         (_volts(SWING.log()), 500.0, 0.1, r"a motor that holds 490 N m takes 1\.2e\+04 A or more"),
         (_volts(SWING.log()), 0.5, 10.0, "a lever of 10 m would have more inertia"),
     ],
-    ids=["grams", "grams, supply", "below 1500 V", "cm", "mm", "grams by volts", "cm by volts"],
+    ids=["grams", "grams, supply", "below 1500 V", "cm", "tenfold", "mm", "grams by volts", "cm by volts"],
 )
 def test_a_load_in_another_unit_is_refused(log: Log, mass: float, lever: float, expected: str) -> None:
     with pytest.raises(InputError, match=rf"{expected}.*; masses are in kg and levers in m"):
@@ -56,6 +62,7 @@ def test_a_lever_of_the_axis_in_centimetres_is_refused() -> None:
     ("mass", "lever", "expected"),
     [
         (0.5, 1.0, "allows 0.4 m at most: look whether it is in m."),
+        (0.5, 3.5, "allows 0.4 m at most: look whether it is in m."),
         (20.0, 0.1, "with a supply of less, the mass is not in kg, or the lever not in m."),
     ],
 )
