@@ -11,13 +11,15 @@ import threading
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pandas as pd
 import pytest
 
 from idtool.errors import InputError
 from idtool.fleet import Options, engine, run_fleet
-from idtool.fleet.page import page
+from idtool.fleet.page import _grid, page
 from idtool.fleet.session import Task, find_sessions, identity, load
 from idtool.fleet.summary import Fleet, SessionRow
 from idtool.fleet.work import identify_session
@@ -260,3 +262,18 @@ def test_a_process_that_died_is_gone_when_its_session_ends(monkeypatch: pytest.M
         with pytest.raises(BrokenProcessPool):
             local.submit(Task("dies", {}, b"", {})).result()
         assert threading.active_count() < before  # a thread left behind could fail at the program's end
+
+
+def test_parameters_are_drawn_two_in_a_row() -> None:
+    """So wide that forty units are told apart, and a phone scrolls little."""
+    fleet: Any = SimpleNamespace(points=lambda key: None)
+    lines: Any = [
+        SimpleNamespace(key=key) for key in ("coulomb_nm", "viscous_nm_s_per_rad", "inertia.inertia_kg_m2")
+    ]
+    figure = _grid(fleet, lines, "Every parameter by unit", lambda *_: None, below=0.5)
+    places = [panel.get_position() for panel in figure.axes if panel.get_visible()]
+    assert [(round(at.x0, 2) < 0.5, at.y0 > 0.5) for at in places] == [
+        (True, True),
+        (False, True),
+        (True, False),
+    ]

@@ -36,7 +36,7 @@ def test_without_a_tilt_gravity_acts_alike() -> None:
 
 
 @pytest.mark.parametrize(
-    ("back", "rows", "one_way"), [(0.04, 200, True), (0.06, 200, False), (0.06, 15, True)]
+    ("back", "rows", "one_way"), [(0.04, 200, True), (0.06, 200, False), (0.06, 15, True), (0.06, 25, False)]
 )
 def test_what_creeps_back_does_not_go_both_ways(back: float, rows: int, one_way: bool) -> None:
     """A twentieth of the highest speed is motion, and a fiftieth of the rows a way."""
