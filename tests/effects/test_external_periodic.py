@@ -18,8 +18,21 @@ TIME = np.linspace(0.0, 20.0, 2000)
         (0.3 + 0.2 * np.sin(TIME), True),
         (0.3 * np.sign(np.sin(TIME)), True),
         (np.zeros(len(TIME)), True),
+        (np.where(TIME < 10.0, 1.0, 1.25), False),
+        (np.where(TIME < 10.0, 1.0, 1.35), True),
+        (np.where(TIME < 3.0, 0.04, 1.0), False),
+        (np.where(TIME < 3.0, 0.06, 1.0), True),
     ],
-    ids=["one speed one way", "speeds", "both ways", "at rest"],
+    ids=[
+        "one speed one way",
+        "speeds",
+        "both ways",
+        "at rest",
+        "alike",
+        "a third faster",
+        "creeping",
+        "slow",
+    ],
 )
 def test_at_one_speed_and_one_way_it_cannot_be_told(velocity: Array, told: bool) -> None:
     position = np.cumsum(velocity) * TIME[1]

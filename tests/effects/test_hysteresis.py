@@ -118,3 +118,9 @@ def test_what_is_small_beside_the_rest_is_an_element_of_its_own(part: float, bes
     else:
         assert found is None
     assert Hysteresis().plainer(VALUES, model) is None
+
+
+@pytest.mark.parametrize(("carried", "said"), [(1.1, None), (1.3, "it would be more than the friction")])
+def test_a_part_of_the_friction_is_not_much_more_than_it(carried: float, said: str | None) -> None:
+    part = replace(Hysteresis(), of_friction=True)
+    assert part.implausible({"yield": carried, "log_reach": 0.0}, {"coulomb": 1.0}) == said

@@ -3,6 +3,7 @@ there is."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -64,3 +65,11 @@ def test_friction_that_fades_within_one_recording(tmp_path: Path, fades: float) 
         if effect.name == "thermal_drift":
             assert effect.values()["warm_up"] == pytest.approx(FADES, rel=0.1)
             assert effect.values()["time_constant"] == pytest.approx(SECONDS, rel=0.1)
+
+
+@pytest.mark.parametrize(("span", "tells"), [(0.9, False), (1.1, True)])
+def test_a_kelvin_is_the_least_that_a_thermometer_must_see(span: float, tells: bool) -> None:
+    motion = replace(motion_of(THERE_AND_BACK), temperature=25.0 + span * np.linspace(0.0, 1.0, len(TIME)))
+    effect = ThermalDrift()
+    assert (effect.untestable(motion) is None) == tells
+    assert bool(effect.constants(motion)) == tells
