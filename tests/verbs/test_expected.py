@@ -89,6 +89,19 @@ def test_a_time_is_told_as_a_person_counts_it(seconds: float, words: str) -> Non
     assert spoken(seconds) == words
 
 
+@pytest.mark.parametrize(("share", "left"), [(0.09, None), (0.11, 81.0)])
+def test_a_slow_start_is_not_the_pace(share: float, left: float | None) -> None:
+    """The first figure of a report loads what all of them need."""
+    clock = Clock()
+    pace = Pace(clock)
+    clock.now += 10.0
+    pace.at(share)
+    assert pace.left_s == (left if left is None else pytest.approx(left, rel=0.01))
+    clock.now += 1.0
+    pace.at(0.19)
+    assert pace.left_s == pytest.approx(8.1 if left is None else 46.9, rel=0.01)
+
+
 def test_a_pace_counts_down_while_no_news_comes() -> None:
     clock = Clock()
     pace = Pace(clock)
