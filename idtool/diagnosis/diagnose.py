@@ -25,7 +25,7 @@ from idtool.diagnosis.weights import weighed
 from idtool.effects.base import Effect
 from idtool.fit.choose import step_down, with_load
 from idtool.fit.joint import JointFit, refit
-from idtool.fit.left_out import left_out_error
+from idtool.fit.left_out import SURELY, left_out_error
 from idtool.fit.model import JointModel
 from idtool.fit.restart import rises_all_along
 from idtool.fit.results import dynamic_parameters, static_parameters
@@ -62,8 +62,7 @@ def diagnose(
     """
     shown = split(with_load(recording, starts[0]))
     search = _Search(shown, library, tell, given, tolerance)
-    found = search.best_of(search.bases(starts))
-    search.weigh_again(found)
+    found = search.found(starts)
     notes, stepped_down = search.step_down(found, shown)
     base, selection = found.base, found.selection
     if selection.fit.model.spec == base.model.spec:
@@ -126,11 +125,22 @@ class _Search:
     given: bool
     tolerance: float
 
-    def bases(self, starts: Sequence[JointFit]) -> list[JointFit]:
-        """The fits of the base model on the training rows."""
+    def found(self, starts: Sequence[JointFit]) -> _Found:
+        """The effects beside the base model, with rows that count by what is left beside them.
+
+        Where slow rows leave more beside the effects than they did before, the search begins anew: what it
+        took in while they counted otherwise may have been there for their sake.
+        """
         self.tell(BASE)
-        fits = self._trained(starts)
-        return self._trained(fits) if self._weighed(fits[0]) else fits
+        bases = self._trained(starts)
+        if self._weighed(bases[0]):
+            bases = self._trained(bases)
+        found = self._best_of(bases)
+        if self._weighed(found.selection.fit):
+            self.tell("weighing slow rows by what they leave")
+            found = self._best_of(self._trained(bases))
+        self._weigh_again(found)
+        return found
 
     def _trained(self, fits: Sequence[JointFit]) -> list[JointFit]:
         training = thin(self.parts.training)
@@ -144,7 +154,7 @@ class _Search:
         self.parts = replace(self.parts, recording=recording)
         return True
 
-    def best_of(self, bases: Sequence[JointFit]) -> _Found:
+    def _best_of(self, bases: Sequence[JointFit]) -> _Found:
         """The effects beside the base model that does best with them."""
         best: _Found | None = None
         rival: JointFit | None = None
@@ -162,7 +172,7 @@ class _Search:
                 self.tell("looking once more for effects that have a name")
                 alone = begun(base, self.library)
                 self._select(alone, complete, named=True)
-                if not alone.hopeless and left_out_error(alone.fit) <= left_out_error(complete):
+                if not alone.hopeless and _as_good(alone.fit, complete):
                     selection, unnamed = alone, {}
             fit = selection.fit
             done = not unnamed and not any(test.depends for test in test_residual(fit, DEPENDS))
@@ -192,6 +202,7 @@ class _Search:
                 given=self.given or named,
                 tolerance=self.tolerance,
                 rival=rival,
+                by=SURELY if named else 1.0,
             )
             if selection.hopeless:
                 return {}, selection.fit
@@ -204,7 +215,7 @@ class _Search:
     def _veto(self, selection: Selection, beside: JointFit) -> list[Effect]:
         return veto(selection, partial(held_out_squares, parts=self.parts, beside=beside), self.tell)
 
-    def weigh_again(self, found: _Found) -> None:
+    def _weigh_again(self, found: _Found) -> None:
         """Look once more where slow rows leave more beside the effects than they did before."""
         if self._weighed(found.selection.fit):
             self.tell("weighing slow rows by what they leave")
@@ -253,6 +264,17 @@ def _beats(other: JointFit, trusted: JointFit) -> bool:
     if len(other.x) < len(trusted.x):
         return error < (1.0 + LEAST_GAIN) * trusted_error
     return error < (1.0 - LEAST_GAIN) * trusted_error
+
+
+def _as_good(named: JointFit, complete: JointFit) -> bool:
+    """Whether a model of which everything has a name is to be believed beside one with shapes that have none:
+    it predicts as well, or lets nothing structured be seen with fewer numbers, and the other is not surely
+    better."""
+    error, least = left_out_error(named), left_out_error(complete)
+    if error <= least:
+        return True
+    fewer = len(named.x) < len(complete.x) and error < SURELY * least
+    return fewer and not any(test.depends for test in test_residual(named, DEPENDS))
 
 
 def _finished(selection: Selection, recording: Recording) -> JointFit:

@@ -84,6 +84,7 @@ def extend(
     given: bool = False,
     tolerance: float = 0.0,
     rival: JointFit | None = None,
+    by: float = 1.0,
 ) -> None:
     """Add to a selection the effects that the data ask for.
 
@@ -95,10 +96,11 @@ def extend(
         tolerance: error that is good enough, share of the torque (rms).
         rival: another model that leaves nothing structured; the selection is given up (`Selection.hopeless`)
             once it has more numbers than that and predicts worse, or comes to where another one has been.
+        by: the factor by which it has to predict worse for that.
     """
     allowed = library
     while True:
-        _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance, rival)
+        _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance, rival, by)
         if selection.hopeless:
             return
         if not given and one_for_many(selection, tell):
@@ -122,13 +124,18 @@ def _add(
     tell: Callable[[str], None],
     tolerance: float,
     rival: JointFit | None,
+    by: float,
 ) -> None:
     """Round after round, until none finds an effect, or there is no hope."""
+
+    def lost(fit: JointFit) -> bool:
+        return rival is not None and left_out_error(fit) > by * left_out_error(rival) and outdoes(rival, fit)
+
     for _ in range(_MOST_ROUNDS):
         if good_enough(selection.fit, tolerance):
             return
         winner = _round(selection, library, tell)
-        if winner is None and rival is not None and outdoes(rival, selection.fit):
+        if winner is None and lost(selection.fit):
             selection.hopeless = True  # what is tried where nothing passes turns nothing round
             return
         if winner is None and not _searched_anew(selection, tell):
