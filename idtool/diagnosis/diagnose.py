@@ -10,12 +10,12 @@ import numpy as np
 
 from idtool.diagnosis.candidates import CHANCE, LEAST_GAIN, WORTH, Selection
 from idtool.diagnosis.diagnosis import Diagnosis
-from idtool.diagnosis.held_out import held_out_squares, predicts_worse
+from idtool.diagnosis.held_out import between, held_out_squares, predicts_worse
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
 from idtool.diagnosis.remainder import Remainder, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
-from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
+from idtool.diagnosis.selection import absorbed, begun, exchange, extend, good_enough
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import outdoes
 from idtool.diagnosis.split import Split, split
@@ -36,6 +36,8 @@ from idtool.signals.thin import thin
 
 #: Of effects that were turned down so many are told.
 _MOST_TOLD = 3
+#: Effects that others may take the place of, one after another.
+_EXCHANGES = 4
 #: Sentences on what is going on that say how far it is (`idtool.verbs.expected`).
 BASE, FINAL = "fitting the base model", "fitting the final model on all trials"
 
@@ -128,8 +130,8 @@ class _Search:
     def found(self, starts: Sequence[JointFit]) -> _Found:
         """The effects beside the base model, with rows that count by what is left beside them.
 
-        Where slow rows leave more beside the effects than they did before, the search begins anew: what it
-        took in while they counted otherwise may have been there for their sake.
+        Where slow rows leave more beside the effects than they did before, the search goes on and begins anew
+        too: what it took in while they counted otherwise may have been there for their sake.
         """
         self.tell(BASE)
         bases = self._trained(starts)
@@ -137,9 +139,16 @@ class _Search:
             bases = self._trained(bases)
         found = self._best_of(bases)
         if self._weighed(found.selection.fit):
-            self.tell("weighing slow rows by what they leave")
-            found = self._best_of(self._trained(bases))
-        self._weigh_again(found)
+            self._go_on(found)
+            anew = self._best_of(self._trained(bases))
+            if not outdoes(found.selection.fit, anew.selection.fit):
+                found = anew
+                if self._weighed(found.selection.fit):
+                    self._go_on(found)
+        for _ in range(_EXCHANGES):
+            if not exchange(found.selection, self.library, self.tell):
+                break
+            found.unnamed, _ = self._select(found.selection)
         return found
 
     def _trained(self, fits: Sequence[JointFit]) -> list[JointFit]:
@@ -213,14 +222,14 @@ class _Search:
                 return unnamed, complete
 
     def _veto(self, selection: Selection, beside: JointFit) -> list[Effect]:
-        return veto(selection, partial(held_out_squares, parts=self.parts, beside=beside), self.tell)
+        squares = partial(held_out_squares, parts=self.parts, beside=beside)
+        return veto(selection, squares, partial(between, parts=self.parts), self.tell)
 
-    def _weigh_again(self, found: _Found) -> None:
-        """Look once more where slow rows leave more beside the effects than they did before."""
-        if self._weighed(found.selection.fit):
-            self.tell("weighing slow rows by what they leave")
-            found.selection.onto(thin(self.parts.training))
-            found.unnamed, _ = self._select(found.selection)
+    def _go_on(self, found: _Found) -> None:
+        """Look once more with rows that count otherwise."""
+        self.tell("weighing slow rows by what they leave")
+        found.selection.onto(thin(self.parts.training))
+        found.unnamed, _ = self._select(found.selection)
 
     def step_down(self, found: _Found, shown: Split) -> tuple[list[str], list[Shortcoming]]:
         """Take the simplest friction law that the data determine: beside the effects less may be seen of the

@@ -41,12 +41,22 @@ def predicts_worse(one: JointFit, other: JointFit, parts: Split) -> bool:
     return float(lost.mean()) > 2.0 * LEAST_GAIN * shown.rmse**2
 
 
+def between(one: JointFit, other: JointFit, parts: Split) -> float:
+    """Mean square by which the predictions of two models differ on held-out rows."""
+    return float(np.mean((_left(one, parts) - _left(other, parts)) ** 2))
+
+
 def _held_out(fit: JointFit, parts: Split) -> Array:
     """Size of what a model leaves on each held-out row."""
+    return np.abs(_left(fit, parts))
+
+
+def _left(fit: JointFit, parts: Split) -> Array:
+    """What a model leaves on each held-out row, by what the row counts."""
     recording = parts.recording
     rows = recording.usable & parts.held
     weight = 1.0 if recording.weight is None else recording.weight[rows]
-    return np.asarray(np.abs(weight * everywhere(fit, recording).full_residual[rows]))
+    return np.asarray(weight * everywhere(fit, recording).full_residual[rows])
 
 
 def everywhere(fit: JointFit, recording: Recording) -> JointFit:

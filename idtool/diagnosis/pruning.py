@@ -35,6 +35,9 @@ from idtool.model.motion import Array
 _THE_SAME = 2e-3
 #: Standard errors over blocks within which held-out rows contradict nothing.
 _CLEAR = 2.0
+#: Held-out rows on which an effect changes less than this share of what left-out trials gain by it (mean
+#: squares) have no say on it: that is a third of its torque.
+_SHOWN = 0.1
 #: An arm's load is a function of its position: one variable.
 _OF_AN_ARM = frozenset({"position", "load"})
 #: Evaluations for a model that lacks an effect.
@@ -106,15 +109,20 @@ def drop_what_may_be_unknown(selection: Selection, fit: JointFit, depends_on: Se
 
 
 def veto(
-    selection: Selection, held_out: Callable[[JointFit], Array], tell: Callable[[str], None]
+    selection: Selection,
+    held_out: Callable[[JointFit], Array],
+    between: Callable[[JointFit, JointFit], float],
+    tell: Callable[[str], None],
 ) -> list[Effect]:
     """Take out the effects that cannot be, and those that make the prediction of the held-out rows worse, the
     worst first. One that the left-out trials surely need stays where the held-out rows do not contradict it:
-    where, but for chance over blocks, its gain there may be what they promise.
+    where, but for chance over blocks, its gain there may be what they promise, or where it hardly shows (a
+    load in the middle is predicted without what depends on the load as well).
 
     Args:
         selection: on the training rows.
         held_out: the mean square on the held-out rows, block by block, shape (blocks,).
+        between: the mean square by which the predictions of two models differ there.
         tell: as in `extend`.
 
     Returns:
@@ -135,8 +143,9 @@ def veto(
             smaller = without(fit, effect)
             gain, lacking = held_out(smaller) - now, left_out_error(smaller)
             chance = float(np.std(gain) / np.sqrt(len(gain)))
-            kept = lacking > SURELY * least and gain.mean() + _CLEAR * chance > lacking**2 - least**2
-            if not kept:
+            promised = lacking**2 - least**2
+            agrees = gain.mean() + _CLEAR * chance > promised or between(fit, smaller) < _SHOWN * promised
+            if not (lacking > SURELY * least and agrees):
                 found.append((float(gain.mean()), effect, smaller))
         found = [item for item in found if item[0] <= _THE_SAME * fit.rmse**2]
         if not found:

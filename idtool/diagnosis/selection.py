@@ -29,9 +29,9 @@ from idtool.diagnosis.candidates import (
 from idtool.diagnosis.holm import holm
 from idtool.diagnosis.pairs import hidden_pairs
 from idtool.diagnosis.passing import lowers, pushed_out, why_not
-from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify, without
+from idtool.diagnosis.pruning import drop, drop_unneeded, find_alternatives, one_for_many, simplify, without
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
-from idtool.diagnosis.sliding import outdoes, stands_for_viscous_friction
+from idtool.diagnosis.sliding import doubtful, outdoes, stands_for_viscous_friction
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, kept, refit, settle, solve
@@ -47,6 +47,8 @@ _REFITTED = 4
 #: are refitted when that is in.
 _BEHIND = 1.3
 _MOST_ROUNDS = 24
+#: Effects that are tried in the place of one.
+_EXCHANGED = 2
 #: What is told of an effect that comes in begins so.
 ACCEPTED = "accepted"
 #: A bristle that bends over more than this share of the stroke can hide an effect from its score.
@@ -110,6 +112,53 @@ def extend(
             break
     simplify(selection, library, tell)
     find_alternatives(selection, library, tell)
+
+
+def exchange(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> bool:
+    """Put another effect in the place of one that came in while others were missing, where that predicts
+    better, or as well with fewer numbers (sequential replacement: Miller, Subset Selection in Regression,
+    2002, ch. 3); whether it did."""
+    fit = selection.fit
+    if not worth_a_restart(fit):
+        return False
+    better: list[tuple[Effect, Selection, Trial]] = []
+    for effect in fit.model.spec.effects:
+        if effect.name == "inertia" or isinstance(effect, Unnamed):
+            continue
+        lacking = Selection(without(fit, effect), {})
+        scored = [
+            (other, best_start(lacking.fit, other))
+            for other in _to_score(lacking, library)
+            if other.name != effect.name
+        ]
+        promising = [
+            (other, start)
+            for other, start in scored
+            if start.columns is not None
+            and (1.0 - start.gain) * lacking.fit.sse < _BEHIND * fit.sse
+            and start.p_value < _ALPHA / len(library)
+        ]
+        for other, start in sorted(promising, key=lambda one: -one[1].gain)[:_EXCHANGED]:
+            tell(f"trying {other.title.lower()} in place of {effect.title.lower()}")
+            trial = try_effect(lacking.fit, other, start, far=True)
+            if _in_its_place(trial.fit, fit) and _passing(lacking, trial):
+                better.append((effect, lacking, trial))
+    while better:
+        effect, lacking, trial = min(better, key=lambda one: left_out_error(one[2].fit))
+        better.remove((effect, lacking, trial))
+        full = replace(trial, fit=_completed(trial.fit))
+        if _in_its_place(full.fit, fit):
+            drop(selection, effect, lacking.fit, f"{trial.effect.title.lower()} does better in its place")
+            _accept(selection, full)
+            return True
+    return False
+
+
+def _in_its_place(one: JointFit, other: JointFit) -> bool:
+    """Whether a model with another effect is clearly better, or as good with fewer numbers."""
+    if ties(prediction_errors(one), prediction_errors(other)):
+        return len(one.x) < len(other.x)
+    return left_out_error(one) < left_out_error(other) and not doubtful(one, other)
 
 
 def absorbed(gone: Sequence[Effect], library: Sequence[Effect]) -> list[Effect]:
