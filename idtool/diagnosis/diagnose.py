@@ -130,8 +130,9 @@ class _Search:
     def found(self, starts: Sequence[JointFit]) -> _Found:
         """The effects beside the base model, with rows that count by what is left beside them.
 
-        Where slow rows leave more beside the effects than they did before, the search goes on and begins anew
-        too: what it took in while they counted otherwise may have been there for their sake.
+        Where slow rows leave more beside the effects than they did before, the search begins anew: what it
+        took in while they counted otherwise may have been there for their sake. Only where that comes to
+        something that is surely worse does it go on from there.
         """
         self.tell(BASE)
         bases = self._trained(starts)
@@ -139,12 +140,13 @@ class _Search:
             bases = self._trained(bases)
         found = self._best_of(bases)
         if self._weighed(found.selection.fit):
-            self._go_on(found)
+            self.tell("weighing slow rows by what they leave")
+            found.selection.onto(thin(self.parts.training))
             anew = self._best_of(self._trained(bases))
-            if not outdoes(found.selection.fit, anew.selection.fit):
+            if left_out_error(anew.selection.fit) > SURELY * left_out_error(found.selection.fit):
+                found.unnamed, _ = self._select(found.selection)
+            else:
                 found = anew
-                if self._weighed(found.selection.fit):
-                    self._go_on(found)
         for _ in range(_EXCHANGES):
             if not exchange(found.selection, self.library, self.tell):
                 break
@@ -224,12 +226,6 @@ class _Search:
     def _veto(self, selection: Selection, beside: JointFit) -> list[Effect]:
         squares = partial(held_out_squares, parts=self.parts, beside=beside)
         return veto(selection, squares, partial(between, parts=self.parts), self.tell)
-
-    def _go_on(self, found: _Found) -> None:
-        """Look once more with rows that count otherwise."""
-        self.tell("weighing slow rows by what they leave")
-        found.selection.onto(thin(self.parts.training))
-        found.unnamed, _ = self._select(found.selection)
 
     def step_down(self, found: _Found, shown: Split) -> tuple[list[str], list[Shortcoming]]:
         """Take the simplest friction law that the data determine: beside the effects less may be seen of the

@@ -26,7 +26,7 @@ class TorqueConstantSaturation(Effect):
     look_alikes = ("load_dependent_friction", "drive_backdrive")
     citation = "Hendershot & Miller 2010, Design of Brushless Permanent-Magnet Machines"
     needs = ("torque_constant",)
-    parameters = (EffectParameter("kappa", "per_current", "relative loss of torque per ampere"),)
+    parameters = (EffectParameter("kappa", "per_current", "relative loss of torque per ampere", lower=0.0),)
     coordinates = (Coordinate("kappa", lower=-0.5, upper=0.5, increment=1e-4),)
 
     at = staticmethod(at)

@@ -110,18 +110,28 @@ def test_a_special_case_takes_the_place_of_what_adds_next_to_nothing(soft: Joint
 
 
 @pytest.mark.parametrize(
-    ("without", "spread", "stays"),
-    [(0.9, 0.0, False), (0.9, 600.0, True), (1.1, 0.0, True), (1.0001, 0.0, True), (0.5, 1.0, False)],
+    ("without", "spread", "shown", "stays"),
+    [
+        (0.9, 0.0, 1.0, False),
+        (0.9, 600.0, 1.0, True),
+        (1.1, 0.0, 1.0, True),
+        (1.0001, 0.0, 1.0, True),
+        (0.5, 1.0, 1.0, False),
+        (0.9, 0.0, 0.15, False),
+        (0.9, 0.0, 0.05, True),
+    ],
     ids=[
         "worse",
         "worse by chance",
         "better",
         "better, beside noise that the filter takes off",
         "surely worse",
+        "worse where it shows somewhat",
+        "worse where it hardly shows",
     ],
 )
 def test_held_out_rows_turn_down_what_they_contradict(
-    soft: JointFit, without: float, spread: float, stays: bool
+    soft: JointFit, without: float, spread: float, shown: float, stays: bool
 ) -> None:
     """An effect that the left-out trials surely need stays where the held-out rows cannot tell."""
     friction = registry.get("position_dependent_friction")
@@ -132,8 +142,11 @@ def test_held_out_rows_turn_down_what_they_contradict(
         lacking = len(soft.model.spec.effects) - len(fit.model.spec.effects)
         return scale * 40.0 * (without**lacking + (chance if lacking else 0.0 * chance))
 
+    def between(one: JointFit, other: JointFit) -> float:
+        return shown * (left_out_error(other) ** 2 - left_out_error(one) ** 2)
+
     selection = begun(soft, [friction])
-    gone = veto(selection, held_out, lambda _: None)
+    gone = veto(selection, held_out, between, lambda _: None)
     assert (friction not in gone) == stays
 
 
@@ -148,7 +161,7 @@ def test_when_the_readings_were_taken_needs_no_prediction(
 
     for why in (None, "that is when they were read"):
         monkeypatch.setattr(type(friction), "of_the_readings", lambda *_, why=why: why)
-        gone = veto(begun(soft, [friction]), held_out, lambda _: None)
+        gone = veto(begun(soft, [friction]), held_out, lambda *_: 1.0, lambda _: None)
         assert (friction in gone) == (why is None)
 
 
