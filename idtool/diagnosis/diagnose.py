@@ -10,12 +10,13 @@ import numpy as np
 
 from idtool.diagnosis.candidates import CHANCE, LEAST_GAIN, WORTH, Selection
 from idtool.diagnosis.diagnosis import Diagnosis
+from idtool.diagnosis.exchange import exchange
 from idtool.diagnosis.held_out import between, held_out_squares, predicts_worse
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
 from idtool.diagnosis.remainder import Remainder, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
-from idtool.diagnosis.selection import absorbed, begun, exchange, extend, good_enough
+from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import outdoes
 from idtool.diagnosis.split import Split, split

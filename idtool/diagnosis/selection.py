@@ -29,9 +29,9 @@ from idtool.diagnosis.candidates import (
 from idtool.diagnosis.holm import holm
 from idtool.diagnosis.pairs import hidden_pairs
 from idtool.diagnosis.passing import lowers, pushed_out, why_not
-from idtool.diagnosis.pruning import drop, drop_unneeded, find_alternatives, one_for_many, simplify, without
+from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify, without
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
-from idtool.diagnosis.sliding import doubtful, outdoes, stands_for_viscous_friction
+from idtool.diagnosis.sliding import outdoes, stands_for_viscous_friction
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, kept, refit, settle, solve
@@ -41,14 +41,12 @@ from idtool.fit.restart import restart, worth_a_restart
 from idtool.model.motion import Motion
 
 #: Family-wise error of the score tests of one round (Holm): chance in one session of a hundred.
-_ALPHA = 0.01
+ALPHA = 0.01
 _REFITTED = 4
 #: ... of those whose score promises to leave not much more than that of one that passed. Rounds go on: they
 #: are refitted when that is in.
-_BEHIND = 1.3
+BEHIND = 1.3
 _MOST_ROUNDS = 24
-#: Effects that are tried in the place of one.
-_EXCHANGED = 2
 #: What is told of an effect that comes in begins so.
 ACCEPTED = "accepted"
 #: A bristle that bends over more than this share of the stroke can hide an effect from its score.
@@ -112,53 +110,6 @@ def extend(
             break
     simplify(selection, library, tell)
     find_alternatives(selection, library, tell)
-
-
-def exchange(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> bool:
-    """Put another effect in the place of one that came in while others were missing, where that predicts
-    better, or as well with fewer numbers (sequential replacement: Miller, Subset Selection in Regression,
-    2002, ch. 3); whether it did."""
-    fit = selection.fit
-    if not worth_a_restart(fit):
-        return False
-    better: list[tuple[Effect, Selection, Trial]] = []
-    for effect in fit.model.spec.effects:
-        if effect.name == "inertia" or isinstance(effect, Unnamed):
-            continue
-        lacking = Selection(without(fit, effect), {})
-        scored = [
-            (other, best_start(lacking.fit, other))
-            for other in _to_score(lacking, library)
-            if other.name != effect.name
-        ]
-        promising = [
-            (other, start)
-            for other, start in scored
-            if start.columns is not None
-            and (1.0 - start.gain) * lacking.fit.sse < _BEHIND * fit.sse
-            and start.p_value < _ALPHA / len(library)
-        ]
-        for other, start in sorted(promising, key=lambda one: -one[1].gain)[:_EXCHANGED]:
-            tell(f"trying {other.title.lower()} in place of {effect.title.lower()}")
-            trial = try_effect(lacking.fit, other, start, far=True)
-            if _in_its_place(trial.fit, fit) and _passing(lacking, trial):
-                better.append((effect, lacking, trial))
-    while better:
-        effect, lacking, trial = min(better, key=lambda one: left_out_error(one[2].fit))
-        better.remove((effect, lacking, trial))
-        full = replace(trial, fit=_completed(trial.fit))
-        if _in_its_place(full.fit, fit):
-            drop(selection, effect, lacking.fit, f"{trial.effect.title.lower()} does better in its place")
-            _accept(selection, full)
-            return True
-    return False
-
-
-def _in_its_place(one: JointFit, other: JointFit) -> bool:
-    """Whether a model with another effect is clearly better, or as good with fewer numbers."""
-    if ties(prediction_errors(one), prediction_errors(other)):
-        return len(one.x) < len(other.x)
-    return left_out_error(one) < left_out_error(other) and not doubtful(one, other)
 
 
 def absorbed(gone: Sequence[Effect], library: Sequence[Effect]) -> list[Effect]:
@@ -248,7 +199,7 @@ def _on_another_curve(
     if "static" not in fit.model.names or not worth_a_restart(fit):
         return None
     passed: list[Trial] = []
-    for effect in _to_score(selection, library):
+    for effect in to_score(selection, library):
         if "velocity" not in effect.follows or isinstance(effect, Unnamed):
             continue
         tell(f"trying {effect.title.lower()} on another friction curve")
@@ -262,10 +213,10 @@ def _two_at_once(
 ) -> Trial | None:
     """Two effects of which each hides the other: accepted together, or not."""
     fit = selection.fit
-    effects = [effect for effect in _to_score(selection, library) if not isinstance(effect, Unnamed)]
+    effects = [effect for effect in to_score(selection, library) if not isinstance(effect, Unnamed)]
     scored = [(effect, best_start(fit, effect)) for effect in effects]
     passed: list[tuple[Trial, Trial]] = []
-    for i, j in hidden_pairs(fit, scored, _ALPHA, _REFITTED):
+    for i, j in hidden_pairs(fit, scored, ALPHA, _REFITTED):
         (one, start), (other, _) = scored[i], scored[j]
         tell(f"trying {one.title.lower()} and {other.title.lower()} together")
         beside = try_effect(fit, one, start, far=True).fit
@@ -274,15 +225,15 @@ def _two_at_once(
             continue
         both = try_effect(beside, other, best, far=True).fit
         trials = Trial(one, both, chance_of(both, one)), Trial(other, both, chance_of(both, other))
-        if all(trial.p_value < _ALPHA and _passing(selection, trial) for trial in trials):
-            full = _completed(both)
+        if all(trial.p_value < ALPHA and passing(selection, trial) for trial in trials):
+            full = completed(both)
             if lowers(left_out_error(fit), left_out_error(full)):
                 passed.append((replace(trials[0], fit=full), replace(trials[1], fit=full)))
     if not passed:
         return None
-    winner = _simplest_of_best(selection, [second for _, second in passed])
+    winner = simplest_of_best(selection, [second for _, second in passed])
     for trial in next(pair for pair in passed if pair[1] is winner):
-        _accept(selection, trial)
+        accept(selection, trial)
     return winner
 
 
@@ -291,10 +242,10 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     stiff = _beside_a_stiff_bristle(fit)
     fits = [each for each in (fit, stiff) if each is not None]
     scored: list[_Scored] = []
-    for effect in _to_score(selection, library):
+    for effect in to_score(selection, library):
         starts = [best_start(each, effect) for each in fits]
         forms = [_Scored(effect, start, each, starts[0]) for start, each in zip(starts, fits, strict=True)]
-        item = min(forms, key=lambda one: (one.start.p_value > _ALPHA / len(library), one.left()))
+        item = min(forms, key=lambda one: (one.start.p_value > ALPHA / len(library), one.left()))
         scored.append(item)
     for item in sorted(scored, key=lambda one: one.start.p_value, reverse=True):  # the best form is told
         candidate = _candidate(selection, item.effect)
@@ -309,7 +260,7 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     best_lag = np.inf  # what the best of the lags leaves of left-out trials, if it can be there or not
     for place, item in enumerate(promising):
         apart = lag and item.effect.is_lag
-        behind = item.left() > _BEHIND * promised
+        behind = item.left() > BEHIND * promised
         if not apart and (place >= _REFITTED or behind):
             _tell_why(selection, item.effect, "its score was behind that of the effects that were refitted")
             continue
@@ -320,11 +271,11 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
         trial = try_effect(item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.is_lag)
         if item.fit is not fit and trial.fit.sse > fit.sse:  # the bristle did not find back
             trial = replace(try_effect(fit, item.effect, item.plain, far=True), p_value=item.start.p_value)
-        passing = _passing(selection, trial)
-        passed += passing
+        good = passing(selection, trial)
+        passed += good
         if item.effect.is_lag:
             best_lag = min(best_lag, left_out_error(trial.fit))
-        promised = min(promised, item.left()) if passing else promised
+        promised = min(promised, item.left()) if good else promised
     # a lag whose score may be chance competes with other lags, be it one that leaves least and cannot be
     # there, or comes last
     leads = best_lag <= min((left_out_error(trial.fit) for trial in passed), default=np.inf)
@@ -344,13 +295,13 @@ def _in_full(
 ) -> list[Trial]:
     """The trial of an effect whose score may be chance, in a list, if its refit is not and passes."""
     trial = Trial(effect, refitted, chance_of(refitted, effect))
-    if trial.p_value > _ALPHA / len(library):
+    if trial.p_value > ALPHA / len(library):
         _tell_why(selection, effect, "its relation to the residual may be chance")
         return []
-    return _passing(selection, trial)
+    return passing(selection, trial)
 
 
-def _to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
+def to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
     """Effects that are not in, and more members of those that are."""
     spec, motion = selection.fit.model.spec, selection.fit.model.recording.motion
     inside = {effect.name for effect in spec.effects}
@@ -400,12 +351,12 @@ def _accepted(selection: Selection, passed: list[Trial]) -> Trial | None:
     come to something else: the best has to be it at its end too."""
     ended: list[Trial] = []
     while passed:
-        best = _simplest_of_best(selection, passed)
+        best = simplest_of_best(selection, passed)
         if best in ended:
-            _accept(selection, best)
+            accept(selection, best)
             return best
         passed.remove(best)
-        full = replace(best, fit=_completed(best.fit))
+        full = replace(best, fit=completed(best.fit))
         if lowers(left_out_error(selection.fit), left_out_error(full.fit)):
             passed.append(full)
             ended.append(full)
@@ -414,7 +365,7 @@ def _accepted(selection: Selection, passed: list[Trial]) -> Trial | None:
     return None
 
 
-def _accept(selection: Selection, winner: Trial) -> None:
+def accept(selection: Selection, winner: Trial) -> None:
     """Take an effect in, its fit being at its end."""
     stays = {effect.name for effect in winner.fit.model.spec.effects}
     for name, candidate in selection.candidates.items():
@@ -435,7 +386,7 @@ def _accept(selection: Selection, winner: Trial) -> None:
 
 
 @kept
-def _completed(fit: JointFit) -> JointFit:
+def completed(fit: JointFit) -> JointFit:
     """A fit that was cut short, to its end."""
     return _with_its_own_load(settle(solve(fit.model, fit.x, bend=fit.bend)))
 
@@ -463,7 +414,7 @@ def _promising(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
     passed = []
     for place, item in enumerate(scored):
         gain = item.start.gain
-        if chance[str(place)] > _ALPHA:
+        if chance[str(place)] > ALPHA:
             _tell_why(selection, item.effect, "its relation to the residual may be chance")
         elif gain < LEAST_GAIN:
             why = f"would lower the squared error by {100 * max(gain, 0.0):.2g} % only"
@@ -474,7 +425,7 @@ def _promising(selection: Selection, scored: list[_Scored]) -> list[_Scored]:
     return sorted(passed, key=lambda item: float(f"{item.left():.9g}"))
 
 
-def _passing(selection: Selection, trial: Trial) -> list[Trial]:
+def passing(selection: Selection, trial: Trial) -> list[Trial]:
     """The trial, in a list, if it passes. What cannot be beside its effect goes if it passes without."""
     old, new = left_out_error(selection.fit), left_out_error(trial.fit)
     candidate = _candidate(selection, trial.effect)
@@ -491,7 +442,7 @@ def _passing(selection: Selection, trial: Trial) -> list[Trial]:
     return [] if why else [trial]
 
 
-def _simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
+def simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
     errors = [prediction_errors(trial.fit) for trial in passed]
     best = min(errors, key=np.sum)
     tied = [trial for trial, own in zip(passed, errors, strict=True) if own is best or ties(own, best)]

@@ -10,7 +10,9 @@ import pytest
 from idtool.diagnosis import diagnose as diagnosing
 from idtool.diagnosis import selection as selecting
 from idtool.diagnosis.diagnose import diagnose
+from idtool.diagnosis.residual import ResidualTest
 from idtool.diagnosis.selection import begun, extend
+from idtool.diagnosis.split import split
 from idtool.effects import registry
 from idtool.fit.choose import choose_gravity, first_fit
 from idtool.fit.joint import JointFit, refit
@@ -144,6 +146,53 @@ def test_what_was_turned_down_though_it_is_no_chance_is_allowed_for(
     assert off < reach
     assert (off > without) == bool(quadratic)
     assert (reach > without) == bool(quadratic)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "error", "depends", "named"),
+    [
+        (9, 0.99, True, True),
+        (5, 1.19, False, True),
+        (5, 1.19, True, False),
+        (5, 1.21, False, False),
+        (9, 1.01, False, False),
+    ],
+    ids=["as good", "fewer numbers", "something is left", "surely worse", "more numbers"],
+)
+def test_names_come_before_shapes_that_have_none(
+    numbers: int, error: float, depends: bool, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bumps follow much: names are believed where they leave nothing, and bumps are not surely better."""
+
+    class OfSize:
+        def __init__(self, numbers: int, error: float) -> None:
+            self.x, self.error = np.zeros(numbers), error
+
+    left = ResidualTest("position", 0.5, 1e-9 if depends else 0.5)
+    monkeypatch.setattr(diagnosing, "left_out_error", lambda fit: fit.error)
+    monkeypatch.setattr(diagnosing, "test_residual", lambda fit, which: [left])
+    assert diagnosing._as_good(OfSize(numbers, error), OfSize(8, 1.0)) == named
+
+
+@pytest.mark.parametrize(("anew", "taken"), [(1.19, True), (1.21, False)])
+def test_a_search_begins_anew_where_rows_count_otherwise_beside_what_it_found(
+    recording: Recording, anew: float, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """... and that is taken, unless it comes to something that is surely worse."""
+    few = thin(recording)
+    fit = first_fit(few, Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),)))
+    once, again = (diagnosing._Found(place, fit, begun(replace(fit), []), {}) for place in (0, 1))
+    results, weighed, gone_on = [once, again], [False, True], list[object]()
+    search = diagnosing._Search(split(recording), [], lambda _: None, False, 0.0)
+    monkeypatch.setattr(search, "_best_of", lambda bases: results.pop(0))
+    monkeypatch.setattr(search, "_weighed", lambda fit: weighed.pop(0))
+    monkeypatch.setattr(search, "_select", lambda chosen: (gone_on.append(chosen), ({}, fit))[1])
+    monkeypatch.setattr(diagnosing, "exchange", lambda *_: False)
+    errors = {id(again.selection.fit): anew}
+    monkeypatch.setattr(diagnosing, "left_out_error", lambda fit: errors.get(id(fit), 1.0))
+    assert search.found([fit]) is (again if taken else once)
+    assert gone_on == ([] if taken else [once.selection])
+    assert (results, weighed) == ([], [])
 
 
 @pytest.mark.long

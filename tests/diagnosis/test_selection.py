@@ -179,14 +179,14 @@ def test_the_best_has_to_be_it_at_the_end_of_its_fit(
 
     for ends, accepted in ((completed, second), (lambda fit: fit, better)):
         chosen = selection.begun(offset_axis, effects)
-        monkeypatch.setattr(selection, "_completed", ends)
+        monkeypatch.setattr(selection, "completed", ends)
         winner = selection._accepted(chosen, list(trials))
         assert winner is not None
         assert winner.effect is accepted.effect
         assert chosen.fit is accepted.fit
         told = chosen.candidates["torque_offset"].why
         assert ("in the end" in told) == (accepted is second)
-    monkeypatch.setattr(selection, "_completed", lambda fit: offset_axis)
+    monkeypatch.setattr(selection, "completed", lambda fit: offset_axis)
     assert selection._accepted(selection.begun(offset_axis, effects), list(trials)) is None
 
 
@@ -215,7 +215,7 @@ def test_a_lag_that_cannot_be_but_leaves_least_brings_the_others(
         monkeypatch.setattr(selection, "left_out_error", error)
         monkeypatch.setattr(
             selection,
-            "_passing",
+            "passing",
             lambda chosen, trial: [trial] if trial.effect.name == "torque_offset" else [],
         )
         tried.clear()

@@ -1,0 +1,71 @@
+"""Second thoughts on the order in which effects came in: another one in the place of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from idtool.diagnosis.candidates import Selection, Start, Trial, best_start, ties, try_effect
+from idtool.diagnosis.pruning import drop, without
+from idtool.diagnosis.selection import ALPHA, BEHIND, accept, completed, passing, simplest_of_best, to_score
+from idtool.diagnosis.shapes import Unnamed
+from idtool.diagnosis.sliding import doubtful
+from idtool.effects.base import Effect
+from idtool.fit.joint import JointFit
+from idtool.fit.left_out import left_out_error, prediction_errors
+from idtool.fit.restart import worth_a_restart
+
+#: Effects that are tried in the place of one.
+_EXCHANGED = 2
+
+
+def exchange(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> bool:
+    """Put another effect in the place of one that came in while others were missing, where that predicts
+    better, or as well with fewer numbers (sequential replacement: Miller, Subset Selection in Regression,
+    2002, ch. 3); whether it did."""
+    fit = selection.fit
+    if not worth_a_restart(fit):
+        return False
+    better: list[tuple[Effect, Selection, Trial]] = []
+    for effect in fit.model.spec.effects:
+        if effect.name == "inertia" or isinstance(effect, Unnamed):
+            continue
+        lacking = Selection(without(fit, effect), {})
+        for other, start in _promising(lacking, fit, effect, library):
+            tell(f"trying {other.title.lower()} in place of {effect.title.lower()}")
+            trial = try_effect(lacking.fit, other, start, far=True)
+            if _in_its_place(trial.fit, fit) and passing(lacking, trial):
+                better.append((effect, lacking, trial))
+    while better:
+        best = simplest_of_best(selection, [trial for *_, trial in better])
+        effect, lacking, trial = next(one for one in better if one[2] is best)
+        better.remove((effect, lacking, trial))
+        full = completed(trial.fit)
+        if _in_its_place(full, fit):
+            drop(selection, effect, lacking.fit, f"{trial.effect.title.lower()} does better in its place")
+            accept(selection, replace(trial, fit=full))
+            return True
+    return False
+
+
+def _promising(
+    lacking: Selection, fit: JointFit, effect: Effect, library: Sequence[Effect]
+) -> list[tuple[Effect, Start]]:
+    """The surest few that may come in where an effect is gone, of those whose scores leave not much more."""
+    scored = [(other, best_start(lacking.fit, other)) for other in to_score(lacking, library)]
+    found = [
+        (other, start)
+        for other, start in scored
+        if other.name != effect.name
+        and start.columns is not None
+        and start.p_value < ALPHA / len(library)
+        and (1.0 - start.gain) * lacking.fit.sse < BEHIND * fit.sse
+    ]
+    return sorted(found, key=lambda one: one[1].p_value)[:_EXCHANGED]
+
+
+def _in_its_place(one: JointFit, other: JointFit) -> bool:
+    """Whether a model with another effect is clearly better, or as good with fewer numbers."""
+    if ties(prediction_errors(one), prediction_errors(other)):
+        return len(one.x) < len(other.x)
+    return left_out_error(one) < left_out_error(other) and not doubtful(one, other)

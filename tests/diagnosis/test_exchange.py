@@ -1,0 +1,72 @@
+"""An effect that came in while others were missing gives way to what does better in its place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from idtool.diagnosis.exchange import exchange
+from idtool.diagnosis.selection import begun
+from idtool.effects import registry
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.left_out import left_out_error
+from idtool.fit.model import JointModel
+from idtool.log import Log
+from idtool.parameters.axis import Axis
+from idtool.signals import record
+from idtool.verbs.identify import begin
+
+
+@cache
+def axis(inside: str) -> JointFit:
+    """An axis with an offset, more friction at one end, and waves that nothing explains; the fit has the
+    friction and another effect."""
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(800)
+    trials = []
+    for k in range(6):
+        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
+        q = 0.01 * np.cumsum(w)
+        torque = (0.06 + 0.03 * q) * np.tanh(w / 0.005) + 0.05 * w + 0.02
+        torque += 0.004 * np.sin(np.cumsum(rng.normal(size=len(t)))) + 0.001 * rng.normal(size=len(t))
+        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
+    recording = record([Log(pd.concat(trials, ignore_index=True), Axis())])
+    (fit, *_), *_ = begin(recording, "coulomb", "none")
+    for name in ("position_dependent_friction", inside):
+        effect = registry.get(name)
+        model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
+        nothing = {f"{name}.{c.name}": c.null for c in effect.active(model.recording.motion)}
+        fit = refit(fit, model, nothing)
+    return fit
+
+
+LIBRARY = [registry.get(name) for name in ("torque_offset", "position_stiffness", "nonlinear_viscous")]
+
+
+@pytest.mark.parametrize("inside", ["position_stiffness", "nonlinear_viscous", "torque_offset"])
+def test_the_true_effect_takes_the_place_of_another(inside: str) -> None:
+    """... of a wrong one, and of one that does as well with more numbers; of the true one nothing does."""
+    fit = axis(inside)
+    selection, said = begun(fit, LIBRARY), list[str]()
+    done = exchange(selection, LIBRARY, said.append)
+    assert done == (inside != "torque_offset")
+    names = {effect.name for effect in selection.fit.model.spec.effects}
+    assert names == {"inertia", "position_dependent_friction", "torque_offset"}
+    if done:
+        told = selection.candidates[inside]
+        assert not told.accepted
+        assert told.why == "torque offset does better in its place"
+        assert selection.candidates["torque_offset"].accepted
+        assert left_out_error(selection.fit) < 1.01 * left_out_error(fit)
+
+
+def test_what_leaves_noise_alone_is_not_put_in_question() -> None:
+    fit = axis("position_stiffness")
+    quiet = replace(fit, residual=fit.residual * fit.model.filtered_noise / fit.rmse)
+    selection, said = begun(quiet, LIBRARY), list[str]()
+    assert not exchange(selection, LIBRARY, said.append)
+    assert said == []
