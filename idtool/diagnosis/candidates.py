@@ -372,6 +372,18 @@ def chance_of(
     return noise.p_value(left, trial, without, basis, columns)
 
 
+def chance_beside(fit: JointFit, effect: Effect, special: Effect, before: JointFit) -> float:
+    """P-value of what an effect that is in a model adds to its special case, which is not.
+
+    Args:
+        fit: with the effect.
+        effect, special: it and its special case.
+        before: without either.
+    """
+    columns = best_start(before, special).columns
+    return chance_of(fit, effect, beside=[] if columns is None else [columns[: len(fit.residual)]])
+
+
 def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
     """Whether rows on which the bristle has forgotten the last reversal show an effect too. Where the
     presliding is none of LuGre's, what the model leaves after each reversal bends the curve of sliding."""

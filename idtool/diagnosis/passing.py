@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from idtool.diagnosis.candidates import (
+    CHANCE,
     LEAST_GAIN,
     WORTH,
     Selection,
     Trial,
+    chance_beside,
     impossible,
     worth_beside,
     worth_it,
 )
 from idtool.diagnosis.sliding import OF_PRESLIDING, of_presliding, stands_for_viscous_friction
+from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.fit.identifiability import is_vague
 from idtool.fit.joint import gain_in_evidence
@@ -61,6 +64,12 @@ def why_not(selection: Selection, trial: Trial, old: float, new: float) -> str |
         return f"it would add less than {100 * WORTH:.0f} % of the friction to {special[0]}"
     if stands_for_viscous_friction(selection.fit, trial.fit):
         return "beside it the friction curve would rise all along and stand for viscous friction"
+    for name in trial.effect.absorbs:
+        alone = registry.get(name)
+        if name in inside or alone.missing(trial.fit.model.recording.motion):
+            continue
+        if chance_beside(trial.fit, trial.effect, alone, selection.fit) > CHANCE:
+            return f"what it adds to {alone.title.lower()} may be chance"
     # what an effect adds to its special case may be told by turns alone: drive and backdrive, on a load that
     # always pulls one way, from load friction and another weight
     if not special and of_presliding(selection.fit, trial.fit, trial.effect):

@@ -13,6 +13,7 @@ from idtool.diagnosis.candidates import (
     NEAR,
     Selection,
     best_start,
+    chance_beside,
     chance_of,
     impossible,
     swap,
@@ -225,7 +226,7 @@ def drop(selection: Selection, effect: Effect, smaller: JointFit, why: str) -> N
 
 def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> None:
     """Put a special case in the place of an accepted effect wherever it does as well, or lacks next to
-    nothing."""
+    nothing, or what may be chance."""
     by_name = {effect.name: effect for effect in library}
     for effect in selection.fit.model.spec.effects:
         for name in effect.absorbs:
@@ -235,7 +236,8 @@ def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[st
             fit = selection.fit
             swapped = swap(fit, effect, by_name[name])
             before, after = left_out_error(fit), left_out_error(swapped.fit)
-            if after > (1.0 + LEAST_GAIN) * before and worth_beside(fit, swapped.fit):
+            clear = chance_beside(fit, effect, by_name[name], without(fit, effect)) <= CHANCE
+            if after > (1.0 + LEAST_GAIN) * before and worth_beside(fit, swapped.fit) and clear:
                 continue
             selection.fit = swapped.fit
             loser, winner = selection.candidates[effect.name], selection.candidates[name]

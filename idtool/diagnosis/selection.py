@@ -256,21 +256,23 @@ def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str]
     lag = any(item.effect.is_lag for item in promising[:_REFITTED])
     lag |= not promising and worth_a_restart(fit)
     passed: list[Trial] = []
+    special: set[str] = set()  # cases of those that were refitted: what these add to them may be chance
     promised = np.inf  # what the best score of one that passed leaves
     best_lag = np.inf  # what the best of the lags leaves of left-out trials, if it can be there or not
     for place, item in enumerate(promising):
-        apart = lag and item.effect.is_lag
+        apart = (lag and item.effect.is_lag) or item.effect.name in special
         behind = item.left() > BEHIND * promised
         if not apart and (place >= _REFITTED or behind):
             _tell_why(selection, item.effect, "its score was behind that of the effects that were refitted")
             continue
-        # lags beyond the best few come besides
+        # lags and special cases beyond the best few come besides
         most = min(len(promising), _REFITTED)
         counted = f" ({place + 1} of at most {most})" if place < most else ""
         tell(f"trying {item.effect.title.lower()}{counted}")
         trial = try_effect(item.fit, item.effect, item.start, far=item.fit is not fit or item.effect.is_lag)
         if item.fit is not fit and trial.fit.sse > fit.sse:  # the bristle did not find back
             trial = replace(try_effect(fit, item.effect, item.plain, far=True), p_value=item.start.p_value)
+        special.update(item.effect.absorbs)
         good = passing(selection, trial)
         passed += good
         if item.effect.is_lag:
