@@ -4,7 +4,7 @@
 #   make test-long  tests of whole sessions (10 minutes)
 #   make quick   the demo and the fast part of the tests, as for another Python:
 #                make quick PYTHON=python3.13 VENV=build/python3.13
-#   make study-accuracy, study-partial, study-diagnosis, study-measured, study-simulate, study-bam, study-calibrate, study-teach, study-played, study-reliability, study-fleet, study-board,
+#   make study-accuracy, study-partial, study-diagnosis, study-measured, study-planted, study-simulate, study-bam, study-calibrate, study-teach, study-played, study-reliability, study-fleet, study-board,
 #        study-rehearsal, study-exchange, study-volts
 #                pages of docs/ from many sessions (minutes to an hour; the last needs avr-gcc, avr-libc, simavr)
 #   make docs-commands, docs-effects, docs-tutorial, docs-architecture, docs-notebook
@@ -20,7 +20,7 @@ BIN     = $(VENV)/bin
 # What starts again and again is compiled once, as after an install, whatever the environment says.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint types tests test-long quick bench fuzz mutants package clean stale study-accuracy study-partial study-diagnosis study-measured study-simulate study-bam study-calibrate \
+.PHONY: demo test lint types tests test-long quick bench fuzz mutants package clean stale study-accuracy study-partial study-diagnosis study-measured study-planted study-simulate study-bam study-calibrate \
     study-board study-teach study-played study-reliability study-fleet study-rehearsal study-exchange study-volts docs-commands docs-effects \
     docs-tutorial docs-architecture docs-notebook
 .DELETE_ON_ERROR:
@@ -57,7 +57,7 @@ bench: $(VENV)/.ready-bench
 	$(BIN)/python -m benchmarks
 
 # Longer than tests; each writes a page of docs/.
-STUDIES = accuracy partial diagnosis measured simulate bam calibrate board played fleet reliability volts exchange rehearsal
+STUDIES = accuracy partial diagnosis measured planted simulate bam calibrate board played fleet reliability volts exchange rehearsal
 # on one core, as the tests
 $(patsubst %,study-%,teach $(filter-out board played reliability,$(STUDIES))): export OPENBLAS_NUM_THREADS = 1
 $(STUDIES:%=study-%): study-%: $(VENV)/.ready-dev
