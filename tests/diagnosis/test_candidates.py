@@ -18,6 +18,7 @@ from idtool.fit.left_out import left_out_error
 from idtool.model.motion import since_reversal
 from idtool.signals import record
 from idtool.verbs.identify import begin
+from testbench.plants import TORQUE_CONSTANT, Plant, record_session
 from tests.diagnosis.conftest import LEVEL, REACH
 
 
@@ -113,3 +114,21 @@ def test_a_fall_that_is_not_seen_has_no_shape(slipping: JointFit) -> None:
     assert "has no shape" in str(impossible(replace(bent, x=x), shape))
     x[bent.model.names.index("static")] += 5.0
     assert "has no shape" not in str(impossible(replace(bent, x=x), shape))
+
+
+@pytest.mark.parametrize(("kappa", "possible"), [(0.08, True), (-0.08, False)])
+def test_a_motor_gives_no_more_torque_per_ampere_at_high_current(kappa: float, possible: bool) -> None:
+    """What looks like that is something else."""
+    plant = Plant(0.080, 0.115, 0.080, 0.120, 8.0, 0.20, 0.008, 0.20, 0.42)
+    plain = record(record_session(plant, "lab", 3, ("gravity", "sweep")))
+    current = plain.torque / TORQUE_CONSTANT
+    for _ in range(30):  # the current that gives this torque by K i (1 - kappa |i|)
+        current = plain.torque / TORQUE_CONSTANT / (1.0 - kappa * np.abs(current))
+    spoilt = replace(plain, torque=TORQUE_CONSTANT * current)
+    (fit, *_), *_ = begin(spoilt, "lugre", "auto")
+    effect = registry.get("torque_constant_saturation")
+    trial = try_effect(fit, effect, best_start(fit, effect))
+    assert trial.fit.values["torque_constant_saturation.kappa"] == pytest.approx(kappa, rel=0.2)
+    why = impossible(trial.fit, effect)
+    assert (why is None) == possible
+    assert possible or "cannot be" in str(why)

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from idtool.diagnosis import selection as selecting
 from idtool.diagnosis.candidates import CHANCE, best_start, chance_beside, chance_of, try_effect
 from idtool.diagnosis.pruning import simplify
 from idtool.diagnosis.selection import begun, passing
@@ -67,3 +68,13 @@ def test_the_chance_of_what_is_added_is_one() -> None:
         found.append(chance_beside(trial.fit, SPRING, OFFSET, fit))
     assert np.mean(np.array(found) < 0.05) <= 0.1
     assert 0.3 < np.mean(np.array(found) < 0.5) < 0.7
+
+
+def test_a_special_case_is_tried_beside_what_leaves_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    """... however far behind its own score is: what the larger one adds may turn out to be chance."""
+    monkeypatch.setattr(selecting, "_REFITTED", 1)
+    tried = list[str]()
+    winner = selecting._round(begun(base(0.0), [OFFSET, SPRING]), [OFFSET, SPRING], tried.append)
+    assert winner is not None
+    assert winner.effect is OFFSET
+    assert [words.split(" (")[0] for words in tried][:1] == ["trying position stiffness"]
