@@ -72,14 +72,14 @@ def test_constant_speed_runs_of_a_direct_drive_arm(measured: Path) -> None:
 
 @pytest.mark.long
 def test_friction_that_effects_leave_nothing_of_is_not_kept(measured: Path) -> None:
-    """A pendulum that swings up for 9 s: beside its delay no presliding and no falling curve is to be seen;
-    those fitted before it came in mispredict the rows that were held out by half of the torque."""
+    """A pendulum that swings up for 9 s: beside its delay no presliding is to be seen; that which was fitted
+    before it came in mispredicts the rows that were held out by half of the torque."""
     log = import_recording(measured / "dfki_pendulum_ak80" / "ddp.csv.gz").log
     held = held_out(log)
     parted = np.concatenate([[False], np.diff(held.astype(int)) != 0])
     seen = replace(log, rows=log.frame.assign(trial=np.cumsum(parted))[~held])
     result = identify([seen])
-    assert result.diagnosis["friction"] == "coulomb"
+    assert result.diagnosis["friction"] != "lugre"
     predicted = predict([log], result.parameters).frame["torque_predicted_nm"].to_numpy()
     rows = moving(log, {"predicted": predicted})
     assert relative(rows, rows.others["predicted"], rows.held) < 30.0
