@@ -445,6 +445,7 @@ def passing(selection: Selection, trial: Trial) -> list[Trial]:
 
 
 def simplest_of_best(selection: Selection, passed: list[Trial]) -> Trial:
+    """The simplest of the trials that predict best, but for chance; the others are noted beside it."""
     errors = [prediction_errors(trial.fit) for trial in passed]
     best = min(errors, key=np.sum)
     tied = [trial for trial, own in zip(passed, errors, strict=True) if own is best or ties(own, best)]
