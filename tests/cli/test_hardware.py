@@ -173,7 +173,11 @@ def test_interrupted_and_resumed(lying: Servo, short: Path, tmp_path: Path) -> N
     ]
     assert "torque off" in lying.do("status")
     first = Log.read(log).trials[0]
-    done = ffc_id(*command, "--resume", "--json")
+    for _ in range(3):
+        done = ffc_id(*command, "--resume", "--json")
+        # a machine that gives the virtual servo no core for a tenth of a second has interrupted it once more
+        if "does not answer" not in done.stderr:
+            break
     assert done.returncode == 0, done.stderr
     said: dict[str, Any] = json.loads(done.stdout)
     assert (said["trials"], said["resumed_trials"]) == (2, 1)
