@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,6 +129,18 @@ class Selection:
         """Note where it is; it is given up where another selection has been, with a fit as good."""
         self.steps.append(self.fit)
         self.hopeless |= any(_no_better(self.fit, other) for other in self.others)
+
+    def copy(self) -> Selection:
+        """One that may go another way from here."""
+        return replace(
+            self,
+            candidates={name: replace(candidate) for name, candidate in self.candidates.items()},
+            alternatives=dict(self.alternatives),
+            p_values=dict(self.p_values),
+            rivals=dict(self.rivals),
+            steps=list(self.steps),
+            nameless=dict(self.nameless),
+        )
 
     def onto(self, recording: Recording) -> None:
         """Fit what was found to other rows, or to the same ones with other weights."""

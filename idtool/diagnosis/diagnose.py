@@ -10,7 +10,7 @@ import numpy as np
 
 from idtool.diagnosis.candidates import CHANCE, LEAST_GAIN, WORTH, Selection
 from idtool.diagnosis.diagnosis import Diagnosis
-from idtool.diagnosis.exchange import exchange
+from idtool.diagnosis.exchange import exchange, in_its_place
 from idtool.diagnosis.held_out import between, held_out_squares, predicts_worse
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
@@ -149,9 +149,13 @@ class _Search:
             else:
                 found = anew
         for _ in range(_EXCHANGES):
-            if not exchange(found.selection, self.library, self.tell):
+            other = found.selection.copy()
+            if not exchange(other, self.library, self.tell):
                 break
-            found.unnamed, _ = self._select(found.selection)
+            unnamed, _ = self._select(other)
+            if not in_its_place(other.fit, found.selection.fit):
+                break  # what came in is gone again
+            found.selection, found.unnamed = other, unnamed
         return found
 
     def _trained(self, fits: Sequence[JointFit]) -> list[JointFit]:

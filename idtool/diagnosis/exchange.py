@@ -34,14 +34,14 @@ def exchange(selection: Selection, library: Sequence[Effect], tell: Callable[[st
         for other, start in _promising(lacking, fit, effect, library):
             tell(f"trying {other.title.lower()} in place of {effect.title.lower()}")
             trial = try_effect(lacking.fit, other, start, far=True)
-            if _in_its_place(trial.fit, fit) and passing(lacking, trial):
+            if in_its_place(trial.fit, fit) and passing(lacking, trial):
                 better.append((effect, lacking, trial))
     while better:
         best = simplest_of_best(selection, [trial for *_, trial in better])
         effect, lacking, trial = next(one for one in better if one[2] is best)
         better.remove((effect, lacking, trial))
         full = completed(trial.fit)
-        if _in_its_place(full, fit):
+        if in_its_place(full, fit):
             drop(selection, effect, lacking.fit, f"{trial.effect.title.lower()} does better in its place")
             accept(selection, replace(trial, fit=full))
             return True
@@ -64,7 +64,7 @@ def _promising(
     return sorted(found, key=lambda one: one[1].p_value)[:_EXCHANGED]
 
 
-def _in_its_place(one: JointFit, other: JointFit) -> bool:
+def in_its_place(one: JointFit, other: JointFit) -> bool:
     """Whether a model with another effect is clearly better, or as good with fewer numbers."""
     if ties(prediction_errors(one), prediction_errors(other)):
         return len(one.x) < len(other.x)

@@ -9,6 +9,7 @@ import pytest
 
 from idtool.diagnosis import diagnose as diagnosing
 from idtool.diagnosis import selection as selecting
+from idtool.diagnosis.candidates import Selection
 from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.residual import ResidualTest
 from idtool.diagnosis.selection import begun, extend
@@ -193,6 +194,32 @@ def test_a_search_begins_anew_where_rows_count_otherwise_beside_what_it_found(
     assert search.found([fit]) is (again if taken else once)
     assert gone_on == ([] if taken else [once.selection])
     assert (results, weighed) == ([], [])
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_another_effect_stays_where_it_leads_to_something_better(
+    recording: Recording, better: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """... and where what came in goes again, nothing has happened."""
+    few = thin(recording)
+    fit = first_fit(few, Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),)))
+    library = [registry.get("position_ripple")]
+    once, tried = diagnosing._Found(0, fit, begun(fit, library), {}), list[object]()
+    search = diagnosing._Search(split(recording), library, lambda _: None, False, 0.0)
+
+    def exchange(selection: Selection, *_: object) -> bool:
+        selection.candidates["position_ripple"].accepted = True
+        selection.fit = replace(selection.fit, residual=(0.9 if better else 1.0) * selection.fit.residual)
+        tried.append(selection)
+        return len(tried) == 1
+
+    monkeypatch.setattr(search, "_best_of", lambda bases: once)
+    monkeypatch.setattr(search, "_weighed", lambda fit: False)
+    monkeypatch.setattr(search, "_select", lambda selection: ({}, fit))
+    monkeypatch.setattr(diagnosing, "exchange", exchange)
+    found = search.found([fit])
+    assert (found.selection is tried[0]) == better
+    assert found.selection.candidates["position_ripple"].accepted == better
 
 
 @pytest.mark.long
