@@ -41,7 +41,6 @@ RECORDINGS = (
 _ALSO = {
     "torque_offset": {"direction_asymmetry"},
     "direction_asymmetry": {"torque_offset"},
-    "position_ripple": set[str](),
 }
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from idtool.log import Log
+from idtool.log.format import columns_of
 from idtool.model.motion import Array
 from testbench.regression import torque_of
 
@@ -94,9 +95,5 @@ def planted(log: Log, effect: str, size: float, rng: np.random.Generator) -> Log
         if (values := log.column(role)) is not None:
             scale = 1.0 if role == "torque" else constant
             assert scale is not None
-            (name,) = (n for n in frame.columns if n in _EFFORTS[role])
-            frame[name] = values + added / scale
+            frame[columns_of(log.axis.kind)[role]] = values + added / scale
     return replace(log, rows=frame)
-
-
-_EFFORTS = {"torque": ("torque_nm", "force_n"), "current": ("current_a",)}

@@ -52,12 +52,11 @@ def _promising(
     lacking: Selection, fit: JointFit, effect: Effect, library: Sequence[Effect]
 ) -> list[tuple[Effect, Start]]:
     """The surest few that may come in where an effect is gone, of those whose scores leave not much more."""
-    scored = [(other, best_start(lacking.fit, other)) for other in to_score(lacking, library)]
+    others = (other for other in to_score(lacking, library) if other.name != effect.name)
     found = [
         (other, start)
-        for other, start in scored
-        if other.name != effect.name
-        and start.columns is not None
+        for other in others
+        if (start := best_start(lacking.fit, other)).columns is not None
         and start.p_value < ALPHA / len(library)
         and (1.0 - start.gain) * lacking.fit.sse < BEHIND * fit.sse
     ]

@@ -145,8 +145,10 @@ def veto(
             gain, lacking = held_out(smaller) - now, left_out_error(smaller)
             chance = float(np.std(gain) / np.sqrt(len(gain)))
             promised = lacking**2 - least**2
-            agrees = gain.mean() + _CLEAR * chance > promised or between(fit, smaller) < _SHOWN * promised
-            if not (lacking > SURELY * least and agrees):
+            kept = lacking > SURELY * least and (
+                gain.mean() + _CLEAR * chance > promised or between(fit, smaller) < _SHOWN * promised
+            )
+            if not kept:
                 found.append((float(gain.mean()), effect, smaller))
         found = [item for item in found if item[0] <= _THE_SAME * fit.rmse**2]
         if not found:
@@ -236,8 +238,11 @@ def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[st
             fit = selection.fit
             swapped = swap(fit, effect, by_name[name])
             before, after = left_out_error(fit), left_out_error(swapped.fit)
-            clear = chance_beside(fit, effect, by_name[name], without(fit, effect)) <= CHANCE
-            if after > (1.0 + LEAST_GAIN) * before and worth_beside(fit, swapped.fit) and clear:
+            if (
+                after > (1.0 + LEAST_GAIN) * before
+                and worth_beside(fit, swapped.fit)
+                and chance_beside(fit, effect, by_name[name], without(fit, effect)) <= CHANCE
+            ):
                 continue
             selection.fit = swapped.fit
             loser, winner = selection.candidates[effect.name], selection.candidates[name]

@@ -95,8 +95,8 @@ def extend(
         given: the library is a model that somebody chose; its effects need not explain everything.
         tolerance: error that is good enough, share of the torque (rms).
         rival: another model that leaves nothing structured; the selection is given up (`Selection.hopeless`)
-            once it has more numbers than that and predicts worse, or comes to where another one has been.
-        by: the factor by which it has to predict worse for that.
+            once it has more numbers than that and predicts worse, or nothing passes while it predicts worse
+            by the factor `by`, or it comes to where another one has been.
     """
     allowed = library
     while True:

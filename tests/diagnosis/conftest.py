@@ -1,6 +1,8 @@
-"""An axis whose presliding is none of LuGre's, for several tests."""
+"""Axes for several tests."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
@@ -8,11 +10,27 @@ import pytest
 
 from idtool import Log
 from idtool.fit.joint import JointFit
+from idtool.model.motion import Array
 from idtool.signals import record
 from idtool.verbs.identify import begin
 
 #: Of a contact that does not creep: its level, and the way over which it bends.
 LEVEL, REACH = 0.04, 0.03
+
+
+def swings(torque: Callable[[Array, Array, Array], Array]) -> pd.DataFrame:
+    """Six swings of 8 s, each quicker than the one before.
+
+    Args:
+        torque: of time, position and velocity.
+    """
+    t = 0.01 * np.arange(800)
+    trials = []
+    for k in range(6):
+        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
+        q = 0.01 * np.cumsum(w)
+        trials.append({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque(t, q, w)})
+    return pd.concat([pd.DataFrame(trial) for trial in trials], ignore_index=True)
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from idtool.diagnosis.exchange import exchange
@@ -16,9 +15,11 @@ from idtool.fit.joint import JointFit, refit
 from idtool.fit.left_out import left_out_error
 from idtool.fit.model import JointModel
 from idtool.log import Log
+from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.signals import record
 from idtool.verbs.identify import begin
+from tests.diagnosis.conftest import swings
 
 
 @cache
@@ -26,15 +27,13 @@ def axis(inside: str) -> JointFit:
     """An axis with an offset, more friction at one end, and waves that nothing explains; the fit has the
     friction and another effect."""
     rng = np.random.default_rng(0)
-    t = 0.01 * np.arange(800)
-    trials = []
-    for k in range(6):
-        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
-        q = 0.01 * np.cumsum(w)
-        torque = (0.06 + 0.03 * q) * np.tanh(w / 0.005) + 0.05 * w + 0.02
-        torque += 0.004 * np.sin(np.cumsum(rng.normal(size=len(t)))) + 0.001 * rng.normal(size=len(t))
-        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
-    recording = record([Log(pd.concat(trials, ignore_index=True), Axis())])
+
+    def torque(t: Array, q: Array, w: Array) -> Array:
+        friction = (0.06 + 0.03 * q) * np.tanh(w / 0.005) + 0.05 * w
+        waves = 0.004 * np.sin(np.cumsum(rng.normal(size=len(t))))
+        return friction + 0.02 + (waves + 0.001 * rng.normal(size=len(t)))
+
+    recording = record([Log(swings(torque), Axis())])
     (fit, *_), *_ = begin(recording, "coulomb", "none")
     for name in ("position_dependent_friction", inside):
         effect = registry.get(name)

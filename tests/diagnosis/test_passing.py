@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from idtool.diagnosis import selection as selecting
@@ -15,9 +14,11 @@ from idtool.diagnosis.selection import begun, passing
 from idtool.effects import registry
 from idtool.fit.joint import JointFit
 from idtool.log import Log
+from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.signals import record
 from idtool.verbs.identify import begin
+from tests.diagnosis.conftest import swings
 
 OFFSET, SPRING = (registry.get(name) for name in ("torque_offset", "position_stiffness"))
 
@@ -26,16 +27,13 @@ OFFSET, SPRING = (registry.get(name) for name in ("torque_offset", "position_sti
 def base(spring: float, seed: int = 0) -> JointFit:
     """The base fit of an axis with an offset, a spring (N m/rad) and something slow that nothing explains."""
     rng = np.random.default_rng(seed)
-    t = 0.01 * np.arange(800)
-    trials = []
-    for k in range(6):
-        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
-        q = 0.01 * np.cumsum(w)
+
+    def torque(t: Array, q: Array, w: Array) -> Array:
         slow = 0.01 * np.interp(t, np.linspace(0.0, 8.0, 9), rng.normal(size=9))
-        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + spring * q + slow
-        torque += 0.001 * rng.normal(size=len(t))
-        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
-    recording = record([Log(pd.concat(trials, ignore_index=True), Axis())])
+        known = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + spring * q
+        return known + slow + 0.001 * rng.normal(size=len(t))
+
+    recording = record([Log(swings(torque), Axis())])
     (fit, *_), *_ = begin(recording, "coulomb", "none")
     return fit
 

@@ -23,6 +23,7 @@ from idtool.model.motion import Array, Motion
 from idtool.signals import Recording, record
 from idtool.verbs.identify import begin
 from testbench.plants import SESSION, Plant, record_session
+from tests.diagnosis.conftest import swings
 
 
 def test_an_offset_that_a_soft_bristle_would_take_in() -> None:
@@ -68,14 +69,11 @@ def test_a_cable_in_a_slow_sweep(tmp_path: Path) -> None:
 def with_offset(folder: Path, spring: float = 0.0) -> Recording:
     """An axis with an offset of 0.03 N m, and a spring (N m/rad), that nobody declared."""
     rng = np.random.default_rng(0)
-    t = 0.01 * np.arange(800)
-    trials = []
-    for k in range(6):
-        w = (0.5 + 0.2 * k) * np.sin(2.0 * np.pi * t / 4.0)
-        q = 0.01 * np.cumsum(w)
-        torque = 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + spring * q + 0.001 * rng.normal(size=len(t))
-        trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
-    pd.concat(trials).to_csv(folder / "log.csv", index=False)
+
+    def torque(t: Array, q: Array, w: Array) -> Array:
+        return 0.06 * np.tanh(w / 0.005) + 0.05 * w + 0.03 + spring * q + 0.001 * rng.normal(size=len(t))
+
+    swings(torque).to_csv(folder / "log.csv", index=False)
     return record([Log.read(folder / "log.csv")])
 
 
