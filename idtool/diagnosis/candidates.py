@@ -1,55 +1,38 @@
-"""A candidate effect: where a search for it should start, its joint refit, and what came of it."""
+"""A candidate effect: where a search for it should start, and its joint refit."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from idtool.diagnosis.evidence import Background, Score, background_of, score
+from idtool.diagnosis.evidence import Background, Score, background_of, chance_of, score
 from idtool.diagnosis.lines import strongest_line, waves_of
 from idtool.diagnosis.repetition import beats_with_motion
 from idtool.diagnosis.residual import motion_columns
 from idtool.diagnosis.shapes import Unnamed
-from idtool.diagnosis.sliding import SETTLED, doubtful, since_turn
+from idtool.diagnosis.state import Trial
 from idtool.diagnosis.summed import HIDDEN, Summed
 from idtool.effects.base import Coordinate, Effect, derivative
-from idtool.effects.hysteresis import carried_of_friction, reaches
-from idtool.fit import noise
-from idtool.fit.basis import beyond, orthonormal
-from idtool.fit.identifiability import stribeck_seen
-from idtool.fit.joint import JointFit, kept, refit, torque_of
-from idtool.fit.left_out import SURELY, left_out_error
+from idtool.fit.joint import JointFit, kept, refit
 from idtool.fit.model import JointModel
 from idtool.model.contribution import Contribution
-from idtool.model.motion import Array, since_reversal
+from idtool.model.motion import Array
 from idtool.model.torque import Direction
 from idtool.signals import Recording
 
 #: An effect must lower the left-out error by this share at least: less is not worth a parameter.
 LEAST_GAIN = 0.01
-#: What is less than this share of the torque that is no gravity does not matter, named or not.
-WORTH = 0.01
-#: ... and one that is in is nothing any more below this share of it.
-_NOTHING = 0.2 * WORTH
-#: What is said of an effect that is in has to be as sure as every effect: a chance of 0.01 in a library of
-#: twenty.
-CHANCE = 5e-4
 #: Highest frequency that filtered rows show, as a share of their rate.
 _NYQUIST = 0.45
 #: What beats from outside has no regard for the motion: a wave of which the motion explains more than half
 #: may be the motion's own.
 _APART = 0.5
-#: A line that bends to another one takes two points on each side.
-_IN_BEND = 4.0
 #: A start without a linear strength is one of about the right size if its residual asks for so much of it.
 _OF_ITS_SIZE = (0.2, 5.0)
 #: How far around the best place and width of a local shape is looked next, as shares of its width.
 _CLOSER = (1.0, 0.5, 0.25, 0.12)
-#: Two fits of one model whose sums of squares agree to this share are at one minimum.
-_THE_SAME = 1e-6
 #: Evaluations for a candidate's refit: one that has not come near by then is the wrong one.
 _SPENT = 15
 #: ... that screen its starts where it has several, and of how many scores.
@@ -58,102 +41,6 @@ _MOST_STARTS = 3
 _SPENT_FAR = 40
 #: Share of the sum of squares that a comparison of models does not need: a hundredth of what decides.
 NEAR = 1e-4
-
-
-@dataclass
-class Candidate:
-    """What became of an effect.
-
-    Attributes:
-        name: the effect.
-        gain: share of squared error that its score promises; None where it could not be tested.
-        p_value: of its score, corrected for its many starts.
-        held_out: left-out error (root mean square, filtered rows) with it; None if not refitted.
-        accepted: whether it is in the model.
-        why: in words.
-    """
-
-    name: str
-    gain: float | None = None
-    p_value: float | None = None
-    held_out: float | None = None
-    accepted: bool = False
-    why: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """A candidate model after its joint refit."""
-
-    effect: Effect
-    fit: JointFit
-    p_value: float
-
-
-@dataclass
-class Selection:
-    """The outcome.
-
-    Attributes:
-        fit: the final model on the training trials.
-        candidates: one per effect of the library.
-        alternatives: accepted effect -> effects that explain the data as well.
-        p_values: accepted effect -> p-value when it was accepted.
-        rivals: accepted effect -> the fit with its first alternative in its place.
-        searched: the last fit whose friction curve was searched for anew.
-        hopeless: it was given up, since a rival has fewer numbers and predicts better, or went on from here.
-        steps: the fits that it came by.
-        others: those that other selections came by, which all went on from there.
-        nameless: shape without a name -> mean square that it took away, which is not explained by that.
-    """
-
-    fit: JointFit
-    candidates: dict[str, Candidate]
-    alternatives: dict[str, list[str]] = field(default_factory=dict)
-    p_values: dict[str, float] = field(default_factory=dict)
-    rivals: dict[str, JointFit] = field(default_factory=dict)
-    searched: JointFit | None = None
-    hopeless: bool = False
-    steps: list[JointFit] = field(default_factory=list)
-    others: Sequence[JointFit] = ()
-    nameless: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def unexplained(self) -> float:
-        """Mean square above the sensor noise that nothing with a name accounts for (filtered rows)."""
-        inside = {effect.name for effect in self.fit.model.spec.effects}
-        taken = sum(square for name, square in self.nameless.items() if name in inside)
-        return left_out_error(self.fit) ** 2 - self.fit.model.filtered_noise**2 + taken
-
-    def step(self) -> None:
-        """Note where it is; it is given up where another selection has been, with a fit as good."""
-        self.steps.append(self.fit)
-        self.hopeless |= any(_no_better(self.fit, other) for other in self.others)
-
-    def copy(self) -> Selection:
-        """One that may go another way from here."""
-        return replace(
-            self,
-            candidates={name: replace(candidate) for name, candidate in self.candidates.items()},
-            alternatives=dict(self.alternatives),
-            p_values=dict(self.p_values),
-            rivals=dict(self.rivals),
-            steps=list(self.steps),
-            nameless=dict(self.nameless),
-        )
-
-    def onto(self, recording: Recording) -> None:
-        """Fit what was found to other rows, or to the same ones with other weights."""
-        model = self.fit.model
-        self.fit = refit(self.fit, JointModel.build(recording, model.spec, model.constants))
-        self.rivals.clear()
-
-
-def _no_better(one: JointFit, other: JointFit) -> bool:
-    """Whether a search came to the model that another one was at, and to no better minimum of it."""
-    if one.model.spec.friction != other.model.spec.friction or one.model.names != other.model.names:
-        return False
-    return one.sse > (1.0 - _THE_SAME) * other.sse and not doubtful(other, one)
 
 
 @dataclass(frozen=True, eq=False)
@@ -356,34 +243,6 @@ def _within_reach(
     return extra
 
 
-def chance_of(
-    fit: JointFit, effect: Effect, rows: NDArray[np.bool_] | None = None, beside: Sequence[Array] = ()
-) -> float:
-    """P-value of an effect that is in a model: of no relation to what the rest of the model leaves.
-
-    Args:
-        fit: with the effect.
-        effect: it.
-        rows: the filtered rows to ask; None is all.
-        beside: columns that could stand for it too, shape (filtered rows, n) each.
-    """
-    own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
-    chosen = np.arange(len(fit.residual)) if rows is None else np.flatnonzero(rows)
-    jacobian, left = fit.jacobian[chosen], fit.residual[chosen]
-    # what sits at a bound for the effect's sake could stand for it
-    basis = orthonormal(np.hstack([jacobian[:, ~own], *(columns[chosen] for columns in beside)]))
-    columns = jacobian[:, own]  # of minus the residual
-    # one number alone says where the effect vanishes; among several that of a shape says nothing
-    coordinates = effect.active(fit.model.recording.motion)
-    without = left + columns @ (fit.x[own] - (coordinates[0].null if len(coordinates) == 1 else 0.0))
-    trial = fit.model.recording.filtered_trial[chosen]
-    without -= basis @ (basis.T @ without)
-    if beside:  # the fit left out of account what they take
-        more = beyond(basis, columns)
-        left = without - more @ (more.T @ without)
-    return noise.p_value(left, trial, without, basis, columns)
-
-
 def chance_beside(fit: JointFit, effect: Effect, special: Effect, before: JointFit) -> float:
     """P-value of what an effect that is in a model adds to its special case, which is not.
 
@@ -396,98 +255,30 @@ def chance_beside(fit: JointFit, effect: Effect, special: Effect, before: JointF
     return chance_of(fit, effect, beside=[] if columns is None else [columns[: len(fit.residual)]])
 
 
-def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
-    """Whether rows on which the bristle has forgotten the last reversal show an effect too. Where the
-    presliding is none of LuGre's, what the model leaves after each reversal bends the curve of sliding."""
-    friction = fit.model.friction(fit.x)
-    (element,) = (e for e in fit.model.spec.effects if e.name == "hysteresis")
-    values = fit.model.effect_values(fit.x, element)
-    own = max(friction.coulomb, friction.static) - carried_of_friction(values)
-    # the element slips on when it has turned round, a reach back and one on
-    settled = since_turn(fit) > max(SETTLED * own / friction.bristle_stiffness, 2.0 * max(reaches(values)))
-    return bool(settled.any()) and chance_of(fit, effect, settled) < CHANCE
-
-
-def _unseen_in_turns(fit: JointFit, effect: Effect) -> str | None:
-    """Why the presliding of a slip element is none that the rows show; None if it is, or has none."""
-    if effect.name != "hysteresis":
-        return None
-    motion = fit.model.recording.motion
-    reach = min(reaches(fit.model.effect_values(fit.x, effect)))
-    bending = since_reversal(motion.position, motion.velocity, motion.trial) <= reach
-    rows = float(np.count_nonzero(bending & fit.model.recording.usable)) / motion.reversals
-    if rows >= _IN_BEND:
-        return None
-    return f"it would bend over {rows:.1f} rows after a turn: too few to tell its presliding from LuGre's"
-
-
 def swap(fit: JointFit, effect: Effect, other: Effect) -> Trial:
     """The fit with `other` in the place of `effect`: from where the rest is now, or, where that leaves more,
     from where the rest ends without it, which may be far away."""
     found: list[Trial] = []
     for most in (1, 60):
-        without = _lacking(fit, effect, most)
-        found.append(try_effect(without, other, best_start(without, other)))
+        lacking = without(fit, effect, most=most)
+        found.append(try_effect(lacking, other, best_start(lacking, other)))
         if found[-1].fit.sse <= (1.0 + LEAST_GAIN) * fit.sse:
             break
     return min(found, key=lambda trial: trial.fit.sse)
 
 
 @kept
-def _lacking(fit: JointFit, effect: Effect, most: int) -> JointFit:
-    """The refit without an effect, of so many evaluations at most."""
-    model = JointModel.build(fit.model.recording, fit.model.spec.without(effect.name), fit.model.constants)
-    return refit(fit, model, most=most)
+def without(fit: JointFit, *effects: Effect, most: int = _SPENT) -> JointFit:
+    """The refit without some effects, of so many evaluations at most."""
+    return refit(fit, model_without(fit, *effects), most=most, tolerance=NEAR)
 
 
-def impossible(fit: JointFit, effect: Effect) -> str | None:
-    """Why the fitted values cannot be that effect, as a sentence; None if they can."""
-    own = (name for name in fit.model.names if name.startswith(f"{effect.name}."))
-    names = {other.name for other in fit.model.spec.effects}
-    if not isinstance(effect, Unnamed) and any(fit.at_bound[name] for name in own):
-        return "its parameter ran to a bound"
-    values = fit.model.effect_values(fit.x, effect)
-    if reason := effect.implausible(values, fit.values) or _beyond_physics(fit, effect, values):
-        return reason
-    if reason := _unseen_in_turns(fit, effect):
-        return reason
-    if effect.name == "stribeck_shape" and not stribeck_seen(fit):
-        return "no stiction shows apart from the Coulomb level, so the fall between them has no shape"
-    if effect.of_sliding and "hysteresis" in names and not _shows_in_sliding(fit, effect):
-        return "it does not show where the axis slides steadily, and its presliding is none of LuGre's"
-    if effect.name != "inertia" and not worth_it(fit, effect, _NOTHING):
-        return "next to nothing of it is left"
-    # what accelerates a drive that friction hardly brakes may be any multiple of what is left for it
-    if effect.name != "inertia" and torque_of(fit, effect) > fit.model.recording.torque_size:
-        return "it would be larger than the torque that was measured, and something else would cancel it"
-    return None
-
-
-def worth_it(fit: JointFit, effect: Effect, share: float = WORTH) -> bool:
-    """Whether an effect is more than this share of the friction."""
-    return torque_of(fit, effect) > share * fit.model.friction_sizes[0]
-
-
-def worth_beside(larger: JointFit, smaller: JointFit) -> bool:
-    """Whether what the larger of two models adds to the smaller is more than that share of the friction, or
-    left-out trials surely ask for it: a weight that makes up for the most of it is off by more than that."""
-    gained = float(np.mean(smaller.residual**2) - np.mean(larger.residual**2))
-    if gained > (WORTH * larger.model.friction_sizes[0]) ** 2:
-        return True
-    return left_out_error(smaller) > SURELY * left_out_error(larger)
-
-
-def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) -> str | None:
-    """Which number of an effect has a value that it cannot have, by more than its error; None if none has.
-    The fit lets some pass such a limit (a friction per load below zero), so that zero is no bound."""
-    for p in effect.parameters:
-        beyond = max(p.lower - values[p.name], values[p.name] - p.upper) if p.name in values else 0.0
-        name = f"{effect.name}.{p.name}"
-        if beyond > 0.0 and name in fit.model.names:
-            i = fit.model.names.index(name)
-            if beyond > fit.quantile[i] * np.sqrt(fit.covariance[i, i]):
-                return f"its {p.name.replace('_', ' ')} would be {values[p.name]:.2g}, which cannot be"
-    return None
+def model_without(fit: JointFit, *effects: Effect) -> JointModel:
+    """The model of a fit without some effects."""
+    spec = fit.model.spec
+    for effect in effects:
+        spec = spec.without(effect.name)
+    return JointModel.build(fit.model.recording, spec, fit.model.constants)
 
 
 def ties(one: Array, other: Array) -> bool:

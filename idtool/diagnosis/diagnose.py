@@ -8,11 +8,12 @@ from functools import partial
 
 import numpy as np
 
-from idtool.diagnosis.candidates import CHANCE, LEAST_GAIN, WORTH, Selection
+from idtool.diagnosis.candidates import LEAST_GAIN
 from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.diagnosis.exchange import exchange, in_its_place
 from idtool.diagnosis.held_out import between, held_out_squares, predicts_worse
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
+from idtool.diagnosis.plausible import CHANCE, WORTH
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
 from idtool.diagnosis.remainder import Remainder, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
@@ -20,6 +21,7 @@ from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import outdoes
 from idtool.diagnosis.split import Split, split
+from idtool.diagnosis.state import Rival, Selection
 from idtool.diagnosis.summary import LOOKS_LIKE
 from idtool.diagnosis.suspects import Suspect, allowing_for_what_lacks
 from idtool.diagnosis.weights import weighed
@@ -173,7 +175,7 @@ class _Search:
     def _best_of(self, bases: Sequence[JointFit]) -> _Found:
         """The effects beside the base model that does best with them."""
         best: _Found | None = None
-        rival: JointFit | None = None
+        rival: Rival | None = None
         been: list[JointFit] = []
         # the one to trust most comes last, and goes on only while it may do as well as the others
         for place, base in reversed(list(enumerate(bases))):
@@ -187,19 +189,19 @@ class _Search:
                 # a shape can stand in the way of effects it is made of: where those do as well they are it
                 self.tell("looking once more for effects that have a name")
                 alone = begun(base, self.library)
-                self._select(alone, complete, named=True)
+                self._select(alone, Rival(complete, SURELY), named=True)
                 if not alone.hopeless and _as_good(alone.fit, complete):
                     selection, unnamed = alone, {}
             fit = selection.fit
             done = not unnamed and not any(test.depends for test in test_residual(fit, DEPENDS))
             if best is None or (done and not outdoes(best.base, fit)) or not _beats(best.selection.fit, fit):
                 best = _Found(place, base, selection, unnamed)
-            rival = fit if done else rival
+            rival = Rival(fit) if done else rival
         assert best is not None
         return best
 
     def _select(
-        self, selection: Selection, rival: JointFit | None = None, *, named: bool = False
+        self, selection: Selection, rival: Rival | None = None, *, named: bool = False
     ) -> tuple[dict[Unnamed, str], JointFit]:
         """Add the effects that the data ask for, without those that the held-out rows turn down; the shapes
         without a name that were taken out, and the fit with them.
@@ -218,7 +220,6 @@ class _Search:
                 given=self.given or named,
                 tolerance=self.tolerance,
                 rival=rival,
-                by=SURELY if named else 1.0,
             )
             if selection.hopeless:
                 return {}, selection.fit

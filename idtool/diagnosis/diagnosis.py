@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.diagnosis.candidates import LEAST_GAIN, Selection
+from idtool.diagnosis.candidates import LEAST_GAIN
 from idtool.diagnosis.held_out import everywhere
 from idtool.diagnosis.next_experiment import NextExperiment
 from idtool.diagnosis.pruning import of_the_readings
@@ -18,6 +18,7 @@ from idtool.diagnosis.remainder import Remainder
 from idtool.diagnosis.residual import ResidualTest, autocorrelation
 from idtool.diagnosis.smoothing import fit_correction
 from idtool.diagnosis.split import Split
+from idtool.diagnosis.state import Selection
 from idtool.diagnosis.whiteness import cumulative_periodograms
 from idtool.effects.base import Effect
 from idtool.fit.joint import JointFit, torque_of

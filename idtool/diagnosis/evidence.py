@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from idtool.effects.base import Effect
 from idtool.fit import noise
-from idtool.fit.basis import beyond
+from idtool.fit.basis import beyond, orthonormal
 from idtool.fit.joint import JointFit, kept
 from idtool.model.motion import Array
 from idtool.signals import Recording
@@ -86,3 +89,31 @@ def score(background: Background, columns: Array) -> Score:
     left = r - scaled @ coefficients
     step[alive] = coefficients / norm[alive]
     return Score(max(float(1.0 - np.sum(left**2) / np.sum(r**2)), 0.0), step, left, columns)
+
+
+def chance_of(
+    fit: JointFit, effect: Effect, rows: NDArray[np.bool_] | None = None, beside: Sequence[Array] = ()
+) -> float:
+    """P-value of an effect that is in a model: of no relation to what the rest of the model leaves.
+
+    Args:
+        fit: with the effect.
+        effect: it.
+        rows: the filtered rows to ask; None is all.
+        beside: columns that could stand for it too, shape (filtered rows, n) each.
+    """
+    own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
+    chosen = np.arange(len(fit.residual)) if rows is None else np.flatnonzero(rows)
+    jacobian, left = fit.jacobian[chosen], fit.residual[chosen]
+    # what sits at a bound for the effect's sake could stand for it
+    basis = orthonormal(np.hstack([jacobian[:, ~own], *(columns[chosen] for columns in beside)]))
+    columns = jacobian[:, own]  # of minus the residual
+    # one number alone says where the effect vanishes; among several that of a shape says nothing
+    coordinates = effect.active(fit.model.recording.motion)
+    without = left + columns @ (fit.x[own] - (coordinates[0].null if len(coordinates) == 1 else 0.0))
+    trial = fit.model.recording.filtered_trial[chosen]
+    without -= basis @ (basis.T @ without)
+    if beside:  # the fit left out of account what they take
+        more = beyond(basis, columns)
+        left = without - more @ (more.T @ without)
+    return noise.p_value(left, trial, without, basis, columns)

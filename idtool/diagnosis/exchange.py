@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from idtool.diagnosis.candidates import Selection, Start, Trial, best_start, ties, try_effect
-from idtool.diagnosis.pruning import drop, without
+from idtool.diagnosis.candidates import Start, best_start, ties, try_effect, without
+from idtool.diagnosis.pruning import drop
 from idtool.diagnosis.selection import ALPHA, BEHIND, accept, completed, passing, simplest_of_best, to_score
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import doubtful
+from idtool.diagnosis.state import Selection, Trial
 from idtool.effects.base import Effect
 from idtool.fit.joint import JointFit
 from idtool.fit.left_out import left_out_error, prediction_errors

@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-from idtool.diagnosis.candidates import (
-    CHANCE,
-    LEAST_GAIN,
-    WORTH,
-    Selection,
-    Trial,
-    chance_beside,
-    impossible,
-    worth_beside,
-    worth_it,
-)
+from idtool.diagnosis.candidates import LEAST_GAIN, chance_beside
+from idtool.diagnosis.plausible import CHANCE, WORTH, impossible, worth_beside, worth_it
 from idtool.diagnosis.sliding import OF_PRESLIDING, of_presliding, stands_for_viscous_friction
+from idtool.diagnosis.state import Selection, Trial
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.fit.identifiability import is_vague

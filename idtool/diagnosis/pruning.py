@@ -8,27 +8,25 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from idtool.diagnosis.candidates import (
-    CHANCE,
     LEAST_GAIN,
-    NEAR,
-    Selection,
     best_start,
     chance_beside,
-    chance_of,
-    impossible,
+    model_without,
     swap,
     ties,
     try_effect,
-    worth_beside,
+    without,
 )
+from idtool.diagnosis.evidence import chance_of
+from idtool.diagnosis.plausible import CHANCE, impossible, worth_beside
 from idtool.diagnosis.residual import columns_followed
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.diagnosis.sliding import OF_PRESLIDING, of_presliding
+from idtool.diagnosis.state import Selection
 from idtool.effects.base import Effect
 from idtool.fit.basis import orthonormal
-from idtool.fit.joint import JointFit, kept, refit
+from idtool.fit.joint import JointFit
 from idtool.fit.left_out import SURELY, left_out_error, prediction_errors
-from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 
 #: Mean squares of prediction closer than this share of what is left behind the fit's filter are the same:
@@ -187,28 +185,15 @@ def one_for_many(selection: Selection, tell: Callable[[str], None]) -> bool:
     return False
 
 
-@kept
-def without(fit: JointFit, *effects: Effect) -> JointFit:
-    """The refit without some effects."""
-    return refit(fit, _lacking(fit, *effects), most=_SPENT, tolerance=NEAR)
-
-
 def least_without(fit: JointFit, effect: Effect) -> float:
     """Root-mean-square residual without an effect, the rest making up for it in proportion: no refit."""
-    model = _lacking(fit, effect)
+    model = model_without(fit, effect)
     x = model.coordinates({name: fit.values[name] for name in model.names})
     alone = model.evaluate(x, fit.bend).residual
     own = np.array([name.startswith(f"{effect.name}.") for name in fit.model.names])
     rest = fit.jacobian[: len(alone), fit.free & ~own]
     basis = orthonormal(rest)
     return float(np.sqrt(np.mean((alone - basis @ (basis.T @ alone)) ** 2)))
-
-
-def _lacking(fit: JointFit, *effects: Effect) -> JointModel:
-    spec = fit.model.spec
-    for effect in effects:
-        spec = spec.without(effect.name)
-    return JointModel.build(fit.model.recording, spec, fit.model.constants)
 
 
 def of_the_readings(fit: JointFit, effect: Effect) -> str | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from idtool.diagnosis.candidates import WORTH
+from idtool.diagnosis.plausible import WORTH
 from idtool.diagnosis.repeatability import repeatability
 from idtool.diagnosis.residual import (
     DEPENDS,

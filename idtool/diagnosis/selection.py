@@ -15,23 +15,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from idtool.diagnosis.candidates import (
-    LEAST_GAIN,
-    Candidate,
-    Selection,
-    Start,
-    Trial,
-    best_start,
-    chance_of,
-    ties,
-    try_effect,
-)
+from idtool.diagnosis.candidates import LEAST_GAIN, Start, best_start, ties, try_effect, without
+from idtool.diagnosis.evidence import chance_of
 from idtool.diagnosis.holm import holm
 from idtool.diagnosis.pairs import hidden_pairs
 from idtool.diagnosis.passing import lowers, pushed_out, why_not
-from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify, without
+from idtool.diagnosis.pruning import drop_unneeded, find_alternatives, one_for_many, simplify
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
-from idtool.diagnosis.sliding import outdoes, stands_for_viscous_friction
+from idtool.diagnosis.sliding import stands_for_viscous_friction
+from idtool.diagnosis.state import Candidate, Rival, Selection, Trial
 from idtool.effects.base import Effect
 from idtool.fit.choose import with_load
 from idtool.fit.joint import JointFit, kept, refit, settle, solve
@@ -83,8 +75,7 @@ def extend(
     *,
     given: bool = False,
     tolerance: float = 0.0,
-    rival: JointFit | None = None,
-    by: float = 1.0,
+    rival: Rival | None = None,
 ) -> None:
     """Add to a selection the effects that the data ask for.
 
@@ -94,13 +85,12 @@ def extend(
         tell: called with a sentence on what is being tried.
         given: the library is a model that somebody chose; its effects need not explain everything.
         tolerance: error that is good enough, share of the torque (rms).
-        rival: another model that leaves nothing structured; the selection is given up (`Selection.hopeless`)
-            once it has more numbers than that and predicts worse, or nothing passes while it predicts worse
-            by the factor `by`, or it comes to where another one has been.
+        rival: beside it the selection is given up (`Selection.hopeless`) once that is simpler, or is ahead
+            when nothing passes, or once it comes to where another selection has been.
     """
     allowed = library
     while True:
-        _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance, rival, by)
+        _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance, rival)
         if selection.hopeless:
             return
         if not given and one_for_many(selection, tell):
@@ -123,19 +113,14 @@ def _add(
     library: Sequence[Effect],
     tell: Callable[[str], None],
     tolerance: float,
-    rival: JointFit | None,
-    by: float,
+    rival: Rival | None,
 ) -> None:
     """Round after round, until none finds an effect, or there is no hope."""
-
-    def lost(fit: JointFit) -> bool:
-        return rival is not None and left_out_error(fit) > by * left_out_error(rival) and outdoes(rival, fit)
-
     for _ in range(_MOST_ROUNDS):
         if good_enough(selection.fit, tolerance):
             return
         winner = _round(selection, library, tell)
-        if winner is None and lost(selection.fit):
+        if winner is None and rival is not None and rival.is_ahead(selection.fit):
             selection.hopeless = True  # what is tried where nothing passes turns nothing round
             return
         if winner is None and not _searched_anew(selection, tell):
@@ -144,9 +129,8 @@ def _add(
                 return
         if winner is not None:
             tell(f"{ACCEPTED} {winner.effect.title.lower()}")
-        fit = selection.fit
         selection.step()
-        selection.hopeless |= rival is not None and len(fit.x) > len(rival.x) and outdoes(rival, fit)
+        selection.hopeless |= rival is not None and rival.is_simpler(selection.fit)
         if selection.hopeless:
             return
 

@@ -10,7 +10,8 @@ import pytest
 
 from idtool import Log
 from idtool.diagnosis import candidates
-from idtool.diagnosis.candidates import Start, best_start, impossible, try_effect
+from idtool.diagnosis.candidates import Start, best_start, try_effect
+from idtool.diagnosis.plausible import impossible
 from idtool.effects import registry
 from idtool.effects.hysteresis import Hysteresis
 from idtool.fit.joint import JointFit

@@ -9,11 +9,11 @@ import pytest
 
 from idtool.diagnosis import diagnose as diagnosing
 from idtool.diagnosis import selection as selecting
-from idtool.diagnosis.candidates import Selection
 from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.residual import ResidualTest
 from idtool.diagnosis.selection import begun, extend
 from idtool.diagnosis.split import split
+from idtool.diagnosis.state import Rival, Selection
 from idtool.effects import registry
 from idtool.fit.choose import choose_gravity, first_fit
 from idtool.fit.joint import JointFit, refit
@@ -55,12 +55,12 @@ def test_a_base_model_is_given_up_once_it_needs_more_and_predicts_worse(recordin
     stiff, soft = (first_fit(recording, replace(spec, soft=how)) for how in (False, True))
     for rival in (soft, None):
         selection, said = begun(stiff, []), list[str]()
-        extend(selection, [], said.append, rival=rival)
+        extend(selection, [], said.append, rival=rival and Rival(rival))
         assert selection.hopeless == (rival is not None)
         assert said[-1].startswith("accepted") == (rival is not None)
     # one that predicts no better is no reason
     selection = begun(soft, [])
-    extend(selection, [], rival=stiff)
+    extend(selection, [], rival=Rival(stiff))
     assert not selection.hopeless
 
 
@@ -76,7 +76,7 @@ def test_a_search_that_stalls_behind_a_rival_is_given_up(
         for last in ("_searched_anew", "_on_another_curve", "_two_at_once"):
             monkeypatch.setattr(selecting, last, lambda *_, last=last, tried=tried: tried.append(last))
         selection = begun(stiff, [])
-        extend(selection, [], rival=rival, given=True)
+        extend(selection, [], rival=rival and Rival(rival), given=True)
         assert selection.hopeless == given_up
         assert (tried == []) == given_up
 

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from idtool.diagnosis import selection as selecting
-from idtool.diagnosis.candidates import CHANCE, best_start, chance_beside, chance_of, try_effect
+from idtool.diagnosis.candidates import best_start, chance_beside, try_effect
+from idtool.diagnosis.evidence import chance_of
+from idtool.diagnosis.plausible import CHANCE
 from idtool.diagnosis.pruning import simplify
 from idtool.diagnosis.selection import begun, passing
 from idtool.effects import registry

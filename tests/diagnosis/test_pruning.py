@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from idtool.diagnosis.candidates import impossible
+from idtool.diagnosis.plausible import impossible
 from idtool.diagnosis.pruning import drop_what_may_be_unknown, simplify, veto
 from idtool.diagnosis.selection import begun
 from idtool.effects import registry

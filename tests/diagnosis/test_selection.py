@@ -12,8 +12,9 @@ from scipy.ndimage import gaussian_filter1d
 from idtool import Log, identify
 from idtool.diagnosis import diagnose as diagnosis
 from idtool.diagnosis import selection
-from idtool.diagnosis.candidates import Candidate, Start, Trial, best_start, try_effect
+from idtool.diagnosis.candidates import Start, best_start, try_effect
 from idtool.diagnosis.diagnose import diagnose
+from idtool.diagnosis.state import Candidate, Trial
 from idtool.effects import registry
 from idtool.effects.base import Coordinate, Effect, Values
 from idtool.fit.joint import JointFit, refit

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from idtool.diagnosis import sliding
-from idtool.diagnosis.candidates import Trial
 from idtool.diagnosis.passing import why_not
 from idtool.diagnosis.selection import begun
 from idtool.diagnosis.shapes import UNNAMED
 from idtool.diagnosis.sliding import doubtful, of_presliding
+from idtool.diagnosis.state import Trial
 from idtool.effects import registry
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
