@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbench.recordings import LEFT_OUT, RECORDINGS, Recording
+from testbench.recordings import RECORDINGS, Recording
 from testbench.regression import STANDS_FOR
 
 #: An effect of the regression counts from this share of the Coulomb level, per cent.
@@ -60,9 +60,8 @@ def page(found: dict[str, Any]) -> str:
         _beyond(done, found),
     ]
     parts += ["## Each recording\n", *(_section(r, found[r.name]) for r in done)]
-    left_out = "".join(f"- `{folder}`: {why}\n" for folder, why in LEFT_OUT.items())
-    missing = [r.title for r in RECORDINGS if r.name not in found]
-    parts.append("## Not run\n\n" + left_out + "".join(f"- {title}: not run yet.\n" for title in missing))
+    if missing := [r.title for r in RECORDINGS if r.name not in found]:
+        parts.append("## Not run yet\n\n" + "".join(f"- {title}\n" for title in missing))
     mapping = "".join(f"| {column} | {', '.join(names)} |\n" for column, names in STANDS_FOR.items())
     return "\n".join([*parts, _MAPPING + mapping])
 

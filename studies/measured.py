@@ -24,8 +24,9 @@ from typing import Any
 
 import click
 import numpy as np
+import pandas as pd
 
-from idtool.errors import FfcIdError
+from idtool.errors import FfcIdError, InputError
 from idtool.importing import import_recording
 from idtool.io.atomic import atomic_write
 from idtool.log import Log
@@ -162,7 +163,12 @@ def _predicted(log: Log, parameters: Parameters) -> Array:
 
 @lru_cache(maxsize=4)
 def _read(name: str, folder: Path) -> Log:
-    return import_recording(folder / BY_NAME[name].file, **BY_NAME[name].options).log
+    recording = BY_NAME[name]
+    logs = [import_recording(path, **recording.options).log for path in sorted(folder.glob(recording.file))]
+    if not logs:
+        raise InputError("no such recording", file=str(folder / recording.file), remedy="see the provenance")
+    trials = (log.frame.assign(trial=number) for number, log in enumerate(logs))
+    return logs[0] if len(logs) == 1 else replace(logs[0], rows=pd.concat(trials, ignore_index=True))
 
 
 def _plain(error: FfcIdError, folder: Path) -> str:

@@ -21,7 +21,7 @@ class Recording:
     Attributes:
         name: for `--only`, and the key of the cache.
         title, source: for the page.
-        file: in the folder.
+        file: in the folder, or a pattern of several that are one session.
         options: of the import.
         gravity: whether the axis is an arm under gravity.
         friction: of `identify`.
@@ -69,6 +69,7 @@ def _plain(parameter: Any) -> str:
 
 
 EMPS = "A. Janot, M. Gautier, M. Brunot, Data Set and Reference Models of EMPS, 2019 (nonlinearbenchmark.org)"
+BAM = "github.com/Rhoban/bam"
 CICESE = "github.com/jorgevchin/Friction-Identification"
 DAMIAO = "github.com/YIZHIXIAOCANGSHU/Friction-Identification-for-Manipulators_usb2fdcan"
 DFKI = "github.com/dfki-ric-underactuated-lab/torque_limited_simple_pendulum"
@@ -76,6 +77,7 @@ DVRK = "github.com/WPI-AIM/dvrk_dynamics_identification"
 HSM = "github.com/malik-robert/HSM150-data"
 LAAS = "github.com/heitor-andrade/laas_anti_cogging"
 LUGRE = "github.com/TeacherRock/LuGre_Friction"
+STS = "github.com/roboninecom/Measuring-Backlash-in-Popular-UART-Servos"
 UR = "github.com/shamilmamedov/dynamic_calibration"
 BRFD = "github.com/ARTS-Laboratory/Dataset-Friction-Damper-with-Backlash"
 
@@ -164,6 +166,30 @@ def _hsm(name: str, others: tuple[str, ...] = ()) -> Recording:
         ),
         others=others,
         remark="One speed of one sign, a very noisy torque.",
+    )
+
+
+def _sts(servo: int) -> Recording:
+    return Recording(
+        f"sts3215_{servo}",
+        f"Feetech STS3215, servo {servo}",
+        STS,
+        "sts3215_backlash/motor_telemetry_single.csv",
+        {"torque_constant": 1.0, "where": {"servo_id": [str(servo)]}},
+        beyond="the current has no sign, and others pull at the servo through springs",
+        remark="A torque constant of 1: what is in N m is in A.",
+    )
+
+
+def _xl330(name: str, title: str, pattern: str) -> Recording:
+    return Recording(
+        name,
+        f"DYNAMIXEL XL330, {title}",
+        BAM,
+        f"xl330/{pattern}.json.gz",
+        gravity=True,
+        remark="Duty and supply voltage, no current: what would be in N m is in V of the motor. Rows with "
+        "the drive off or the duty at its limit are not compared.",
     )
 
 
@@ -347,14 +373,12 @@ RECORDINGS = (
         _BY_RUN,
         beyond="it never slides, so that levels are bounded, not measured",
     ),
+    _sts(3),
+    _sts(4),
+    _sts(5),
     _ur(1),
     _ur(2),
     _ur(3),
+    _xl330("xl330", "three gains, three trajectories", "kp*"),
+    _xl330("xl330_800", "gain 800, three trajectories", "kp800_*"),
 )
-
-#: Folders that are not run, and why.
-LEFT_OUT = {
-    "xl330": "DYNAMIXEL XL330: duty and supply voltage, no current; waits for effort from duty.",
-    "sts3215_backlash": "Feetech STS3215: 10 Hz telemetry of duty, servos that pull at each other through "
-    "springs; waits for effort from duty.",
-}

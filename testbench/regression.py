@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from idtool.log import Log
+from idtool.log.effort import effort_of
 from idtool.model.motion import Array
 
 Flags = NDArray[np.bool_]
@@ -132,14 +133,8 @@ class Regression:
 
 
 def torque_of(log: Log) -> Array:
-    """The measured torque of every row, N m (N)."""
-    torque = log.column("torque")
-    if torque is not None:
-        return torque
-    current, constant = log.column("current"), log.axis.torque_constant
-    assert current is not None
-    assert constant is not None
-    return constant * current
+    """The measured torque of every row, N m (N); V of the motor where there is but a duty."""
+    return effort_of(log).values
 
 
 def held_out(log: Log) -> Flags:
@@ -165,12 +160,15 @@ def moving(log: Log, others: Mapping[str, Array] | None = None) -> Rows:
     fold, torque = folds(log), torque_of(log)
     time, position, velocity = (log.column(role) for role in ("time", "position", "velocity"))
     assert time is not None
-    trial = np.unique(log.frame["trial"].to_numpy(), return_inverse=True)[1]
+    trial = log.frame["trial"].to_numpy()
+    untold = np.any([np.zeros(len(trial), dtype=bool), *effort_of(log).unfit.values()], axis=0)
+    parted = (trial[1:] != trial[:-1]) | (untold[1:] != untold[:-1])
+    part = np.cumsum(np.concatenate([[False], parted]))
     signals = {"torque": torque} | dict(others or {})
     pieces: list[dict[str, Array]] = []
     rate = 0.0
-    for number in range(trial.max() + 1):
-        rows = np.flatnonzero(trial == number)
+    for number in np.unique(part[~untold]):
+        rows = np.flatnonzero(part == number)
         rows = rows[np.isfinite(time[rows]) & np.isfinite(torque[rows])]
         piece, rate = _piece(rows, time, position, velocity, signals) if len(rows) > 60 else ({}, rate)
         if piece:

@@ -12,7 +12,7 @@ from idtool.diagnosis.sliding import SETTLED, since_turn
 from idtool.effects.base import Effect
 from idtool.effects.hysteresis import carried_of_friction, reaches
 from idtool.fit.identifiability import stribeck_seen
-from idtool.fit.joint import JointFit, torque_of
+from idtool.fit.joint import JointFit, added_by, torque_of
 from idtool.fit.left_out import SURELY, left_out_error
 from idtool.model.motion import since_reversal
 
@@ -40,6 +40,8 @@ def impossible(fit: JointFit, effect: Effect) -> str | None:
         return reason
     if effect.name == "stribeck_shape" and not stribeck_seen(fit):
         return "no stiction shows apart from the Coulomb level, so the fall between them has no shape"
+    if "direction" in effect.follows and "velocity" in effect.follows and _drives(fit, effect):
+        return "friction would drive the axis one way"
     if effect.of_sliding and "hysteresis" in names and not _shows_in_sliding(fit, effect):
         return "it does not show where the axis slides steadily, and its presliding is none of LuGre's"
     if effect.name != "inertia" and not worth_it(fit, effect, _NOTHING):
@@ -75,6 +77,15 @@ def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) 
             if beyond > fit.quantile[i] * np.sqrt(fit.covariance[i, i]):
                 return f"its {p.name.replace('_', ' ')} would be {values[p.name]:.2g}, which cannot be"
     return None
+
+
+def _drives(fit: JointFit, effect: Effect) -> bool:
+    """Whether friction, with an effect that makes it differ between the directions, gives power to the axis
+    in one of them: it takes some, whichever way the axis moves."""
+    recording, friction = fit.model.recording, fit.model.friction(fit.x)
+    speed = recording.motion.velocity
+    torque = friction.coulomb * np.sign(speed) + friction.viscous * speed + added_by(fit, effect)
+    return any(float(torque[way] @ speed[way]) < 0.0 for way in (speed > 0.0, speed < 0.0))
 
 
 def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:

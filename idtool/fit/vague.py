@@ -30,7 +30,7 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
     named = tuple(_in_file(name, fit) for name in stuck)
     if {"coulomb", "static"} & set(stuck) and "stribeck_velocity" in fit.model.names:
         named = tuple(dict.fromkeys((*named, "static.stribeck_velocity")))  # between two levels, or none
-    words = ", ".join(quantity(name).replace(".", ": ") for name in stuck)
+    words = ", ".join(map(_said, stuck))
     parts = tuple(dict.fromkeys(name.split(".")[0] for name in named))
     verb = (
         "sits at the bound of its range and is" if len(stuck) == 1 else "sit at bounds of their range and are"
@@ -44,6 +44,12 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
         by_error=True,
         limits={_in_file(name, fit): _from_bound(fit, name) for name in stuck},
     )
+
+
+def _said(name: str) -> str:
+    """A coordinate in words: what it belongs to once where that is called the same."""
+    part, _, own = map(quantity, name.partition("."))
+    return part if own in ("", part) else f"{part}: {own}"
 
 
 def carried(fit: JointFit, told: Collection[str] = ()) -> Shortcoming | None:

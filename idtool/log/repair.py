@@ -11,7 +11,7 @@ from idtool.errors import InputError
 from idtool.log import Log, columns_of, impossible, sensor_faults, wiring
 from idtool.log.clock import doubts, gap_cuts, refuse_odd_clock
 from idtool.log.columns import Columns
-from idtool.log.effort import Effort, effort_of
+from idtool.log.effort import Effort
 from idtool.model.motion import Array
 
 Rows = NDArray[np.bool_]
@@ -283,13 +283,14 @@ class _Repair:
             for role in ("velocity", "velocity_command", "position_command")
             if (values := log.column(role)) is not None
         }
+        untold = np.any([np.zeros(len(self.first), dtype=bool), *self.effort.unfit.values()], axis=0)
         said = wiring.contradictions(
             columns.time,
             self.first,
             columns.position,
             columns.velocity,
-            columns.effort,
-            effort_of(log).column,
+            np.where(untold, np.nan, columns.effort),
+            self.effort.column,
             log.column("current"),
             told,
             log.axis.torque_constant,

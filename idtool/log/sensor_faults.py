@@ -79,6 +79,8 @@ def clipped(values: Array) -> NDArray[np.bool_]:
     pile = _PILE if _noisy(values[~extremes]) else _QUIET_PILE
     for at in (values == values.max(), values == values.min()):
         lengths = _lengths(at)
+        if values[at][0] == 0.0:  # no range ends at nothing
+            continue
         if lengths.max() < max(_CLIPPED_RUN, 2 * repeats + 1) or at.sum() < _CLIPPED_ROWS:
             continue
         # the values just below the extreme: noise, or the peak of a sine, is on them as often

@@ -43,10 +43,10 @@ _SHARE = 0.1
 #: friction takes more than this share of the power, unless the load is twenty times the friction.
 _ONE_SIGN = 0.995
 _NO_POWER = 0.05
-#: A torque of one sign on every row turns round at zero if more of the moving rows than this share are within
-#: that share of its range of zero.
+#: A torque of one sign on every row turns round at zero if it comes within this share of its range of zero on
+#: so many rows each way: the noise of one that goes on beyond zero would have shown that.
 _ZERO = 0.03
-_TURNS = 0.001
+_TURNS = 5
 #: Less of its variance than this is chance in any torque that was measured.
 _FOLLOWS = 0.01
 #: A way made of less than this share of all the ways to and fro is a dither.
@@ -77,7 +77,7 @@ def contradictions(
         time: s, shape (rows,).
         first: True at the first row of each trial.
         position, velocity: readings, shape (rows,), or None.
-        effort: torque, shape (rows,).
+        effort: torque, NaN where the drive was off or at its limit, shape (rows,).
         read_from: the column that says it.
         current: of the motor, A, shape (rows,), or None.
         told: columns of the log by name that the motion follows and a torque is never in proportion to,
@@ -162,6 +162,15 @@ def _computed(effort: Array, told: Mapping[str, Array]) -> list[str]:
     return []
 
 
+def _turns_at_zero(forwards: Array, backwards: Array) -> bool:
+    """Whether a torque is of one sign on every row, and near zero whichever way the axis moves."""
+    both = np.concatenate([forwards, backwards])
+    if not both.any() or np.any(both > 0.0) == np.any(both < 0.0):
+        return False
+    near = _ZERO * float(np.quantile(np.abs(both), _USUAL))
+    return all(np.count_nonzero(np.abs(way) < near) >= _TURNS for way in (forwards, backwards))
+
+
 class _Ways:
     """Stretches of rows, and how far the axis goes in each by any column."""
 
@@ -216,16 +225,22 @@ def _commanded(gone: Array, told: Array, name: str) -> list[str]:
 def _power(
     steps: Array, together: NDArray[np.bool_], position: Array, effort: Array, read_from: str
 ) -> list[str]:
-    if np.count_nonzero(together) < 2 * _BLOCKS * _STRETCH:
+    if not together.any():
         return []
     speed = np.where(together, np.diff(position) / steps, 0.0)
     kernel = np.ones(5) / 5.0
     speed = np.convolve(speed, kernel, mode="same")  # a counter's rates are too rough to be differentiated
     faster = np.gradient(speed) / float(np.median(steps))
     top = float(np.quantile(np.abs(speed), 0.999))
-    rows = together & (np.abs(speed) > _MOVING * top)
-    both = min(int(np.sum(rows & (speed > 0))), int(np.sum(rows & (speed < 0))))
-    if both < _BLOCKS * _STRETCH:
+    rows = together & (np.abs(speed) > _MOVING * top) & np.isfinite(effort[1:])
+    ways = rows & (speed > 0.0), rows & (speed < 0.0)
+    # one that takes away what the load gives may have one sign too, but then it does not turn round at zero
+    if _turns_at_zero(*(effort[1:][way] for way in ways)):
+        return [
+            "the torque has one sign whichever way the axis moves, and turns round at zero: "
+            f'"{read_from}" was recorded without its sign'
+        ]
+    if min(map(np.count_nonzero, ways)) < _BLOCKS * _STRETCH:
         return []  # moved one way, friction and gravity are one
     count = len(steps) // _STRETCH * _STRETCH
     way = np.where(together, np.diff(position), 0.0)[:count].reshape(-1, _STRETCH)
@@ -261,14 +276,6 @@ def _power(
         return [
             "the torque pushes along with the motion, so that friction would drive the axis: "
             f'"{read_from}" or the position is inverted, or something else moved the axis'
-        ]
-    # one that takes away what the load gives may have one sign too, but then it does not turn round at zero
-    size = np.abs(torque)
-    folded = float(np.mean(size < _ZERO * np.quantile(size, _USUAL))) > _TURNS
-    if folded and abs(int(np.sum(np.sign(torque)))) == np.count_nonzero(torque):
-        return [
-            "the torque has one sign whichever way the axis moves, and turns round at zero: "
-            f'"{read_from}" was recorded without its sign'
         ]
     one_way = max(float(np.mean(torque > 0)), float(np.mean(torque < 0))) > _ONE_SIGN
     if one_way and abs(mean) < _NO_POWER * float(np.mean(np.abs(torque * w))):

@@ -105,6 +105,27 @@ def test_presliding_within_a_row_or_two_after_a_turn_is_not_seen(slipping: Joint
         assert found is None if why is None else why in str(found)
 
 
+def test_friction_takes_power_both_ways(slipping: JointFit) -> None:
+    """An asymmetry beyond friction would drive the axis one way, as it seems where a torque lost its sign."""
+    effect = registry.get("direction_asymmetry")
+    with_it = try_effect(slipping, effect, Start(0.5, 1e-6, {"asymmetry": 0.0})).fit
+    speed = with_it.model.recording.motion.velocity
+    friction = with_it.model.friction(with_it.x)
+    # the least that leaves none of the power that friction takes, over the rows that go one way
+    power = {
+        way: float(np.sum((friction.coulomb * w + friction.viscous * w**2)[w > 0.0]))
+        for way, w in ((1, speed), (-1, -speed))
+    }
+    most = {way: power[way] / float(np.sum(speed[way * speed > 0.0] ** 2)) for way in power}
+    at = with_it.model.names.index("direction_asymmetry.asymmetry")
+    for way, least in most.items():
+        for share, possible in ((0.95, True), (1.05, False)):
+            x = with_it.x.copy()
+            x[at] = -way * share * least
+            why = impossible(replace(with_it, x=x), effect)
+            assert (why != "friction would drive the axis one way") == possible
+
+
 def test_a_fall_that_is_not_seen_has_no_shape(slipping: JointFit) -> None:
     """The static level is the Coulomb level there."""
     shape = registry.get("stribeck_shape")

@@ -125,6 +125,13 @@ def test_three_tenths_of_the_way_are_no_stuck_speed(share: float, is_stuck: bool
     assert by_velocity[160:257].all() == is_stuck
 
 
+def test_a_reading_that_rests_at_zero_is_at_no_limit() -> None:
+    """A current without its sign, of a servo that mostly stands."""
+    pulse = np.r_[np.zeros(30), 0.07, 0.13, 0.25, 0.15, 0.06]
+    assert not clipped(np.tile(pulse, 4)).any()
+    assert clipped(np.tile(pulse + 0.5, 4)).any()
+
+
 @pytest.mark.parametrize(("below", "is_clipped"), [(5, False), (6, True)])
 def test_a_limit_is_compared_with_the_five_values_below_it(below: int, is_clipped: bool) -> None:
     """Eight further ways end so many values below the limit, each of which comes twelve times then."""

@@ -14,6 +14,7 @@ import pytest
 from idtool.errors import InputError
 from idtool.importing import import_recording
 from idtool.log import Log, impossible
+from idtool.log.effort import effort_of
 from idtool.model.motion import Array
 from idtool.signals import record
 from idtool.verbs.check import check
@@ -47,6 +48,11 @@ RECORDINGS: dict[str, dict[str, Any]] = {
     "brfd_friction_damper/d2_1hz_30lb_1in.csv.gz": {},
     "sts3215_backlash/motor_telemetry_single.csv": {"torque_constant": 1.0, "where": {"servo_id": ["3"]}},
     "ur10e/joint_2.csv.gz": {"torque_constant": 10.0},
+    **{
+        f"xl330/kp{gain}_{path}.json.gz": {}
+        for gain in (100, 200, 800)
+        for path in ("sin_sin", "lift_and_drop", "up_and_down")
+    },
 }
 #: Three speeds that the counter lost with 0.07 rad: 36 to 41 rad/s between 15 and 14.
 GENUINE = {"inertia_viscous_torque_triangle.csv.gz": [5019, 5020, 5021]}
@@ -57,11 +63,8 @@ REFUSED = ("laas_bldc_cogging/stopped_mapping.csv.gz",)
 def find(log: Log) -> impossible.Impossible:
     trial = log.frame["trial"].to_numpy()
     first = np.concatenate([[True], trial[1:] != trial[:-1]])
-    torque = log.column("torque")
-    effort = log.column("current") if torque is None else torque
-    assert effort is not None
     time = log.frame["time_s"].to_numpy(dtype=float)
-    return impossible.find(time, first, log.column("position"), log.column("velocity"), effort)
+    return impossible.find(time, first, log.column("position"), log.column("velocity"), effort_of(log).values)
 
 
 def flagged(found: impossible.Impossible) -> list[int]:

@@ -13,6 +13,7 @@ import pytest
 from idtool.errors import InputError
 from idtool.importing import import_recording
 from idtool.log import Log
+from idtool.log.wiring import contradictions
 from idtool.signals import record
 from idtool.verbs.check import check
 
@@ -20,7 +21,10 @@ from .support import document, ffc_id
 from .test_impossible import GENUINE, RECORDINGS, REFUSED, nothing_impossible
 
 #: What the source's speed and position contradict each other by, said of the recording as it is.
-WRONG = {"motor05_dm4310.csv.gz": "the position moves 1.658 times as far as the speed says"}
+WRONG = {
+    "motor05_dm4310.csv.gz": "the position moves 1.658 times as far as the speed says",
+    "motor_telemetry_single.csv": '"current_a" was recorded without its sign',
+}
 
 
 @pytest.mark.parametrize("name", [name for name in RECORDINGS if name not in REFUSED])
@@ -55,6 +59,24 @@ def test_a_current_without_its_sign(session: list[Log], sign: float) -> None:
         bad = replace(log, rows=log.frame.assign(current_a=sign * log.frame["current_a"].abs()))
         (said,) = record([bad]).wiring[0]
         assert said.endswith('"current_a" was recorded without its sign.')
+
+
+@pytest.mark.parametrize(("near", "said"), [(4, 0), (5, 1)])
+def test_a_sign_is_missed_by_five_readings_near_zero_each_way(near: int, said: int) -> None:
+    """... of a few rows: an axis that goes to and fro under a load has a torque of one sign too."""
+    time = np.arange(0.0, 8.0, 0.1)
+    position = np.sin(2.0 * np.pi * time / 4.0)
+    forwards = np.gradient(position) > 0.0
+    effort = np.where(forwards, 1.0, 0.6) + 0.01 * np.sin(40.0 * time)
+    for way in (forwards, ~forwards):
+        fast = np.flatnonzero(way & (np.abs(position) < 0.8))
+        effort[fast[2 : 2 + near]] = 0.01
+    first = np.arange(len(time)) == 0
+    found = contradictions(time, first, position, None, effort, "current_a")
+    assert ["without its sign" in one for one in found] == [True] * said
+    # the drive was off there
+    effort[effort < 0.1] = np.nan
+    assert contradictions(time, first, position, None, effort, "current_a") == []
 
 
 @pytest.mark.parametrize("column", ["velocity_command_rad_s", "velocity_rad_s"])
