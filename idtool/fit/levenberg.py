@@ -8,6 +8,7 @@ the whole Jacobian at every iteration, which takes longer than computing it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -33,11 +34,13 @@ class Minimum:
 
     Attributes:
         x: the point, inside the bounds.
+        cost: the sum of squares there.
         evaluations: how often the residual was computed.
         outcome: how it ended.
     """
 
     x: Array
+    cost: float
     evaluations: int
     outcome: Outcome
 
@@ -51,6 +54,8 @@ def minimise(
     *,
     most: int,
     tolerance: float = 1e-7,
+    reach: Array | float = math.inf,
+    secant: bool = False,
 ) -> Minimum:
     """Minimise the sum of squares of `residual`.
 
@@ -62,6 +67,9 @@ def minimise(
         most: evaluations to spend at most.
         tolerance: a step that lowers the sum by less than this share of it, or moves by less than this share
             of the coordinates' scale, is the last.
+        reach: how far a step may take each coordinate, shape (coordinates,).
+        secant: whether a step that failed corrects the derivative along it (Broyden 1965): for a residual
+            with kinks and jumps, of which the derivative at a point says little.
     """
     x = np.clip(x, low, high)
     r = residual(x)
@@ -74,7 +82,7 @@ def minimise(
         scale = np.where(size > 0.0, size, 1.0)
         free = ~((x <= low) & (gradient > 0.0)) & ~((x >= high) & (gradient < 0.0))
         if not free.any():
-            return Minimum(x, evaluations, Outcome.AT_BOUND)
+            return Minimum(x, cost, evaluations, Outcome.AT_BOUND)
         most_promised = 0.0
         while True:
             step = _step(
@@ -82,8 +90,8 @@ def minimise(
                 gradient / scale,
                 damping,
                 free,
-                (low - x) * scale,
-                (high - x) * scale,
+                np.maximum(low - x, -reach) * scale,
+                np.minimum(high - x, reach) * scale,
             )
             tried = np.clip(x + step / scale, low, high)
             step = tried - x
@@ -93,12 +101,16 @@ def minimise(
             new = float(r_tried @ r_tried)
             if new < cost:
                 break
+            if secant:
+                along = step * scale**2
+                j = j + np.outer(r_tried - r - j @ step, along / (along @ step))
+                gradient, information = j.T @ r, j.T @ j
             damping, raise_by = damping * raise_by, 2.0 * raise_by
             most_promised = max(most_promised, promised)
             if evaluations >= most or damping > _MOST_DAMPING or abs(promised) < tolerance * cost:
                 failed = Outcome.OUT_OF_EVALUATIONS if evaluations >= most else Outcome.STALLED
                 ended = failed if most_promised > _STALL * cost else Outcome.CONVERGED
-                return Minimum(x, evaluations, ended.at(bound=_touches(x, low, high)))
+                return Minimum(x, cost, evaluations, ended.at(bound=_touches(x, low, high)))
         ratio = min((cost - new) / max(promised, 1e-300), 2.0)
         damping, raise_by = damping * max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 2.0
         gained = (cost - new) / cost
@@ -107,8 +119,8 @@ def minimise(
         arrived = bool(np.any(((tried <= low) & (x > low)) | ((tried >= high) & (x < high))))
         x, r, cost = tried, r_tried, new
         if cost == 0.0 or (not arrived and (gained < tolerance or moved < tolerance)):
-            return Minimum(x, evaluations, Outcome.CONVERGED.at(bound=_touches(x, low, high)))
-    return Minimum(x, evaluations, Outcome.OUT_OF_EVALUATIONS)
+            return Minimum(x, cost, evaluations, Outcome.CONVERGED.at(bound=_touches(x, low, high)))
+    return Minimum(x, cost, evaluations, Outcome.OUT_OF_EVALUATIONS)
 
 
 def _touches(x: Array, low: Array, high: Array) -> bool:

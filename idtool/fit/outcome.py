@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import Any
 
 
 class Outcome(Enum):
@@ -40,13 +39,6 @@ class Outcome(Enum):
     def at(self, *, bound: bool) -> Outcome:
         """The same, where something did or did not end at a bound."""
         return Outcome.AT_BOUND if bound and self is Outcome.CONVERGED else self
-
-
-def outcome_of(result: Any) -> Outcome:
-    """How `scipy.optimize.least_squares` ended, from its `OptimizeResult`."""
-    if result.status <= 0:
-        return Outcome.OUT_OF_EVALUATIONS
-    return Outcome.CONVERGED.at(bound=bool(result.active_mask.any()))
 
 
 _MEANING = {

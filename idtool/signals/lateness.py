@@ -62,10 +62,10 @@ def _lateness_of(log: Log) -> float:
     time, position, velocity = (log.column(role) for role in ("time", "position", "velocity"))
     if time is None or position is None or velocity is None:
         return 0.0
-    trial = log.frame["trial"].to_numpy()
+    trial = log.trial_of_rows
     each = [
         velocity_lateness(time[rows], position[rows], velocity[rows])
-        for number in log.frame["trial"].unique()
+        for number in np.unique(trial)
         for rows in [trial == number]
     ]
     return float(np.median(each))

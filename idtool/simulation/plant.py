@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from idtool.effects import registry
 from idtool.effects.base import Effect, Values
 from idtool.errors import InputError
 from idtool.model import forward, gravity
-from idtool.model.contribution import Contribution, combine
+from idtool.model.contribution import Contribution, combine, is_zero
 from idtool.model.forward import Plant
 from idtool.model.motion import Array, Motion
 from idtool.model.stribeck import EXPONENT
@@ -20,10 +21,14 @@ from idtool.parameters import GRAVITY_MODELS, Parameters
 #: Positions and velocities of the tables; lines between them are straight.
 _POSITIONS = 8192
 _VELOCITIES = 4096
-#: Of a fit that fills them anew at every step, where no effect has waves over the position.
+#: So many times fewer will do where no effect has waves over the position.
 _FEWER = 8
 #: A slow speed, as a share of the table's: direction without size.
 _SLOW = 1e-9
+#: A limit of the command that is none; the difference of two is zero.
+_UNLIMITED = 1e300
+#: What `Contribution` calls the fields of the table over position, in their order.
+_FIELDS = ("torque", "level_change", "level_torque", "static_change", "viscous_change", "gain_change")
 
 
 @dataclass(frozen=True)
@@ -37,7 +42,7 @@ class PlantFile:
         delay: by how much position and velocity are reported late, s.
         saturation: relative loss of torque per torque.
         notes: what is left out, one sentence each.
-        coarse: whether longer steps and tables an eighth as fine will do.
+        longest_step: of the simulation, s.
     """
 
     parameters: Parameters
@@ -46,7 +51,7 @@ class PlantFile:
     delay: float
     saturation: float
     notes: tuple[str, ...]
-    coarse: bool = False
+    longest_step: float = forward.LONGEST_STEP
 
     @classmethod
     def of(cls, parameters: Parameters, torque_constant: float | None) -> PlantFile:
@@ -93,34 +98,47 @@ class PlantFile:
             tuple(notes),
         )
 
-    def plant(self, motion: Motion, rows: slice, back_emf: float) -> Plant:
+    def plant(self, around: Surroundings, like: tuple[PlantFile, Plant] | None = None) -> Plant:
         """The plant of one trial; the position gain of its loop is left at 0.
 
         Args:
-            motion: what was measured; positions and speeds far beyond it are not looked up.
-            rows: of the trial, whose payload and tilt hold throughout.
-            back_emf: damping that is there while the drive is on only, N m s/rad.
+            around: what holds throughout the trial.
+            like: a file and its plant there, whose tables hold if its gravity and effects are the same.
         """
-        file = self.parameters
-        position, velocity = motion.position, motion.velocity
-        room = max(float(np.ptp(position)), 1e-3)
-        fewer = _FEWER if self.coarse and not self._follow("position") else 1
-        over = np.linspace(position.min() - room, position.max() + room, _POSITIONS // fewer)
-        top = 3.0 * float(np.max(np.abs(velocity))) + 1e-6
-        tables = np.vstack(
-            [
-                self._over_position(motion, rows, over, -_SLOW * top),
-                self._over_position(motion, rows, over, _SLOW * top),
-            ]
-        )
-        speeds = np.linspace(-top, top, _VELOCITIES // fewer)
+        if like is None or like[0]._at_position != self._at_position:
+            exponent, over_position = self._over_position(around)
+        else:
+            exponent, over_position = like[1].numbers[forward.EXPONENT], like[1].over_position
+        if like is None or like[0]._at_velocity != self._at_velocity:
+            over_velocity = self._over_velocity(around)
+        else:
+            over_velocity = like[1].over_velocity
+        n = self._numbers()
+        n[forward.EXPONENT] = exponent
+        n[forward.FIRST_POSITION], n[forward.FIRST_VELOCITY] = around.positions[0], around.velocities[0]
+        n[forward.POSITION_STEP] = around.positions[1] - around.positions[0]
+        n[forward.VELOCITY_STEP] = around.velocities[1] - around.velocities[0]
+        return Plant(n, over_position, over_velocity)
+
+    @property
+    def _at_position(self) -> object:
+        """What the table over position is made of."""
+        return self.parameters.gravity, self.effects
+
+    @property
+    def _at_velocity(self) -> list[tuple[Effect, Values]]:
+        """The effects that the table over velocity is made of."""
+        return [one for one in self.effects if {"velocity", "direction"} & {*one[0].follows}]
+
+    def _numbers(self) -> Array:
         n = np.zeros(forward.NUMBERS)
+        file, static = self.parameters, self.parameters.static
+        told = None if file.drive is None else file.drive.back_emf
+        back_emf = file.axis.back_emf_damping if told is None else told.value
         n[forward.INERTIA] = self.inertia
-        static = file.static
         n[forward.COULOMB] = static["coulomb"].value
         n[forward.STATIC] = static["static"].value
         n[forward.STRIBECK] = static["stribeck_velocity"].value
-        n[forward.EXPONENT] = self._exponent(motion)
         n[forward.VISCOUS] = static["viscous"].value + file.axis.back_emf_damping
         n[forward.VISCOUS_OFF] = max(n[forward.VISCOUS] - back_emf, 0.0)
         if file.has_bristle:
@@ -135,11 +153,9 @@ class PlantFile:
             ):
                 n[entry] = number.value if number is not None else 0.0
             limit = file.drive.limit
-            n[forward.LIMIT] = limit.value if limit is not None and limit.identified else math.inf
-        n[forward.TIME_STEP] = forward.COARSE_STEP if self.coarse else forward.LONGEST_STEP
-        n[forward.FIRST_POSITION], n[forward.POSITION_STEP] = over[0], over[1] - over[0]
-        n[forward.FIRST_VELOCITY], n[forward.VELOCITY_STEP] = speeds[0], speeds[1] - speeds[0]
-        return Plant(n, np.ascontiguousarray(tables), self._over_velocity(motion, rows, over, speeds))
+            n[forward.LIMIT] = limit.value if limit is not None and limit.identified else _UNLIMITED
+        n[forward.TIME_STEP] = self.longest_step
+        return n
 
     def _follow(self, *quantities: str) -> bool:
         """Whether an effect is a function of one of these."""
@@ -152,61 +168,103 @@ class PlantFile:
             names.append("temperature")
         return tuple(motion.typical(name, rows) or 0.0 for name in names)
 
+    def around(self, motion: Motion, rows: slice) -> Surroundings:
+        """Where the tables of one trial are filled.
+
+        Args:
+            motion: what was measured; positions and speeds far beyond it are not looked up.
+            rows: of the trial, whose payload and tilt hold throughout.
+        """
+        fewer = 1 if self._follow("position") else _FEWER
+        position = motion.position
+        room = max(float(np.ptp(position)), 1e-3)
+        positions = np.linspace(position.min() - room, position.max() + room, _POSITIONS // fewer)
+        top = 3.0 * float(np.max(np.abs(motion.velocity))) + 1e-6
+        velocities = np.linspace(-top, top, _VELOCITIES // fewer)
+        return Surroundings(motion, rows, positions, velocities)
+
     def added(self, motion: Motion, rows: slice) -> Array:
         """Torque of effects that follow the clock, at each row of a trial, shape (rows,)."""
         if not self._follow("time"):
             return np.zeros(rows.stop - rows.start)
         trial = _surroundings(motion, rows, motion.position[rows], 0.0 * motion.velocity[rows])
         trial = replace(trial, position=np.full(len(trial), trial.position[0]))
-        moving = _column(self._sum(self._loaded(replace(trial, time=motion.time[rows]))).torque, len(trial))
+        trial = self._loaded(trial, _gravity_columns(self.parameters.gravity_model, trial))
+        torque = _sum(self.effects, replace(trial, time=motion.time[rows])).torque
+        moving = np.broadcast_to(torque, len(trial))
         return np.asarray(moving - moving[0])
 
-    def _over_position(self, motion: Motion, rows: slice, over: Array, velocity: float) -> Array:
-        at = self._loaded(_surroundings(motion, rows, over, np.full(len(over), velocity)))
-        total = self._sum(at)
-        fields = (
-            total.torque,
-            total.level_change,
-            total.level_torque,
-            total.static_change,
-            total.viscous_change,
-            total.gain_change,
-        )
-        table = np.vstack([_column(field, len(over)) for field in fields])
+    def _over_position(self, around: Surroundings) -> tuple[float, Array]:
+        """Stribeck exponent, and what is added at each position."""
+        count = len(around.positions)
+        at = self._loaded(around.over_position, around.gravity_columns(self.parameters.gravity_model))
+        total = _sum(self.effects, at)
+        table = np.zeros((count, 2, forward.FIELDS))
+        for field, name in enumerate(_FIELDS):
+            if not is_zero(term := getattr(total, name)):
+                table[:, :, field] = np.broadcast_to(term, 2 * count).reshape(2, count).T
         if at.load is not None:
-            table[forward.TORQUE] += at.load
-        return table
+            table[:, :, forward.TORQUE] += at.load.reshape(2, count).T
+        exponent = EXPONENT + float(np.mean(total.exponent_change))
+        return exponent, table.reshape(count, 2 * forward.FIELDS)
 
-    def _over_velocity(self, motion: Motion, rows: slice, over: Array, speeds: Array) -> Array:
+    def _over_velocity(self, around: Surroundings) -> Array:
         """Torque over velocity less what the direction alone makes; short where there is none."""
-        if not self._follow("velocity", "direction"):
+        if not self._at_velocity:
             return np.zeros(2)
-        middle = np.full(len(speeds), over[len(over) // 2])
-        both = [speeds, np.where(speeds > 0.0, _SLOW, -_SLOW) * speeds[-1]]
-        fast, slow = (
-            _column(self._sum(self._loaded(_surroundings(motion, rows, middle, w))).torque, len(speeds))
-            for w in both
-        )
-        return np.asarray(fast - slow) if np.any(fast != slow) else np.zeros(2)
+        count = len(around.velocities)
+        torque = _sum(self._at_velocity, around.over_velocity).torque
+        fast, slow = np.broadcast_to(torque, 2 * count).reshape(2, count)
+        return np.asarray(fast - slow)
 
-    def _exponent(self, motion: Motion) -> float:
-        change = self._sum(replace(motion, load=np.zeros(len(motion)), load_upright=np.zeros(len(motion))))
-        return EXPONENT + float(np.mean(change.exponent_change))
-
-    def _sum(self, motion: Motion) -> Contribution:
-        return combine([effect.contribute(motion, values) for effect, values in self.effects])
-
-    def _loaded(self, motion: Motion) -> Motion:
-        """The motion with the load that the file's gravity makes."""
+    def _loaded(self, motion: Motion, columns: tuple[Array, Array]) -> Motion:
+        """The motion with the load that the file's gravity makes of its columns, as it is and upright."""
         model = self.parameters.gravity_model
         if model is None:
             return motion
         coefficients = np.array([self.parameters.gravity[name].value for name in GRAVITY_MODELS[model]])
-        return replace(
-            motion,
-            load=gravity.columns(model, motion) @ coefficients,
-            load_upright=gravity.upright_columns(model, motion) @ coefficients,
-        )
+        return replace(motion, load=columns[0] @ coefficients, load_upright=columns[1] @ coefficients)
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What holds throughout a trial, and the positions and velocities at which tables are filled.
+
+    Attributes:
+        motion: what was measured.
+        rows: of the trial.
+        positions, velocities: evenly spaced, rad (m) and rad/s (m/s).
+    """
+
+    motion: Motion
+    rows: slice
+    positions: Array
+    velocities: Array
+
+    def gravity_columns(self, model: str | None) -> tuple[Array, Array]:
+        """Regressors of gravity over `over_position`, as it is and upright; computed once."""
+        if model not in self._columns:
+            self._columns[model] = _gravity_columns(model, self.over_position)
+        return self._columns[model]
+
+    @cached_property
+    def _columns(self) -> dict[str | None, tuple[Array, Array]]:
+        return {}
+
+    @cached_property
+    def over_position(self) -> Motion:
+        """Every position, slowly backwards, then slowly forwards."""
+        slow = _SLOW * self.velocities[-1]
+        velocity = np.repeat([-slow, slow], len(self.positions))
+        return _surroundings(self.motion, self.rows, np.tile(self.positions, 2), velocity)
+
+    @cached_property
+    def over_velocity(self) -> Motion:
+        """Every velocity, then its direction without a size, at the middle position."""
+        slow = np.where(self.velocities > 0.0, _SLOW, -_SLOW) * self.velocities[-1]
+        velocity = np.append(self.velocities, slow)
+        middle = np.full(len(velocity), self.positions[len(self.positions) // 2])
+        return _surroundings(self.motion, self.rows, middle, velocity)
 
 
 def _surroundings(motion: Motion, rows: slice, position: Array, velocity: Array) -> Motion:
@@ -229,8 +287,15 @@ def _surroundings(motion: Motion, rows: slice, position: Array, velocity: Array)
         tilt_beta=held("tilt_beta"),
         temperature=held("temperature"),
         torque_constant=motion.torque_constant,
+        clocks=np.zeros(size, dtype=np.intp),
     )
 
 
-def _column(term: Array | float, rows: int) -> Array:
-    return np.array(np.broadcast_to(np.asarray(term, dtype=float), (rows,)))
+def _gravity_columns(model: str | None, motion: Motion) -> tuple[Array, Array]:
+    if model is None:
+        return np.zeros((len(motion), 0)), np.zeros((len(motion), 0))
+    return gravity.columns(model, motion), gravity.upright_columns(model, motion)
+
+
+def _sum(effects: Sequence[tuple[Effect, Values]], motion: Motion) -> Contribution:
+    return combine([effect.contribute(motion, values) for effect, values in effects])

@@ -8,12 +8,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, special
 
-from idtool.fit.outcome import Outcome, outcome_of
+from idtool.fit.chance import student_quantile
+from idtool.fit.levenberg import minimise
+from idtool.fit.outcome import Outcome
 from idtool.log import Log
+from idtool.model.forward import COARSE_STEP, LONGEST_STEP
 from idtool.model.motion import Array
-from idtool.parameters import EffectEntry, Parameter, Parameters
+from idtool.parameters import Parameters
+from idtool.parameters.drive import Drive
 from idtool.signals import Recording
 from idtool.simulation.coordinates import (
     OF_DRIVE,
@@ -29,19 +32,23 @@ from idtool.simulation.plant import PlantFile
 from idtool.simulation.stage import WINDOW_S, Stage, windows
 from idtool.simulation.starts import SIDES
 
-#: Half a step of the derivative: in logarithms and in typical sizes. Stick and slip make the motion jump in
-#: a parameter, so a step as small as rounding allows would see nothing but jumps.
-_STEP = 0.01
+#: The furthest that one step of the search goes: of a logarithm, and in typical sizes. Further on an axis
+#: that slid may stick, of which the derivatives know nothing.
+_REACH, _REACH_PLAIN = 0.5, 0.2
+#: A step that lowers the cost by a smaller share is the last. Where a number is its standard error away the
+#: cost is higher by one over the windows, a hundredth.
+_TOLERANCE = 1e-4
+#: Step of a coordinate over which the plant (not the motion) is differentiated.
+_STEP = 1e-6
 #: Evaluations of a first try and of the last one.
-TRIED, MOST = 6, 40
+TRIED, MOST = 6, 80
 #: A search to its end mostly takes no more than so many of them.
 _USUAL = 16
 #: Error beyond which a row counts less, over the median one.
 _SOFT = 3.0
 #: Share of the cost that what differs between the directions must take to be kept.
 _WORTH = 0.1
-#: A coordinate nearer its end than this makes nothing;
-#: neither does what takes less than this share of the cost.
+#: A coordinate nearer its end than this makes nothing.
 _NOTHING = 2e-3
 #: Friction that gears take of the load.
 _GEARS = "load_dependent_friction"
@@ -55,27 +62,31 @@ class Tried:
     coordinates: list[Coordinate]
     x: Array
     cost: float
-    jacobian: Array
-    residual: Array
     outcome: Outcome
 
 
 class MotionSearch:
     """The logs, simulated again and again."""
 
-    def __init__(self, logs: Sequence[Log], recording: Recording, measured: Array) -> None:
+    def __init__(
+        self, logs: Sequence[Log], recording: Recording, measured: Array, drive: Drive | None
+    ) -> None:
         self.recording, self.measured = recording, measured
         self.evaluations = 0
-        blank = PlantFile.of(_blank(recording), recording.motion.torque_constant)
-        self.logs, self.stages = logs, [Stage.of(logs, recording, blank, "effort")]
+        self.longest_step = COARSE_STEP
+        self.stages = [Stage.of(logs, recording)]
+        # a torque that was measured needs no goal beside it
+        if drive is not None and drive.position_gain is not None and recording.by_voltage:
+            self.stages.append(Stage.of(logs, recording, drive))
         motion = recording.motion
         parts = windows(motion.time, motion.starts.tolist(), WINDOW_S)
         self.window: NDArray[np.intp] = np.zeros(len(motion), dtype=np.intp)
         for number, part in enumerate(parts):
             self.window[part] = number
+        self.windows = len(parts)
         self.way = float(np.ptp(measured))
         self.drive_was_off = not bool(np.all(self.stages[0].driven > 0.0))
-        self.soft: list[float] = []
+        self.soft: Array | None = None
         self._worked = 0.0
         self._planned = 0.0
         self._progress: Callable[[float], None] | None = None
@@ -95,72 +106,94 @@ class MotionSearch:
 
     def rms(self, parameters: Parameters) -> float:
         """Error of the position that the effort makes, rad (m)."""
-        return math.sqrt(float(np.mean(self.errors(parameters)[0] ** 2)))
+        return math.sqrt(float(np.mean(self._errors([parameters])[0][: len(self.measured)] ** 2)))
 
-    def residual(self, parameters: Parameters) -> Array:
-        """Errors over the size beyond which they count less, shape (ways to drive it * rows,)."""
-        errors = self.errors(parameters)
-        if not self.soft:
-            self.soft = [max(_SOFT * float(np.median(np.abs(one))), 1e-4 * self.way) for one in errors]
-        return np.concatenate([one / soft for one, soft in zip(errors, self.soft, strict=True)])
+    def _errors(self, files: Sequence[Parameters]) -> tuple[Array, Array]:
+        """Simulated less measured position and its derivatives along coordinates.
 
-    def errors(self, parameters: Parameters) -> list[Array]:
-        """Simulated less measured position, rad (m): from the effort, and from the goal."""
+        Args:
+            files: what is simulated, then a file a step further on along each coordinate.
+
+        Returns:
+            From the effort and, behind it, from the goal: errors, rad (m), shape (ways to drive it * rows,),
+            and their derivatives, shape (ways to drive it * rows, coordinates).
+        """
         self.evaluations += 1
-        file = PlantFile.of(parameters, self.recording.motion.torque_constant)
-        file = replace(file, coarse=True)
-        most = _LOST * self.way
-        every = [replace(one, file=file).run(WINDOW_S) - self.measured for one in self._stages(file)]
-        return [np.asarray(np.clip(np.nan_to_num(off, nan=most), -most, most)) for off in every]
+        file, *others = (self._plant(one) for one in files)
+        rows, most = len(self.measured), _LOST * self.way
+        off, along = np.empty(rows * len(self.stages)), np.empty((rows * len(self.stages), len(others)))
+        for number, stage in enumerate(self.stages):
+            part = slice(number * rows, (number + 1) * rows)
+            path = stage.run_along(file, WINDOW_S, others, [_STEP] * len(others), along[part])
+            off[part] = np.nan_to_num(path - self.measured, nan=most)
+        lost = np.abs(off) >= most
+        off[lost], along[lost] = np.clip(off[lost], -most, most), 0.0
+        if others and not max(along.max(), -along.min()) * _REACH < most:  # not a number, or beyond all sense
+            along[~(np.abs(along).max(axis=1) * _REACH < most)] = 0.0
+        return off, along
 
-    def _stages(self, file: PlantFile) -> list[Stage]:
-        """What is simulated: from the effort and, where the loop is known, from the goal too."""
-        drive = file.parameters.drive
-        # a torque that was measured needs no goal beside it
-        known = drive is not None and drive.position_gain is not None
-        if len(self.stages) == 1 and known and self.recording.by_voltage:
-            self.stages.append(Stage.of(self.logs, self.recording, file, "goal"))
-        return self.stages
+    def _plant(self, parameters: Parameters) -> PlantFile:
+        file = PlantFile.of(parameters, self.recording.motion.torque_constant)
+        return replace(file, longest_step=self.longest_step)
+
+    def residual(
+        self, parameters: Parameters, coordinates: Sequence[Coordinate], x: Array
+    ) -> tuple[Array, Array]:
+        """What squares to the soft loss of the errors, and its derivatives.
+
+        Args:
+            parameters, coordinates: a file, and what of it is varied.
+            x: a point or, as `_stepped` makes them, with one a step further on along each coordinate behind
+                it, shape (1 or 1 + coordinates, coordinates).
+
+        Returns:
+            Shapes of `_errors`; derivatives along no coordinate where there is nothing behind the point.
+        """
+        off, along = self._errors(
+            [with_values(parameters, coordinates, parameters_at(coordinates, one)) for one in x]
+        )
+        if self.soft is None:
+            each = np.median(np.abs(off.reshape(len(self.stages), -1)), axis=1)
+            self.soft = np.repeat(np.maximum(_SOFT * each, 1e-4 * self.way), len(self.measured))
+        off /= self.soft
+        along *= (_soft_slope(off) / self.soft)[:, None]
+        return _soft(off), along
 
     def fit(self, parameters: Parameters, coordinates: list[Coordinate], most: int) -> Tried:
-        """Bounded least squares from a file, with at most so many evaluations of the Jacobian."""
-        low = np.array([one.lower for one in coordinates])
-        high = np.array([one.upper for one in coordinates])
+        """Bounded least squares from a file, with at most so many evaluations."""
         end = self._worked + min(most, _USUAL)
 
-        def at(x: Array) -> Array:
-            return self.residual(with_values(parameters, coordinates, parameters_at(coordinates, x)))
-
         def jacobian(x: Array) -> Array:
-            columns = np.empty((len(self.measured) * len(self.stages), len(x)))
-            for k in range(len(x)):
-                above, below = x.copy(), x.copy()
-                above[k], below[k] = min(x[k] + _STEP, high[k]), max(x[k] - _STEP, low[k])
-                columns[:, k] = (at(above) - at(below)) / (above[k] - below[k])
             self._work(min(self._worked + 1.0, end))
-            return columns
+            return self.residual(parameters, coordinates, _stepped(x))[1]
 
-        result = optimize.least_squares(
-            at,
+        found = minimise(
+            lambda x: self.residual(parameters, coordinates, x[None])[0],
+            jacobian,
             start(parameters, coordinates),
-            jac=jacobian,
-            bounds=(low, high),
-            loss="soft_l1",
-            x_scale=np.array([0.3 if one.logarithmic else 0.1 for one in coordinates]),
-            max_nfev=most,
-            ftol=1e-5,
-            xtol=1e-5,
+            np.array([one.lower for one in coordinates]),
+            np.array([one.upper for one in coordinates]),
+            most=most,
+            tolerance=_TOLERANCE,
+            reach=np.array([_REACH if one.logarithmic else _REACH_PLAIN for one in coordinates]),
+            secant=True,
         )
         self._work(end)
-        return Tried(
-            with_values(parameters, coordinates, parameters_at(coordinates, result.x)),
-            coordinates,
-            result.x,
-            float(result.cost),
-            np.asarray(result.jac),
-            result.fun,
-            outcome_of(result),
-        )
+        fitted = with_values(parameters, coordinates, parameters_at(coordinates, found.x))
+        return Tried(fitted, coordinates, found.x, 0.5 * found.cost, found.outcome)
+
+    def apart(self, tries: Sequence[Tried]) -> list[Tried]:
+        """The nearest first, without those that noise does not tell from one before."""
+        found: list[Tried] = []
+        for one in sorted(tries, key=lambda one: one.cost):
+            if not found or self._is_worse(one, found[-1]):
+                found.append(one)
+        return found
+
+    def _is_worse(self, one: Tried, than: Tried) -> bool:
+        """Whether by more than noise makes of one number: errors within a window hang together, so that the
+        windows are what was drawn."""
+        return one.cost > (1.0 + 1.0 / self.windows) * than.cost
 
     def pruned(self, tried: Tried) -> Tried:
         """Without what the axis does not have: a bend, a dead band or a back-EMF of nothing, and friction
@@ -170,13 +203,13 @@ class MotionSearch:
         if none and tried.parameters.drive is not None:
             drive = replace(tried.parameters.drive, **dict.fromkeys(none))  # type: ignore[arg-type]
             kept = [one for one in tried.coordinates if one.name not in none]
-            tried = self.fit(replace(tried.parameters, drive=drive), kept, TRIED)
+            tried = self.fit(replace(tried.parameters, drive=drive), kept, MOST)
         effects = tuple(one for one in tried.parameters.effects if one.name != _GEARS)
         if len(effects) == len(tried.parameters.effects):
             return tried
         kept = [one for one in tried.coordinates if one.part != _GEARS]
         less = self.fit(replace(tried.parameters, effects=effects), kept, TRIED)
-        return less if less.cost < (1.0 + _NOTHING) * tried.cost else tried
+        return tried if self._is_worse(less, tried) else less
 
     def without_sides(self, tried: Tried, scales: Scales) -> Tried:
         """Without what differs between the directions, where that hardly brings the motion closer."""
@@ -185,22 +218,45 @@ class MotionSearch:
         other = self.fit(less, self.coordinates(less, scales), MOST)
         return other if other.cost < (1.0 + _WORTH) * tried.cost else tried
 
+    def finished(self, tried: Tried) -> Tried:
+        """Fitted in the steps that `idtool.verbs.simulate` takes."""
+        self.longest_step = LONGEST_STEP
+        return self.fit(tried.parameters, tried.coordinates, MOST)
+
     def with_intervals(self, tried: Tried) -> Parameters:
         """The file with errors that hold for residuals correlated within a window."""
-        jacobian, count = tried.jacobian, int(self.window[-1]) + 1
-        bread = np.linalg.pinv(jacobian.T @ jacobian)
-        # scipy scales the Jacobian by (1 + z)^-3/4 for this loss, whose gradient is J (1 + z)^-1/2 r
-        pulled = tried.residual * (1.0 + tried.residual**2) ** 0.25
+        count = self.windows
+        residual, jacobian = self.residual(tried.parameters, tried.coordinates, _stepped(tried.x))
+        curved = jacobian * _curvature(residual)[:, None]
+        bread = np.linalg.pinv(curved.T @ curved)
         scores = np.zeros((count, len(tried.x)))
-        np.add.at(scores, np.tile(self.window, len(self.stages)), jacobian * pulled[:, None])
+        pulls = jacobian * residual[:, None]
+        np.add.at(scores, np.tile(self.window, len(self.stages)), pulls)
         free = max(count - len(tried.x), 1)
         covariance = bread @ (scores.T @ scores) @ bread * count / free
-        quantile = float(special.stdtrit(free, 0.975))
+        quantile = float(student_quantile(np.array([free]), 0.975)[0])
         values = parameters_with_errors(tried.coordinates, tried.x, covariance, quantile)
         return with_values(tried.parameters, tried.coordinates, values)
 
 
-def _blank(recording: Recording) -> Parameters:
-    one = Parameter(1.0)
-    static = dict.fromkeys(("coulomb", "static", "stribeck_velocity", "viscous"), one)
-    return Parameters(axis=recording.axis, static=static, effects=(EffectEntry("inertia", {"inertia": one}),))
+def _stepped(x: Array) -> Array:
+    """A point, and one a step further on along each coordinate; shape (1 + coordinates, coordinates)."""
+    return np.vstack([x, x + _STEP * np.eye(len(x))])
+
+
+def _soft(residual: Array) -> Array:
+    """What squares to the soft loss 2 (sqrt(1 + r^2) - 1): large errors count by their size alone."""
+    return np.asarray(residual * np.sqrt(2.0 / (1.0 + np.sqrt(1.0 + residual**2))))
+
+
+def _soft_slope(residual: Array) -> Array:
+    """Derivative of `_soft`."""
+    root = np.sqrt(1.0 + residual**2)
+    return np.asarray(np.sqrt(0.5 * (1.0 + root)) / root)
+
+
+def _curvature(soft: Array) -> Array:
+    """Root of the second derivative of half the loss, over the derivative of `_soft`, where that is `soft`: a
+    row far off says little of how well a number is known."""
+    root = 1.0 + 0.5 * soft**2
+    return np.asarray(np.sqrt(2.0 / (root * (1.0 + root))))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Literal
 
@@ -16,9 +17,11 @@ from idtool.log import Log, columns_of
 from idtool.log.effort import Effort, effort_of, supply_of
 from idtool.model import forward
 from idtool.model.motion import Array
+from idtool.model.stribeck import level
 from idtool.model.units import is_linear
+from idtool.parameters.drive import Drive
 from idtool.signals import Recording
-from idtool.simulation.plant import PlantFile
+from idtool.simulation.plant import PlantFile, Surroundings
 
 Source = Literal["effort", "goal"]
 #: MuJoCo's own identification judges a model over windows of one second, each from the measured state.
@@ -33,14 +36,12 @@ class Stage:
 
     Attributes:
         recording: the logs.
-        file: the plant.
         given, scale, driven: see `forward.simulate`, shape (rows,).
         settings: gain setting of each log's servo, None where it is not told.
         by_goal: whether `given` is the goal.
     """
 
     recording: Recording
-    file: PlantFile
     given: Array
     scale: Array
     driven: Array
@@ -48,14 +49,13 @@ class Stage:
     by_goal: bool
 
     @classmethod
-    def of(cls, logs: Sequence[Log], recording: Recording, file: PlantFile, source: Source) -> Stage:
-        """Gather what drives the plant."""
+    def of(cls, logs: Sequence[Log], recording: Recording, drive: Drive | None = None) -> Stage:
+        """Gather what drives the plant: the goals through a position loop if given, else the efforts."""
         efforts = [effort_of(log) for log in logs]
-        motion, drive = recording.motion, file.parameters.drive
+        motion = recording.motion
         driven = np.concatenate([_driven(log) for log in logs])
         scale = np.concatenate([_scale(log, effort) for log, effort in zip(logs, efforts, strict=True)])
-        if source == "goal":
-            assert drive is not None
+        if drive is not None:
             assert drive.delay is not None
             goal = np.concatenate([goal_of(log) for log in logs])
             given = _later(motion.time, goal, motion.first, drive.delay.value)
@@ -64,60 +64,137 @@ class Stage:
             # the simulated speed takes the back-EMF off again
             given = (recording.torque + back_emf * motion.velocity) / scale
         settings = tuple(gain_setting(log) for log in logs)
-        return cls(recording, file, given, scale, driven, settings, source == "goal")
+        return cls(recording, given, scale, driven, settings, drive is not None)
 
-    def run(self, seconds: float, progress: Callable[[float], None] = lambda _: None) -> Array:
+    def run(
+        self, file: PlantFile, seconds: float, progress: Callable[[float], None] = lambda _: None
+    ) -> Array:
         """Simulated position of every row; started anew from the measured state after so many seconds.
 
         Args:
+            file: the plant.
             seconds: math.inf for whole trials.
             progress: called with the share done, 0 to 1.
+
+        Returns:
+            Position, rad (m), shape (rows,).
         """
-        motion, drive = self.recording.motion, self.file.parameters.drive
+        nothing = np.empty((len(self.recording.motion), 0))
+        return self.run_along(file, seconds, (), (), nothing, progress)
+
+    def run_along(
+        self,
+        file: PlantFile,
+        seconds: float,
+        others: Sequence[PlantFile],
+        steps: Sequence[float],
+        along: Array,
+        progress: Callable[[float], None] = lambda _: None,
+    ) -> Array:
+        """As `run`, with derivatives of the position along coordinates.
+
+        Args:
+            file, seconds, progress: see `run`.
+            others: the plant a small step further on along each coordinate.
+            steps: sizes of these steps.
+            along: where the derivatives go, shape (rows, coordinates).
+
+        Returns:
+            Position, rad (m), shape (rows,).
+        """
+        motion = self.recording.motion
         path = np.empty(len(motion))
-        top = float(np.max(np.abs(motion.velocity)))
-        known: dict[tuple[float, ...], forward.Plant] = {}
-        plant, current = None, -1
-        for part in windows(motion.time, motion.starts.tolist(), seconds):
-            trial = int(motion.trial[part.start])
-            if trial != current or plant is None:
-                whole = slice(int(motion.starts[trial]), int(motion.ends[trial]))
-                gain = drive.gain_at(self.settings[self.recording.source[trial]]) if drive else 0.0
-                emf = drive.back_emf.value if drive is not None and drive.back_emf is not None else None
-                emf = self.file.parameters.axis.back_emf_damping if emf is None else emf
-                around = self.file.surroundings(motion, whole)
-                if around not in known:
-                    known[around] = self.file.plant(motion, whole, emf)
-                numbers = known[around].numbers.copy()
-                numbers[forward.POSITION_GAIN] = gain
-                plant = replace(known[around], numbers=numbers)
-                added, current = self.file.added(motion, whole), trial
-            velocity = float(motion.velocity[part.start])
-            velocity = 0.0 if abs(velocity) < _AT_REST * top else velocity
-            begin = float(motion.position[part.start])
-            found = forward.simulate(
+        known: dict[tuple[float, ...], tuple[forward.Plant, forward.Slopes]] = {}
+        for trial, begins in enumerate(self._begins(seconds)):
+            rows = slice(int(motion.starts[trial]), int(motion.ends[trial]))
+            key = file.surroundings(motion, rows)
+            if key not in known:
+                known[key] = self._plant(file, others, steps, key, rows)
+            plant, slopes = known[key]
+            drive, numbers = file.parameters.drive, plant.numbers.copy()
+            setting = self.settings[self.recording.source[trial]]
+            numbers[forward.POSITION_GAIN] = drive.gain_at(setting) if drive is not None else 0.0
+            plant = replace(plant, numbers=numbers)
+            path[rows] = forward.simulate(
                 plant,
-                motion.time[part],
-                self.given[part],
-                self.scale[part],
-                self.driven[part],
-                added[part.start - whole.start : part.stop - whole.start],
-                (begin, velocity, _bend(plant, velocity)),
+                motion.time[rows],
+                self.given[rows],
+                self.scale[rows],
+                self.driven[rows],
+                file.added(motion, rows),
+                begins - rows.start,
+                self._start(plant, begins),
                 by_goal=self.by_goal,
+                slopes=slopes,
+                along=along[rows],
             )[:, 0]
-            path[part] = np.interp(motion.time[part] - self.file.delay, motion.time[part], found)
-            progress(part.stop / len(motion))
+            if file.delay:
+                both = np.column_stack([path[rows], along[rows]])
+                both = _reported_late(motion.time[rows], begins - rows.start, both, file.delay)
+                path[rows], along[rows] = both[:, 0], both[:, 1:]
+            progress(rows.stop / len(motion))
         return path
 
+    def _begins(self, seconds: float) -> list[NDArray[np.intp]]:
+        """First rows of the windows of every trial."""
+        if seconds not in self._known_begins:
+            motion = self.recording.motion
+            first = np.array([part.start for part in windows(motion.time, motion.starts.tolist(), seconds)])
+            self._known_begins[seconds] = np.split(first, np.searchsorted(first, motion.starts[1:]))
+        return self._known_begins[seconds]
 
-def _bend(plant: forward.Plant, velocity: float) -> float:
-    """Deflection of the bristle at a start: settled where the axis moves, none where it rests."""
-    n = plant.numbers
-    if n[forward.SIGMA0] == 0.0 or velocity == 0.0:
-        return 0.0
-    fade = math.exp(-min((abs(velocity) / n[forward.STRIBECK]) ** n[forward.EXPONENT], 700.0))
-    level = n[forward.COULOMB] + (n[forward.STATIC] - n[forward.COULOMB]) * fade
-    return math.copysign(float(level / n[forward.SIGMA0]), velocity)
+    @cached_property
+    def _known_begins(self) -> dict[float, list[NDArray[np.intp]]]:
+        return {}
+
+    @cached_property
+    def _surroundings(self) -> dict[tuple[float, ...], Surroundings]:
+        return {}
+
+    def _plant(
+        self,
+        file: PlantFile,
+        others: Sequence[PlantFile],
+        steps: Sequence[float],
+        key: tuple[float, ...],
+        rows: slice,
+    ) -> tuple[forward.Plant, forward.Slopes]:
+        if key not in self._surroundings:
+            self._surroundings[key] = file.around(self.recording.motion, rows)
+        around = self._surroundings[key]
+        plant = file.plant(around)
+        further = [other.plant(around, (file, plant)) for other in others]
+        return plant, forward.Slopes.between(plant, further, steps)
+
+    def _start(self, plant: forward.Plant, begins: NDArray[np.intp]) -> Array:
+        """Measured position and velocity at the start of each window, and the deflection of the bristle:
+        settled where the axis moves, none where it rests; shape (windows, 3)."""
+        motion, n = self.recording.motion, plant.numbers
+        velocity = motion.velocity[begins]
+        velocity = np.where(np.abs(velocity) < _AT_REST * self._top, 0.0, velocity)
+        bend = np.zeros(len(begins))
+        if n[forward.SIGMA0] > 0.0:
+            curve = level(
+                np.abs(velocity),
+                n[forward.COULOMB],
+                n[forward.STATIC],
+                n[forward.STRIBECK],
+                n[forward.EXPONENT],
+            )
+            bend = np.sign(velocity) * curve / n[forward.SIGMA0]
+        return np.column_stack([motion.position[begins], velocity, bend])
+
+    @cached_property
+    def _top(self) -> float:
+        return float(np.max(np.abs(self.recording.motion.velocity)))
+
+
+def _reported_late(time: Array, begins: NDArray[np.intp], values: Array, delay: float) -> Array:
+    """Values as they were so much earlier within each window, the first one before; shape (rows, columns)."""
+    first = np.repeat(begins, np.diff(np.append(begins, len(time))))
+    before = np.clip(np.searchsorted(time, time - delay, side="right") - 1, first, len(time) - 2)
+    share = np.clip((time - delay - time[before]) / (time[before + 1] - time[before]), 0.0, 1.0)
+    return np.asarray(values[before] + share[:, None] * (values[before + 1] - values[before]))
 
 
 def measured_position(logs: Sequence[Log], recording: Recording) -> Array:
@@ -139,20 +216,20 @@ def windows(time: Array, starts: Sequence[int], seconds: float) -> list[slice]:
     for begin, end in zip(starts, ends, strict=True):
         marks = np.arange(time[begin], time[end - 1], seconds) if np.isfinite(seconds) else [time[begin]]
         edges = [begin + int(k) for k in np.searchsorted(time[begin:end], marks)] + [end]
-        found += [slice(a, b) for a, b in pairwise(edges) if b - a > 1]
+        found += [slice(a, b) for a, b in pairwise(edges) if b > a]
     return found
 
 
 def _driven(log: Log) -> Array:
     on = log.column("drive_on")
-    return np.ones(len(log.frame)) if on is None else np.asarray(on, dtype=float)
+    return np.ones(log.row_count) if on is None else np.asarray(on, dtype=float)
 
 
 def _scale(log: Log, effort: Effort) -> Array:
     """Effort over what the loop commands."""
     voltage, duty = log.column("supply_voltage"), log.column("duty")
     if effort.column != columns_of(log.axis.kind)["duty"] or voltage is None or duty is None:
-        return np.ones(len(log.frame))
+        return np.ones(log.row_count)
     return np.asarray(supply_of(log, duty, voltage) * (log.axis.voltage_constant or 1.0), dtype=float)
 
 

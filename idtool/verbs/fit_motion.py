@@ -84,18 +84,19 @@ def fit_motion(
         )
     first = _without_bristle(_with_drive(first, logs))
     scales = scales_of(recording)
-    search = MotionSearch(logs, recording, measured)
+    search = MotionSearch(logs, recording, measured, first.drive)
     starts = [first, *starts_of_a_gearbox(first, recording, scales, drive_was_off=search.drive_was_off)]
     tell("fitting the motion")
     before = search.rms(first)
-    last = (TRIED,) if known is not None else (TRIED, MOST)
+    last = [TRIED, MOST] if known is not None else [TRIED, MOST, MOST]
     search.plan((*[TRIED] * len(starts), *[MOST] * min(_FOLLOWED, len(starts)), *last), progress)
     tries = [search.fit(one, search.coordinates(one, scales), TRIED) for one in starts]
-    nearest = sorted(tries, key=lambda one: one.cost)[:_FOLLOWED]
+    nearest = search.apart(tries)[:_FOLLOWED]
     ends = [search.fit(one.parameters, one.coordinates, MOST) for one in nearest]
     best = search.pruned(min(ends, key=lambda one: one.cost))
     if known is None:
         best = search.without_sides(best, scales)
+    best = search.finished(best)
     after = search.rms(best.parameters)
     ended = best.outcome
     fitted = search.with_intervals(best)

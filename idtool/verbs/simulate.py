@@ -139,15 +139,15 @@ def simulate(
         parameters = replace(parameters, drive=with_loop(parameters.drive, fit_drive(logs)))
         notes.append("the parameter file has no [drive]: the position loop was identified from these logs.")
     file = PlantFile.of(parameters, recording.motion.torque_constant)
-    stage = Stage.of(logs, recording, file, source)
+    stage = Stage.of(logs, recording, parameters.drive if source == "goal" else None)
     emf = None if parameters.drive is None else parameters.drive.back_emf
     if emf is not None and not emf.identified and not np.all(stage.driven > 0.0):
         notes.append(
             "rows with the drive off were simulated without any viscous friction: no log of the fit had the "
             "drive off, so nothing told how much of it is back-EMF."
         )
-    path = stage.run(math.inf, lambda share: progress(0.5 * share))
-    again = stage.run(WINDOW_S, lambda share: progress(0.5 + 0.5 * share))
+    path = stage.run(file, math.inf, lambda share: progress(0.5 * share))
+    again = stage.run(file, WINDOW_S, lambda share: progress(0.5 + 0.5 * share))
     measured = measured_position(logs, recording)
     off, off_again = path - measured, again - measured
     motion = recording.motion

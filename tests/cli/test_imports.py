@@ -103,12 +103,15 @@ def test_a_fit_loads_no_frame_no_library_of_searches_no_verb_and_no_rig(tmp_path
         ["fit-gravity", gravity, "-p", "params.toml"],
         ["fit-static", sweep, "-p", "params.toml"],
         ["fit-dynamic", sine, "-p", "params.toml"],
+        ["fit-motion", sine, "-p", "motion.toml"],
     ]
-    modules = _modules(commands, tmp_path)["fit-dynamic"]
+    loaded = _modules(commands, tmp_path)
+    modules = loaded["fit-dynamic"]
     assert {"idtool.fit", "idtool.signals.bounded", "idtool.diagnosis.remainder"} <= modules
     libraries = {"pandas", "scipy.special", "scipy.ndimage", "scipy.sparse", "scipy.linalg"}
     rooms = {"idtool.verbs", "idtool.diagnosis.diagnose", "idtool.rig", "idtool.experiment"}
     assert modules.isdisjoint(libraries | rooms)
+    assert loaded["fit-motion"].isdisjoint(libraries | {"scipy.optimize"})
 
 
 def test_check_loads_no_frame_and_no_library_of_searches(tmp_path: Path) -> None:

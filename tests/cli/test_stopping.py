@@ -62,7 +62,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (signal.SIGTERM, "numpy"),
         (signal.SIGTERM, "pandas"),
         (signal.SIGHUP, "numba"),
-        (signal.SIGTERM, "scipy.optimize"),
+        (signal.SIGTERM, "scipy"),
     ],
 )
 def test_while_modules_are_imported(folder: Path, number: signal.Signals, module: str) -> None:

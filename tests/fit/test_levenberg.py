@@ -70,3 +70,38 @@ def test_a_coordinate_that_no_row_shows_stays() -> None:
         lambda x: x[:1] - 3.0, lambda x: np.array([[1.0, 0.0]]), np.array([0.0, 7.0]), -OPEN, OPEN, most=20
     )
     assert found.x == pytest.approx([3.0, 7.0])
+
+
+def test_no_step_goes_beyond_its_reach() -> None:
+    tried: list[Array] = []
+
+    def residual(x: Array) -> Array:
+        tried.append(x.copy())
+        return rosenbrock(x)
+
+    reach = np.array([0.1, 0.4])
+    start = np.array([-1.2, 1.0])
+    found = minimise(residual, its_jacobian, start, -OPEN, OPEN, most=200, reach=reach)
+    np.testing.assert_allclose(found.x, [1.0, 1.0], atol=1e-6)
+    assert found.cost == np.sum(rosenbrock(found.x) ** 2)
+    accepted = [start]
+    for one in tried[1:]:
+        assert np.all(np.abs(one - accepted[-1]) <= reach * (1.0 + 1e-12))
+        if np.sum(rosenbrock(one) ** 2) < np.sum(rosenbrock(accepted[-1]) ** 2):
+            accepted.append(one)
+
+
+def test_a_step_that_failed_corrects_the_slope_along_it() -> None:
+    """Steps on the way down a slope of stairs, of whose derivative nothing is seen but the treads'."""
+
+    def stairs(x: Array) -> Array:
+        return np.array([np.round(20.0 * x[0]) / 20.0 - 0.5 * (x[0] - 3.0), x[1] - x[0]])
+
+    def treads(x: Array) -> Array:
+        return np.array([[-0.5, 0.0], [-1.0, 1.0]])
+
+    plain, learnt = (
+        minimise(stairs, treads, np.array([2.03, 0.0]), -OPEN, OPEN, most=80, secant=secant)
+        for secant in (False, True)
+    )
+    assert learnt.cost < 0.1 * plain.cost

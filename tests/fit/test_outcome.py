@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-import numpy as np
 import pytest
-from scipy import optimize
 
 from benchmarks.sessions import log_of, truth
 from idtool.effects import registry
@@ -14,7 +12,7 @@ from idtool.fit.findings import findings
 from idtool.fit.identifiability import shortcomings
 from idtool.fit.joint import JointFit, solve
 from idtool.fit.model import JointModel
-from idtool.fit.outcome import Outcome, outcome_of
+from idtool.fit.outcome import Outcome
 from idtool.fit.spec import Spec
 from idtool.signals import record
 from idtool.verbs.identification import parameters_of
@@ -50,14 +48,3 @@ def test_what_did_not_converge_has_advice(outcome: Outcome) -> None:
     assert outcome.meaning
     assert outcome.converged or outcome.advice
     assert len(outcome.notes) == (not outcome.converged)
-
-
-@pytest.mark.parametrize(
-    ("most", "high", "outcome"),
-    [(50, 9.0, Outcome.CONVERGED), (50, 0.5, Outcome.AT_BOUND), (1, 9.0, Outcome.OUT_OF_EVALUATIONS)],
-)
-def test_scipy_s_words_for_it(most: int, high: float, outcome: Outcome) -> None:
-    result = optimize.least_squares(
-        lambda x: np.exp(x) - 3.0, [0.0], bounds=([-9.0], [high]), max_nfev=most, xtol=1e-12
-    )
-    assert outcome_of(result) is outcome

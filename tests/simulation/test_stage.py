@@ -19,11 +19,11 @@ def test_a_thousand_times_as_fast_as_the_axis() -> None:
     log = SWING.log(seconds=10.0)
     file = SWING.parameters()
     recording = record([replace(log, axis=file.axis)], every_row=True)
-    stage = Stage.of([log], recording, PlantFile.of(file, 1.0), "effort")
-    stage.run(np.inf)  # compiled
+    stage, plant = Stage.of([log], recording), PlantFile.of(file, 1.0)
+    stage.run(plant, np.inf)  # compiled
     used = []
     for _ in range(3):
         begin = time.process_time()
-        stage.run(np.inf)
+        stage.run(plant, np.inf)
         used.append(time.process_time() - begin)
     assert min(used) < 10.0 / 1000.0

@@ -62,6 +62,12 @@ def test_it_finds_the_axis_behind_the_duty() -> None:
     assert any("20 ms later" in note for note in fitted().notes)
 
 
+def test_the_error_that_it_tells_is_that_of_simulate() -> None:
+    """In the same steps, though most of the search takes longer ones."""
+    again = simulate(logs(), fitted().parameters)
+    assert again.rms_windows == pytest.approx(fitted().after, rel=1e-6)
+
+
 def test_it_simulates_a_motion_that_no_fit_saw() -> None:
     unseen = SERVO.log(1.9, 0.45)
     found = fitted().parameters

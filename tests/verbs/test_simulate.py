@@ -27,10 +27,7 @@ def test_the_motion_comes_back_from_its_torque() -> None:
     log = SWING.log(seconds=10.0, noise=0.0)
     shares: list[float] = []
     found = simulate(log, TRUTH, progress=shares.append)
-    assert shares == sorted(shares)
-    assert shares[0] == 0.5  # whole trials, then windows
-    assert shares[-1] == 1.0
-    assert len(shares) > 5
+    assert shares == [0.5, 1.0]  # whole trials, then windows
     assert list(found.frame) == ["trial", "time_s", "position_rad", "position_simulated_rad"]
     assert found.mean_abs < 0.02  # rounding of the position makes torque errors that add up
     assert found.rms_windows < 0.002
