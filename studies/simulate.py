@@ -64,7 +64,7 @@ def main_table(folder: Path) -> list[str]:
         ours = 1e3 * found.rms_windows
         rows.append(
             f"| {title} | {ours:.2f} {unit} | {theirs:g} {unit} | {'yes' if ours < theirs else '**no**'} | "
-            f"{spent:.0f} s | {fit.evaluations * found.seconds / max(spent, 1e-9):,.0f} | {pace:,.0f} |"
+            f"{spent:.1f} s | {fit.evaluations * found.seconds / max(spent, 1e-9):,.0f} | {pace:,.0f} |"
         )
     return rows
 

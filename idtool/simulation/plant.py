@@ -11,11 +11,11 @@ import numpy as np
 from idtool.effects import registry
 from idtool.effects.base import Effect, Values
 from idtool.errors import InputError
-from idtool.model import forward, gravity
+from idtool.model import forward, gravity, tabulated
 from idtool.model.contribution import Contribution, combine, is_zero
-from idtool.model.forward import Plant
 from idtool.model.motion import Array, Motion
 from idtool.model.stribeck import EXPONENT
+from idtool.model.tabulated import Plant
 from idtool.parameters import GRAVITY_MODELS, Parameters
 
 #: Positions and velocities of the tables; lines between them are straight.
@@ -108,16 +108,16 @@ class PlantFile:
         if like is None or like[0]._at_position != self._at_position:
             exponent, over_position = self._over_position(around)
         else:
-            exponent, over_position = like[1].numbers[forward.EXPONENT], like[1].over_position
+            exponent, over_position = like[1].numbers[tabulated.EXPONENT], like[1].over_position
         if like is None or like[0]._at_velocity != self._at_velocity:
             over_velocity = self._over_velocity(around)
         else:
             over_velocity = like[1].over_velocity
         n = self._numbers()
-        n[forward.EXPONENT] = exponent
-        n[forward.FIRST_POSITION], n[forward.FIRST_VELOCITY] = around.positions[0], around.velocities[0]
-        n[forward.POSITION_STEP] = around.positions[1] - around.positions[0]
-        n[forward.VELOCITY_STEP] = around.velocities[1] - around.velocities[0]
+        n[tabulated.EXPONENT] = exponent
+        n[tabulated.FIRST_POSITION], n[tabulated.FIRST_VELOCITY] = around.positions[0], around.velocities[0]
+        n[tabulated.POSITION_STEP] = around.positions[1] - around.positions[0]
+        n[tabulated.VELOCITY_STEP] = around.velocities[1] - around.velocities[0]
         return Plant(n, over_position, over_velocity)
 
     @property
@@ -131,30 +131,30 @@ class PlantFile:
         return [one for one in self.effects if {"velocity", "direction"} & {*one[0].follows}]
 
     def _numbers(self) -> Array:
-        n = np.zeros(forward.NUMBERS)
+        n = np.zeros(tabulated.NUMBERS)
         file, static = self.parameters, self.parameters.static
         told = None if file.drive is None else file.drive.back_emf
         back_emf = file.axis.back_emf_damping if told is None else told.value
-        n[forward.INERTIA] = self.inertia
-        n[forward.COULOMB] = static["coulomb"].value
-        n[forward.STATIC] = static["static"].value
-        n[forward.STRIBECK] = static["stribeck_velocity"].value
-        n[forward.VISCOUS] = static["viscous"].value + file.axis.back_emf_damping
-        n[forward.VISCOUS_OFF] = max(n[forward.VISCOUS] - back_emf, 0.0)
+        n[tabulated.INERTIA] = self.inertia
+        n[tabulated.COULOMB] = static["coulomb"].value
+        n[tabulated.STATIC] = static["static"].value
+        n[tabulated.STRIBECK] = static["stribeck_velocity"].value
+        n[tabulated.VISCOUS] = static["viscous"].value + file.axis.back_emf_damping
+        n[tabulated.VISCOUS_OFF] = max(n[tabulated.VISCOUS] - back_emf, 0.0)
         if file.has_bristle:
-            n[forward.SIGMA0] = file.dynamic["bristle_stiffness"].value
-            n[forward.SIGMA1] = file.dynamic["bristle_damping"].value
-        n[forward.SATURATION] = self.saturation
+            n[tabulated.SIGMA0] = file.dynamic["bristle_stiffness"].value
+            n[tabulated.SIGMA1] = file.dynamic["bristle_damping"].value
+        n[tabulated.SATURATION] = self.saturation
         if file.drive is not None:
             for entry, number in (
-                (forward.VELOCITY_GAIN, file.drive.velocity_gain),
-                (forward.DEAD_BAND, file.drive.dead_band),
-                (forward.BEND, file.drive.bend),
+                (tabulated.VELOCITY_GAIN, file.drive.velocity_gain),
+                (tabulated.DEAD_BAND, file.drive.dead_band),
+                (tabulated.BEND, file.drive.bend),
             ):
                 n[entry] = number.value if number is not None else 0.0
             limit = file.drive.limit
-            n[forward.LIMIT] = limit.value if limit is not None and limit.identified else _UNLIMITED
-        n[forward.TIME_STEP] = self.longest_step
+            n[tabulated.LIMIT] = limit.value if limit is not None and limit.identified else _UNLIMITED
+        n[tabulated.TIME_STEP] = self.longest_step
         return n
 
     def _follow(self, *quantities: str) -> bool:
@@ -199,14 +199,14 @@ class PlantFile:
         count = len(around.positions)
         at = self._loaded(around.over_position, around.gravity_columns(self.parameters.gravity_model))
         total = _sum(self.effects, at)
-        table = np.zeros((count, 2, forward.FIELDS))
+        table = np.zeros((count, 2, tabulated.FIELDS))
         for field, name in enumerate(_FIELDS):
             if not is_zero(term := getattr(total, name)):
                 table[:, :, field] = np.broadcast_to(term, 2 * count).reshape(2, count).T
         if at.load is not None:
-            table[:, :, forward.TORQUE] += at.load.reshape(2, count).T
+            table[:, :, tabulated.TORQUE] += at.load.reshape(2, count).T
         exponent = EXPONENT + float(np.mean(total.exponent_change))
-        return exponent, table.reshape(count, 2 * forward.FIELDS)
+        return exponent, table.reshape(count, 2 * tabulated.FIELDS)
 
     def _over_velocity(self, around: Surroundings) -> Array:
         """Torque over velocity less what the direction alone makes; short where there is none."""

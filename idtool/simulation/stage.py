@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from idtool.fit.drive import gain_setting, goal_of
 from idtool.log import Log, columns_of
 from idtool.log.effort import Effort, effort_of, supply_of
-from idtool.model import forward
+from idtool.model import forward, tabulated
 from idtool.model.motion import Array
 from idtool.model.stribeck import level
 from idtool.model.units import is_linear
@@ -104,7 +104,7 @@ class Stage:
         """
         motion = self.recording.motion
         path = np.empty(len(motion))
-        known: dict[tuple[float, ...], tuple[forward.Plant, forward.Slopes]] = {}
+        known: dict[tuple[float, ...], tuple[tabulated.Plant, tabulated.Slopes]] = {}
         for trial, begins in enumerate(self._begins(seconds)):
             rows = slice(int(motion.starts[trial]), int(motion.ends[trial]))
             key = file.surroundings(motion, rows)
@@ -113,7 +113,7 @@ class Stage:
             plant, slopes = known[key]
             drive, numbers = file.parameters.drive, plant.numbers.copy()
             setting = self.settings[self.recording.source[trial]]
-            numbers[forward.POSITION_GAIN] = drive.gain_at(setting) if drive is not None else 0.0
+            numbers[tabulated.POSITION_GAIN] = drive.gain_at(setting) if drive is not None else 0.0
             plant = replace(plant, numbers=numbers)
             path[rows] = forward.simulate(
                 plant,
@@ -158,30 +158,30 @@ class Stage:
         steps: Sequence[float],
         key: tuple[float, ...],
         rows: slice,
-    ) -> tuple[forward.Plant, forward.Slopes]:
+    ) -> tuple[tabulated.Plant, tabulated.Slopes]:
         if key not in self._surroundings:
             self._surroundings[key] = file.around(self.recording.motion, rows)
         around = self._surroundings[key]
         plant = file.plant(around)
         further = [other.plant(around, (file, plant)) for other in others]
-        return plant, forward.Slopes.between(plant, further, steps)
+        return plant, tabulated.Slopes.between(plant, further, steps)
 
-    def _start(self, plant: forward.Plant, begins: NDArray[np.intp]) -> Array:
+    def _start(self, plant: tabulated.Plant, begins: NDArray[np.intp]) -> Array:
         """Measured position and velocity at the start of each window, and the deflection of the bristle:
         settled where the axis moves, none where it rests; shape (windows, 3)."""
         motion, n = self.recording.motion, plant.numbers
         velocity = motion.velocity[begins]
         velocity = np.where(np.abs(velocity) < _AT_REST * self._top, 0.0, velocity)
         bend = np.zeros(len(begins))
-        if n[forward.SIGMA0] > 0.0:
+        if n[tabulated.SIGMA0] > 0.0:
             curve = level(
                 np.abs(velocity),
-                n[forward.COULOMB],
-                n[forward.STATIC],
-                n[forward.STRIBECK],
-                n[forward.EXPONENT],
+                n[tabulated.COULOMB],
+                n[tabulated.STATIC],
+                n[tabulated.STRIBECK],
+                n[tabulated.EXPONENT],
             )
-            bend = np.sign(velocity) * curve / n[forward.SIGMA0]
+            bend = np.sign(velocity) * curve / n[tabulated.SIGMA0]
         return np.column_stack([motion.position[begins], velocity, bend])
 
     @cached_property
