@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from idtool.signals import record
 from idtool.simulation import search
 from idtool.simulation.coordinates import start
 from idtool.simulation.search import MotionSearch
-from idtool.simulation.stage import measured_position
+from idtool.simulation.stage import Stage, measured_position
 from idtool.simulation.starts import scales_of
 from testbench.pendulums import Pendulum
 
@@ -56,6 +57,25 @@ def test_derivatives_of_every_number_that_is_varied() -> None:
     simulated = one.evaluations
     one.residual(file, one.coordinates(file, scales_of(one.recording)), search._stepped(np.zeros(9)))
     assert one.evaluations == simulated + 1
+
+
+def test_rows_whose_derivatives_make_no_sense_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motion that would be elsewhere altogether after the smallest step, or that is lost."""
+    one, file = searched(), SWING.parameters()
+    plain = Stage.run_along
+
+    def wild(*given: Any) -> Array:
+        path, along = plain(*given), given[-1]
+        if along.shape[1]:
+            along[3, 1], along[4, 0], along[5, 2], path[6] = np.inf, np.nan, -1e9, np.nan
+        return path
+
+    monkeypatch.setattr(Stage, "run_along", wild)
+    coordinates = one.coordinates(file, scales_of(one.recording))
+    off, along = one.residual(file, coordinates, search._stepped(start(file, coordinates)))
+    assert np.all(np.isfinite(off))
+    assert np.all(along[3:7] == 0.0)
+    assert np.all(along[7:20].any(axis=1))
 
 
 def test_the_loss_is_soft() -> None:
