@@ -228,7 +228,7 @@ def _power(
     if not together.any():
         return []
     speed = np.where(together, np.diff(position) / steps, 0.0)
-    kernel = np.ones(5) / 5.0
+    kernel = np.full(min(5, len(speed)), 1.0 / min(5, len(speed)))
     speed = np.convolve(speed, kernel, mode="same")  # a counter's rates are too rough to be differentiated
     faster = np.gradient(speed) / float(np.median(steps))
     top = float(np.quantile(np.abs(speed), 0.999))
