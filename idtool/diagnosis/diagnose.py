@@ -13,11 +13,12 @@ from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.diagnosis.exchange import exchange, in_its_place
 from idtool.diagnosis.held_out import between, held_out_squares, predicts_worse
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
+from idtool.diagnosis.passing import lowers
 from idtool.diagnosis.plausible import CHANCE, WORTH
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
 from idtool.diagnosis.remainder import Remainder, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
-from idtool.diagnosis.selection import absorbed, begun, extend, good_enough
+from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, next_effect
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import outdoes
 from idtool.diagnosis.split import Split, split
@@ -177,8 +178,11 @@ class _Search:
         best: _Found | None = None
         rival: Rival | None = None
         been: list[JointFit] = []
+        law = bases[0].model.spec.friction
         # the one to trust most comes last, and goes on only while it may do as well as the others
         for place, base in reversed(list(enumerate(bases))):
+            if base.model.spec.friction != law:
+                continue
             selection = begun(base, self.library)
             selection.others = tuple(been)
             unnamed, complete = self._select(selection, rival)
@@ -198,7 +202,34 @@ class _Search:
                 best = _Found(place, base, selection, unnamed)
             rival = Rival(fit) if done else rival
         assert best is not None
+        for place, base in enumerate(bases):
+            if base.model.spec.friction != law:
+                best = self._without_presliding(_Found(place, base, begun(base, self.library), {}), best)
         return best
+
+    def _without_presliding(self, rigid: _Found, best: _Found) -> _Found:
+        """The better of what was found beside presliding and of what is found beside none.
+
+        A bristle may bend for what the model lacks. All machines have presliding, so that the law without it
+        has to predict better with fewer numbers, or surely; others are looked for once one effect does so.
+        """
+        self.tell("looking once more without presliding")
+        rival, selection = best.selection.fit, rigid.selection.copy()
+        next_effect(selection, self.library, self.tell)
+        if self._does_better(selection.fit, rival):
+            rigid.unnamed, _ = self._select(selection, Rival(rival))
+            rigid.selection = selection
+        fit = rigid.selection.fit
+        return rigid if not selection.hopeless and self._does_better(fit, rival) else best
+
+    def _does_better(self, rigid: JointFit, rival: JointFit) -> bool:
+        """Whether a fit predicts better by enough to matter with fewer numbers, or surely: left-out trials or
+        the held-out rows."""
+        error, least = left_out_error(rigid), left_out_error(rival)
+        if SURELY * error < least or (len(rigid.x) < len(rival.x) and lowers(least, error)):
+            return True
+        held = [float(held_out_squares(each, self.parts, rigid).mean()) for each in (rigid, rival)]
+        return SURELY**2 * held[0] < held[1]
 
     def _select(
         self, selection: Selection, rival: Rival | None = None, *, named: bool = False

@@ -11,7 +11,7 @@ from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import SETTLED, since_turn
 from idtool.effects.base import Effect
 from idtool.effects.hysteresis import carried_of_friction, reaches
-from idtool.fit.identifiability import stribeck_seen
+from idtool.fit.identifiability import rows_in_presliding, stribeck_seen
 from idtool.fit.joint import JointFit, added_by, torque_of
 from idtool.fit.left_out import SURELY, left_out_error
 from idtool.model.motion import since_reversal
@@ -42,6 +42,8 @@ def impossible(fit: JointFit, effect: Effect) -> str | None:
         return "no stiction shows apart from the Coulomb level, so the fall between them has no shape"
     if "direction" in effect.follows and "velocity" in effect.follows and _drives(fit, effect):
         return "friction would drive the axis one way"
+    if effect.told_by_turns and not _shows_turns(fit):
+        return "only turns tell it from friction under load and another gravity, and no presliding is seen"
     if effect.of_sliding and "hysteresis" in names and not _shows_in_sliding(fit, effect):
         return "it does not show where the axis slides steadily, and its presliding is none of LuGre's"
     if effect.name != "inertia" and not worth_it(fit, effect, _NOTHING):
@@ -77,6 +79,11 @@ def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) 
             if beyond > fit.quantile[i] * np.sqrt(fit.covariance[i, i]):
                 return f"its {p.name.replace('_', ' ')} would be {values[p.name]:.2g}, which cannot be"
     return None
+
+
+def _shows_turns(fit: JointFit) -> bool:
+    """Whether the rows show what happens after a turn."""
+    return fit.model.spec.friction == "lugre" and rows_in_presliding(fit)[0] >= _IN_BEND
 
 
 def _drives(fit: JointFit, effect: Effect) -> bool:

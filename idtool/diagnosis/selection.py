@@ -119,7 +119,7 @@ def _add(
     for _ in range(_MOST_ROUNDS):
         if good_enough(selection.fit, tolerance):
             return
-        winner = _round(selection, library, tell)
+        winner = next_effect(selection, library, tell)
         if winner is None and rival is not None and rival.is_ahead(selection.fit):
             selection.hopeless = True  # what is tried where nothing passes turns nothing round
             return
@@ -221,7 +221,8 @@ def _two_at_once(
     return winner
 
 
-def _round(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> Trial | None:
+def next_effect(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> Trial | None:
+    """One round: the effect that comes in next, the best of those that pass; None if none does."""
     fit = selection.fit
     stiff = _beside_a_stiff_bristle(fit)
     fits = [each for each in (fit, stiff) if each is not None]

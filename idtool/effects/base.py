@@ -164,6 +164,8 @@ class Effect(ABC):
         after_reversal: whether it shows after each reversal, whichever way the axis then goes.
         of_sliding: whether it is a property of the curve of steady sliding, so that it must show where the
             axis slides steadily.
+        told_by_turns: whether rows that slide steadily are described as well by its special case and another
+            gravity, so that only those after a turn tell.
     """
 
     name: ClassVar[str]
@@ -183,6 +185,7 @@ class Effect(ABC):
     is_lag: ClassVar[bool] = False
     after_reversal: ClassVar[bool] = False
     of_sliding: ClassVar[bool] = False
+    told_by_turns: ClassVar[bool] = False
 
     #: The formula as a static method that numba compiled: at(row, numbers, memory, total) adds what the
     #: effect adds to `total` (places of `FIELDS`) and moves its memory on. Without a memory it takes all rows

@@ -29,6 +29,7 @@ class DriveBackdrive(Effect):
     reveals = "raise against lower at three or more payloads"
     look_alikes = ("load_dependent_friction", "torque_constant_saturation")
     absorbs = ("load_dependent_friction",)
+    told_by_turns = True  # sliding either way is as well that of friction under load and of another gravity
     citation = "Duclusaud et al. 2025 (BAM, model M5); Giberti et al. 2018 on worm and harmonic gears"
     needs = ("load",)
     parameters = (

@@ -17,13 +17,21 @@ from idtool.diagnosis.weights import weighed
 from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.errors import InputError, nearest
-from idtool.fit.choose import CLEAR_EVIDENCE, GRAVITY_CHOICES, choose_gravity, first_fits, step_down
+from idtool.fit.choose import (
+    CLEAR_EVIDENCE,
+    GRAVITY_CHOICES,
+    choose_gravity,
+    first_fit,
+    first_fits,
+    step_down,
+)
 from idtool.fit.drive import fit_drive
 from idtool.fit.findings import findings
 from idtool.fit.joint import JointFit, gain_in_evidence, refit
 from idtool.fit.known_load import Calibration, calibrate_by_axis
 from idtool.fit.model import JointModel
 from idtool.fit.own_filter import behind_own_filter, filtered_before
+from idtool.fit.restart import worth_a_restart
 from idtool.fit.shortcoming import Shortcoming
 from idtool.fit.spec import FRICTION_KINDS, FrictionKind, Spec
 from idtool.log import Log
@@ -221,7 +229,8 @@ def begin(
     seed: int = 0,
     without: Sequence[str] = (),
 ) -> Begun:
-    """Fits of the base model that the data can carry (`first_fits`)."""
+    """Fits of the base model that the data can carry (`first_fits`); where LuGre leaves more than noise, the
+    last one is without presliding: a bristle may bend for what the model lacks."""
     kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
     if not recording.motion.velocity.any():
         raise InputError(
@@ -242,6 +251,11 @@ def begin(
     if (rows := weighed(recording, fits[0])) is not recording:
         fits = search(rows)
     stepped = [step_down(fit) for fit in fits]
+    if stepped[0][0].model.spec.friction == "lugre" and worth_a_restart(fits[0]):
+        static = replace(spec, friction="stribeck")
+        rigid, why, reasons = step_down(first_fit(rows, static, optimizer=optimizer, seed=seed))
+        why = ["the static curve is used instead of LuGre: it predicts better.", *why]
+        stepped.append((rigid, why, reasons))
     starts = [_bare(fit, spec) for fit, _, _ in stepped]
     return starts, notes, [(why, reasons) for _, why, reasons in stepped]
 

@@ -74,7 +74,7 @@ def test_a_special_case_is_tried_beside_what_leaves_less(monkeypatch: pytest.Mon
     """... however far behind its own score is: what the larger one adds may turn out to be chance."""
     monkeypatch.setattr(selecting, "_REFITTED", 1)
     tried = list[str]()
-    winner = selecting._round(begun(base(0.0), [OFFSET, SPRING]), [OFFSET, SPRING], tried.append)
+    winner = selecting.next_effect(begun(base(0.0), [OFFSET, SPRING]), [OFFSET, SPRING], tried.append)
     assert winner is not None
     assert winner.effect is OFFSET
     assert [words.split(" (")[0] for words in tried][:1] == ["trying position stiffness"]

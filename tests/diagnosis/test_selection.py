@@ -218,7 +218,7 @@ def test_a_lag_that_cannot_be_but_leaves_least_brings_the_others(
             lambda chosen, trial: [trial] if trial.effect.name == "torque_offset" else [],
         )
         tried.clear()
-        winner = selection._round(selection.begun(offset_axis, library), library, lambda _: None)
+        winner = selection.next_effect(selection.begun(offset_axis, library), library, lambda _: None)
         assert winner is not None
         assert winner.effect.name == "torque_offset"
         assert (tried != []) == brings
