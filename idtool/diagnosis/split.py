@@ -94,6 +94,7 @@ def _blocks(recording: Recording) -> NDArray[np.intp]:
         raise InputError(
             f"{np.count_nonzero(recording.usable)} rows in motion are too few to hold any out",
             file=recording.sources[0],
-            remedy=f"record {_LEAST_TRIALS * per_block} such rows at least",
+            remedy=f"record {_LEAST_TRIALS * per_block} such rows at least, or fit without looking for "
+            "effects (`ffc-id fit-motion`)",
         )
     return fold
