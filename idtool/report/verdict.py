@@ -258,7 +258,13 @@ def _residual_check(evidence: Evidence) -> Iterator[Check]:
     if tests is None or not tests.after:
         return
     left = [text.quantity(t.variable) for t in tests.after if depends(t)]
-    if left:
+    unexplained = evidence.diagnosis.unexplained
+    if (
+        not left and unexplained and unexplained.depends_on
+    ):  # a shape over it was found, by no test of smoothness
+        followed = text.listed([text.quantity(name) for name in unexplained.depends_on])
+        yield Check("care", f"What is left follows {followed}.")
+    elif left:
         yield Check("care", f"The residual still depends on {text.listed(left)} (p below {SIGNIFICANT}).")
     else:
         tested = text.listed([text.quantity(test.variable) for test in tests.after], "or")

@@ -254,7 +254,7 @@ def begin(
     if stepped[0][0].model.spec.friction == "lugre" and worth_a_restart(fits[0]):
         static = replace(spec, friction="stribeck")
         rigid, why, reasons = step_down(first_fit(rows, static, optimizer=optimizer, seed=seed))
-        why = ["the static curve is used instead of LuGre: it predicts better.", *why]
+        why = ["no presliding is modelled: what was found predicts better without LuGre's.", *why]
         stepped.append((rigid, why, reasons))
     starts = [_bare(fit, spec) for fit, _, _ in stepped]
     return starts, notes, [(why, reasons) for _, why, reasons in stepped]

@@ -8,8 +8,9 @@ import pytest
 
 from idtool import Axis, Log
 from idtool.model.motion import Array
+from idtool.signals import record
 from idtool.verbs.identification import Identification
-from idtool.verbs.identify import identify
+from idtool.verbs.identify import begin, identify
 
 _STEP_S = 0.014
 #: Torque of the load that is level, N m; friction over it.
@@ -37,9 +38,22 @@ def _log(position: Array, time: Array, rng: np.random.Generator) -> Log:
 
 
 @pytest.fixture(scope="module")
-def found() -> Identification:
+def logs() -> list[Log]:
     rng, time = np.random.default_rng(2), np.arange(0.0, 6.0, _STEP_S)
-    return identify([_log(position, time, rng) for gain in (0.4, 0.8) for position in _goals(gain, time)])
+    return [_log(position, time, rng) for gain in (0.4, 0.8) for position in _goals(gain, time)]
+
+
+@pytest.fixture(scope="module")
+def found(logs: list[Log]) -> Identification:
+    return identify(logs)
+
+
+def test_the_last_base_model_has_no_presliding_and_says_so(logs: list[Log]) -> None:
+    starts, _, stepped = begin(record(logs), "lugre", "auto")
+    assert [fit.model.spec.friction == "lugre" for fit in starts] == [True] * (len(starts) - 1) + [False]
+    assert stepped[-1][0][0].startswith("no presliding is modelled")
+    # the static curve, asked for, has no other beside it
+    assert all(fit.model.spec.friction != "lugre" for fit in begin(record(logs), "stribeck", "auto")[0])
 
 
 def test_effects_are_looked_for_without_presliding_too(found: Identification) -> None:

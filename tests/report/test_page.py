@@ -318,6 +318,8 @@ def test_other_verdicts(folder: Path, verdict: str) -> None:
     else:
         assert "Found: position ripple; but structure is left" in text
         assert "still varies with position and velocity (41 % of its variance)" in text
+        assert "What is left follows position and velocity." in text
+        assert "The residual does not depend on" not in text
         assert "What is left looks like this: bump over the position: +0.05 N m at -0.1 rad." in text
         assert "the residual still depends" not in text, "the same twice"
         assert "Not yet" in text
