@@ -13,6 +13,7 @@ import click
 from .axis import Given, axis_options
 from .common import (
     PATH,
+    Decorator,
     Output,
     handed,
     logs_argument,
@@ -168,21 +169,24 @@ class _Part:
         return [f"run-{experiment}", "--rig", recording.rig or ANY_RIG, "-o", f"{experiment}.csv"]
 
 
-_shared = handed(
-    "part",
-    _Part,
-    logs_argument,
-    params_option("Parameter file; made if missing."),
-    click.option("--figure", type=PATH, callback=picture_name, help="Draw a figure too, to this PNG or SVG."),
-    axis_options,
-    optimizer_option,
-    seed_option,
-    output_options,
-)
+def _shared(params: str) -> Decorator:
+    return handed(
+        "part",
+        _Part,
+        logs_argument,
+        params_option(params),
+        click.option(
+            "--figure", type=PATH, callback=picture_name, help="Draw a figure too, to this PNG or SVG."
+        ),
+        axis_options,
+        optimizer_option,
+        seed_option,
+        output_options,
+    )
 
 
 @click.command("fit-gravity")
-@_shared
+@_shared("Parameter file; made if missing.")
 def fit_gravity(part: _Part) -> None:
     """Recover the gravity coefficients from payload steps and add them to the parameter file.
 
@@ -229,7 +233,7 @@ def fit_gravity(part: _Part) -> None:
 
 @click.command("fit-static")
 @friction_option
-@_shared
+@_shared("Parameter file; made if missing.")
 def fit_static(part: _Part, friction: str) -> None:
     """Recover the static (Stribeck) friction parameters from a velocity sweep.
 
@@ -280,7 +284,7 @@ def fit_static(part: _Part, friction: str) -> None:
 
 
 @click.command("fit-dynamic")
-@_shared
+@_shared("Parameter file with [friction.static], rewritten.")
 def fit_dynamic(part: _Part) -> None:
     """Recover sigma0 and sigma1 of the LuGre model from sines, with NLopt's global search.
 

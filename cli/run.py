@@ -179,6 +179,8 @@ def _run(name: str, told: RunOptions, experiment: str | None, **changes: Any) ->
 
 
 def _tell(summary: RunSummary, recipe: Recipe, told: RunOptions, rig: str, simulated: bool) -> None:
+    from idtool.presentation.text import counted
+
     output = told.output
     loop = summary.loop
     document = {
@@ -200,7 +202,7 @@ def _tell(summary: RunSummary, recipe: Recipe, told: RunOptions, rig: str, simul
         output.result(document, ())
     elif not output.quiet and not summary.interrupted:
         click.echo(
-            f"{summary.file}: {summary.rows} rows, {summary.trials} trials, "
+            f"{summary.file}: {summary.rows} rows, {counted(summary.trials, 'trial')}, "
             f"{summary.duration_s:.0f} s of rig time on {rig_words(rig, simulated)}"
         )
     if summary.resumed == len(recipe.trials):

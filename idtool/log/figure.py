@@ -11,6 +11,7 @@ import numpy as np
 from idtool.log.format import columns_of
 from idtool.model.motion import Array
 from idtool.presentation import style
+from idtool.presentation.text import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +45,8 @@ def log_figure(log: Log) -> Figure:
     figure, panels = style.panels(
         rows, 2, width=style.WIDE, height=1.1 + _HEIGHT * rows, top=0.5, gap=(0.85, 0.55)
     )
-    style.title(figure, f"{Path(log.source).name}: {log.row_count} rows, {log.trial_of_rows[-1] + 1} trials")
+    trials = counted(log.trial_of_rows[-1] + 1, "trial")
+    style.title(figure, f"{Path(log.source).name}: {log.row_count} rows, {trials}")
     over_time, beside = panels[::2], panels[1::2]
     for panel, (name, values) in zip(over_time, shown, strict=True):
         _over_time(panel, log, time, values)

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib
@@ -135,6 +136,14 @@ def test_a_log_draws_itself(sample: Path) -> None:
     figure = log.plot()
     labels = {axis.get_ylabel() for axis in figure.get_axes()}
     assert {"Position, rad", "Speed, rad/s", "Current, A"} <= labels
+
+
+def test_its_heading_counts_trials(sample: Path) -> None:
+    log = Log.read(sample / "sine.csv.gz")
+    one = replace(log, rows=log.trials[0])
+    assert "sine.csv.gz: 11400 rows, 4 trials" in {text.get_text() for text in log.plot().texts}
+    heading = f"sine.csv.gz: {one.row_count} rows, 1 trial"
+    assert heading in {text.get_text() for text in one.plot().texts}
 
 
 def test_predicts_logs_and_paths(result: Result, sample: Path) -> None:

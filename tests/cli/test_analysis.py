@@ -225,6 +225,7 @@ def test_row_numbers_are_told_of_once(logs: Path, tmp_path: Path) -> None:
 def test_wrong_uses_name_the_remedy(logs: Path, result: Path) -> None:
     one_sentence(ffc_id("fit-gravity", "sweep.csv", "-p", "p.toml", cwd=logs), 3, "run-gravity")
     one_sentence(ffc_id("fit-dynamic", "sine.csv", "-p", "p.toml", cwd=logs), 3, "fit-static first")
+    assert "made if missing" not in ffc_id("fit-dynamic", "--help").stdout
     told = "f.txt: expected a name that ends in .png or .svg"
     one_sentence(ffc_id("fit-static", "sine.csv", "-p", "p.toml", "--figure", "f.txt", cwd=logs), 2, told)
     one_sentence(ffc_id("completion", cwd=logs), 2, "Choose from: bash, zsh, fish")

@@ -110,6 +110,12 @@ def test_a_run_and_its_json(ffc_id: Program, folder: Path) -> None:
     }
 
 
+def test_one_trial_is_counted_as_one(ffc_id: Program, folder: Path) -> None:
+    (folder / "one.toml").write_text(SHORT.replace("[1.0, 2.0]", "[1.0]"))
+    done = ffc_id("run", "--recipe", "one.toml", "--rig", "sim:paper", "-o", "log.csv")
+    assert done.stdout.startswith("log.csv: 400 rows, 1 trial, 2 s of rig time on sim:paper")
+
+
 def test_the_same_seed_is_the_same_log_and_quiet_is_quiet(ffc_id: Program, folder: Path) -> None:
     logs = []
     for seed in ("3", "3", "4"):
