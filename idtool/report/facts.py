@@ -139,6 +139,14 @@ class Diagnosis(Struct, frozen=True):
         """The candidates besides inertia, which belongs to the base model."""
         return tuple(candidate for candidate in self.candidates if candidate.name != "inertia")
 
+    @property
+    def textbook(self) -> bool:
+        """Whether no effects were looked for but those of the textbook model (`--friction coulomb`)."""
+        from idtool.verbs.identify import TEXTBOOK_EFFECTS
+
+        names = {candidate.name for candidate in self.candidates}
+        return bool(names) and names <= set(TEXTBOOK_EFFECTS)
+
 
 class PositionErrors(Struct, frozen=True):
     """How far the simulated position is off on the logs that were identified."""

@@ -42,6 +42,10 @@ def next_step(
         recipe = str(folder / NEXT_RECIPE)
         return Step(reason, ("run", "--recipe", recipe, "--rig", file.rig or "SPEC", "-o", "next.csv"))
     parameters = str(folder / "params.toml")
+    if diagnosis.verdict == "unexplained" and diagnosis.textbook:
+        reason = "The textbook model leaves something: look for the effect that it lacks."
+        given = logs or [log.file for log in facts.logs]
+        return Step(reason, ("identify", *given, "-o", f"{folder}-searched"))
     if diagnosis.verdict == "unexplained":
         return _after_unexplained(diagnosis, facts, folder)
     if file.axis.effort != "torque":

@@ -126,7 +126,10 @@ def _headline(evidence: Evidence) -> str:
     if verdict == "ambiguous":
         ties = _ties(evidence)
         return f"A tie: {text.listed(ties, 'or')}" if ties else "Two explanations tie"
-    return f"Found: {found}; but structure is left" if found else "Structure is left that no effect explains"
+    if found:
+        return f"Found: {found}; but structure is left"
+    left = "Structure is left"
+    return left if evidence.diagnosis.textbook else f"{left} that no effect explains"
 
 
 def _ties(evidence: Evidence) -> list[str]:
@@ -155,8 +158,11 @@ def _story(evidence: Evidence) -> str:
     if diagnosis.verdict == "ambiguous":
         return "These data cannot tell them apart. The run proposed below would."
     left = diagnosis.unexplained
+    why = "no effect in the library accounts for it"
+    if diagnosis.textbook:
+        why = "no effect was looked for, as the textbook model was asked for"
     if left is None:
-        return f"What is left of the {effort} is not noise, and no effect in the library accounts for it."
+        return f"What is left of the {effort} is not noise, and {why}."
     share = "" if left.share is None else f" ({text.percent(left.share)} of its variance)"
     on = f" with {text.listed([text.quantity(name) for name in left.depends_on])}" if left.depends_on else ""
     more = next((note for note in evidence.facts.notes if note.startswith(LOOKS_LIKE)), "")
@@ -164,7 +170,7 @@ def _story(evidence: Evidence) -> str:
         more = left.note
     still = f"What is left of the {effort} still varies{on}{share}"
     also = f" {_capital(sentence(more))}" if more else ""
-    return f"{still}, and no effect in the library accounts for it.{also}"
+    return f"{still}, and {why}.{also}"
 
 
 def _checks(evidence: Evidence) -> Iterator[Check]:
@@ -180,7 +186,8 @@ def _checks(evidence: Evidence) -> Iterator[Check]:
 def _verdict_check(evidence: Evidence) -> Check:
     verdict = evidence.diagnosis.verdict
     if verdict == "unexplained":
-        return Check("bad", "Structure is left that no effect accounts for: the model is not complete.")
+        unnamed = "" if evidence.diagnosis.textbook else " that no effect accounts for"
+        return Check("bad", f"Structure is left{unnamed}: the model is not complete.")
     if verdict == "ambiguous":
         return Check("care", "Two explanations fit equally well: the prediction holds, the cause is open.")
     return Check("good", "The diagnosis asks for no further effect.")

@@ -10,6 +10,7 @@ import pytest
 
 from idtool.parameters import Parameter, Parameters
 from idtool.parameters.axis import Axis
+from idtool.report import write_report
 from idtool.report.next_step import next_step_of
 from tests.report import folder as synthetic
 
@@ -52,6 +53,19 @@ def test_the_gravest_reason_decides(
     step = next_step_of(folder, ["logs/gravity.csv", "logs/sweep.csv"])
     assert why in step.reason
     assert " ".join(step.words).startswith(command)
+
+
+def test_after_the_textbook_model_effects_are_looked_for(tmp_path: Path) -> None:
+    folder = synthetic.make(tmp_path / "result")
+    candidates = [{"name": "inertia", "accepted": True}, {"name": "torque_offset", "accepted": False}]
+    changed = {"verdict": "unexplained", "next_experiment": None, "effects": [], "candidates": candidates}
+    synthetic.write_json(folder, "diagnosis", synthetic.read_json(folder, "diagnosis") | changed)
+    step = next_step_of(folder, ["gravity.csv", "sweep.csv"])
+    assert step.words == ("identify", "gravity.csv", "sweep.csv", "-o", f"{folder}-searched")
+    page = write_report(folder).read_text()
+    assert "no effect was looked for" in page
+    assert "no effect in the library" not in page
+    assert "that no effect" not in page
 
 
 def test_a_shape_without_a_name_is_named(tmp_path: Path) -> None:
