@@ -76,7 +76,9 @@ def remainder(
     if depends:
         return Remainder(max(test.share for test in depends), tuple(test.variable for test in depends))
     disturbed = fit.rmse > _DISTURBED * fit.model.friction_sizes[0]
-    if fit.rmse <= matters or not (disturbed or autocorrelation(fit) > _CORRELATED):
+    if fit.rmse <= max(matters, _ABOVE_NOISE * fit.model.filtered_noise) or not (
+        disturbed or autocorrelation(fit) > _CORRELATED
+    ):
         return None
     most = limit(fit)  # the last question: its neighbours in place and speed take as long as a fit
     if fit.rmse <= most:
