@@ -291,7 +291,7 @@ class _Search:
             elif self.given or not drop_what_may_be_unknown(
                 selection, final, left.depends_on if left else ()
             ):
-                return final, tests, left
+                return final, tests, left and replace(left, looked_for=not self.given)
 
 
 def _beats(other: JointFit, trusted: JointFit) -> bool:

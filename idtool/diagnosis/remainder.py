@@ -35,17 +35,22 @@ class Remainder:
         share: of the residual's variance that what it depends on explains; of what is above the floor where
             no part that matters follows anything that was logged.
         depends_on: names of variables, strongest first.
+        looked_for: whether effects were looked for that could account for it.
     """
 
     share: float
     depends_on: tuple[str, ...]
+    looked_for: bool = True
 
     @property
     def note(self) -> str:
         """What is to be said of it; small parts of a residual may follow something all the same."""
         if self.depends_on:
             on = ", ".join(self.depends_on)
-            return f"the residual still depends on {on}; no effect of the library accounts for it."
+            nothing = (
+                "no effect of the library accounts for it" if self.looked_for else "no effect was looked for"
+            )
+            return f"the residual still depends on {on}; {nothing}."
         return (
             "the residual is above the sensor noise, but no part of it that matters follows anything that "
             "was logged."

@@ -16,6 +16,7 @@ from idtool.fit.model import JointModel
 from idtool.fit.staged import StaticFit, fit_static
 from idtool.parameters import Axis, Parameters
 from idtool.signals import record
+from idtool.verbs.identify import identify
 from testbench.plants import TORQUE_CONSTANT, Plant, record_session
 
 CLEAN = Plant(0.080, 0.115, 0.080, 0.120, 8.0, 0.20, 0.008, 0.20, 0.42)
@@ -46,6 +47,14 @@ def test_of_what_follows_nothing_large_small_parts_are_not_denied() -> None:
     """It was told to follow nothing at all beside a list of what it depends on."""
     assert Remainder(0.4, ("time",)).note.startswith("the residual still depends on time; ")
     assert "no part of it that matters follows" in Remainder(0.7, ()).note
+
+
+def test_what_was_not_looked_for_is_not_denied() -> None:
+    """The textbook model has its effects, and no others are tried."""
+    assert Remainder(0.4, ("time",)).note.endswith("no effect of the library accounts for it.")
+    logs = record_session(replace(CLEAN, effects=LACKING["ripple"]), "lab", 0, ("sweep",))
+    note = identify(logs, friction="coulomb").diagnosis["unexplained"]["note"]
+    assert note.endswith("no effect was looked for.")
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
