@@ -53,11 +53,12 @@ def split(recording: Recording) -> Split:
 
     Within each experiment every fourth trial is held out, never its first or its last one: those are
     mostly the extremes of payload, speed or frequency, and a model should not be judged on what it was
-    never shown the like of. Where each log has too few trials of one, every fourth of all trials is held out,
-    if others of its experiment are not.
+    never shown the like of.
     """
-    if held_out := _interior(recording) or _one_of_many(recording):
-        return Split(recording, held_out, False)
+    if recording.trials >= _LEAST_TRIALS:
+        held_out = _interior(recording)
+        if held_out:
+            return Split(recording, held_out, False)
     fold = _blocks(recording)
     compared = np.unique(fold[recording.row])  # a short one may have no filtered row
     held_out = tuple(compared[2::_EVERY].tolist())
@@ -74,13 +75,6 @@ def _interior(recording: Recording) -> tuple[int, ...]:
             trials = np.flatnonzero((names == name) & (logs == log) & compared)
             held_out += [int(t) for k, t in enumerate(trials[:-1]) if k % _EVERY == 2]
     return tuple(sorted(held_out))
-
-
-def _one_of_many(recording: Recording) -> tuple[int, ...]:
-    compared = np.unique(recording.filtered_trial)
-    chosen = [int(t) for k, t in enumerate(compared[:-1]) if k % _EVERY == 2]
-    shown = {recording.experiment[t] for t in compared if t not in chosen}
-    return tuple(t for t in chosen if recording.experiment[t] in shown)
 
 
 def _blocks(recording: Recording) -> NDArray[np.intp]:
