@@ -157,11 +157,11 @@ def moving(log: Log, others: Mapping[str, Array] | None = None) -> Rows:
         log: of one axis.
         others: signals of every row (a prediction).
     """
-    fold, torque = folds(log), torque_of(log)
+    effort = effort_of(log)
+    fold, torque, untold = folds(log), effort.values, effort.untold
     time, position, velocity = (log.column(role) for role in ("time", "position", "velocity"))
     assert time is not None
     trial = log.frame["trial"].to_numpy()
-    untold = np.any([np.zeros(len(trial), dtype=bool), *effort_of(log).unfit.values()], axis=0)
     parted = (trial[1:] != trial[:-1]) | (untold[1:] != untold[:-1])
     part = np.cumsum(np.concatenate([[False], parted]))
     signals = {"torque": torque} | dict(others or {})

@@ -11,7 +11,7 @@ from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import SETTLED, since_turn
 from idtool.effects.base import Effect
 from idtool.effects.hysteresis import carried_of_friction, reaches
-from idtool.fit.identifiability import rows_in_presliding, stribeck_seen
+from idtool.fit.identifiability import brief, stribeck_seen
 from idtool.fit.joint import JointFit, added_by, torque_of
 from idtool.fit.left_out import SURELY, left_out_error
 from idtool.model.motion import since_reversal
@@ -83,7 +83,7 @@ def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) 
 
 def _shows_turns(fit: JointFit) -> bool:
     """Whether the rows show what happens after a turn."""
-    return fit.model.spec.friction == "lugre" and rows_in_presliding(fit)[0] >= _IN_BEND
+    return fit.model.spec.friction == "lugre" and brief(fit) is None
 
 
 def _drives(fit: JointFit, effect: Effect) -> bool:

@@ -53,6 +53,12 @@ class Effort:
     back_emf: Array
     unfit: dict[str, NDArray[np.bool_]]
 
+    @property
+    def untold(self) -> NDArray[np.bool_]:
+        """Rows that say nothing, for whatever reason, shape (rows,)."""
+        none = np.zeros(len(self.values), dtype=bool)
+        return np.asarray(np.any([none, *self.unfit.values()], axis=0))
+
 
 def effort_of(log: Log) -> Effort:
     """The effort of a log.

@@ -283,13 +283,12 @@ class _Repair:
             for role in ("velocity", "velocity_command", "position_command")
             if (values := log.column(role)) is not None
         }
-        untold = np.any([np.zeros(len(self.first), dtype=bool), *self.effort.unfit.values()], axis=0)
         said = wiring.contradictions(
             columns.time,
             self.first,
             columns.position,
             columns.velocity,
-            np.where(untold, np.nan, columns.effort),
+            np.where(self.effort.untold, np.nan, columns.effort),
             self.effort.column,
             log.column("current"),
             told,

@@ -266,13 +266,11 @@ def _residual_check(evidence: Evidence) -> Iterator[Check]:
         return
     left = [text.quantity(t.variable) for t in tests.after if depends(t)]
     unexplained = evidence.diagnosis.unexplained
-    if (
-        not left and unexplained and unexplained.depends_on
-    ):  # a shape over it was found, by no test of smoothness
+    if left:
+        yield Check("care", f"The residual still depends on {text.listed(left)} (p below {SIGNIFICANT}).")
+    elif unexplained and unexplained.depends_on:  # a shape over it was found, by no test of smoothness
         followed = text.listed([text.quantity(name) for name in unexplained.depends_on])
         yield Check("care", f"What is left follows {followed}.")
-    elif left:
-        yield Check("care", f"The residual still depends on {text.listed(left)} (p below {SIGNIFICANT}).")
     else:
         tested = text.listed([text.quantity(test.variable) for test in tests.after], "or")
         yield Check("good", f"The residual does not depend on {tested}.")
