@@ -16,13 +16,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from idtool.errors import InputError
 from idtool.fit.drive import fit_drive
 from idtool.fit.outcome import Outcome
 from idtool.log import Log
 from idtool.parameters import Parameter, Parameters
 from idtool.parameters.drive import with_loop
-from idtool.signals import record
+from idtool.signals import Recording, record
 from idtool.signals.lateness import without_late_velocity
 from idtool.simulation.plant import PlantFile
 from idtool.simulation.search import MOST, TRIED, MotionSearch
@@ -71,7 +73,7 @@ def fit_motion(
         progress: called with the share done, 0 to 1.
 
     Raises:
-        InputError: logs that cannot be used, or a file without inertia or friction.
+        InputError: logs that cannot be used or tell no inertia, or a file without inertia or friction.
     """
     logs, notes = without_late_velocity(logs)
     recording = record(logs, every_row=True)
@@ -100,6 +102,7 @@ def fit_motion(
     after = search.rms(best.parameters)
     ended = best.outcome
     fitted = search.with_intervals(best)
+    _check_that_effort_moves(fitted, recording)
     if not search.drive_was_off:
         fitted = _with_unseen_back_emf(fitted)
     return MotionFit(
@@ -115,6 +118,22 @@ def fit_motion(
             *PlantFile.of(best.parameters, recording.motion.torque_constant).notes,
         ),
     )
+
+
+def _check_that_effort_moves(fitted: Parameters, recording: Recording) -> None:
+    """Constant speeds are matched best by an inertia so large that no torque matters, and nothing is fitted.
+
+    Raises:
+        InputError: an inertia that these logs do not tell, and that would have asked for more torque than was
+            ever measured.
+    """
+    inertia = next(one.parameters["inertia"] for one in fitted.effects if one.name == "inertia")
+    asked = inertia.value * np.max(np.abs(recording.motion.acceleration))
+    if not inertia.identified and asked > np.max(np.abs(recording.torque)):
+        raise InputError(
+            "these logs tell no inertia, so that nothing says how far a torque moves the axis",
+            remedy="add logs that speed up and slow down (ffc-id run-sine makes one)",
+        )
 
 
 def _with_drive(parameters: Parameters, logs: Sequence[Log]) -> Parameters:

@@ -18,7 +18,7 @@ from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.simulate import simulate
 from testbench.duty_servo import DutyServo
 
-from .support import ffc_id
+from .support import SWEEP, changed, ffc_id, record
 
 SERVO = DutyServo(dead_band=0.05)
 SHARES: list[float] = []
@@ -104,6 +104,19 @@ def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
 def test_a_file_without_friction_is_refused() -> None:
     with pytest.raises(InputError, match=r"no \[friction.static\]"):
         fit_motion(logs(), Parameters(axis=fitted().parameters.axis))
+
+
+def test_constant_speeds_tell_no_inertia_and_write_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The best match would be an inertia of tons, which no torque moves and no friction stops."""
+    log, params = tmp_path / "sweep.csv", tmp_path / "motion.toml"
+    gentle = changed(SWEEP, speed_rad_s=[0.2], travel_rad=[2.0]) + "acceleration_rad_s2 = 0.1\n"
+    record(gentle, log, "sim:paper")
+    code, _, err = ffc_id(capsys, "fit-motion", log, "-p", params)
+    assert code == 3
+    assert "tell no inertia" in err
+    assert not params.exists()
 
 
 @pytest.fixture(scope="module")
