@@ -99,7 +99,7 @@ class Watching(TypedDict, total=False):
         log: where to write the run.
         force: overwrite it.
         obstacle: simulated: torque that something puts on the axis, N m (N), from the last sample.
-        watch: called with every sample.
+        watch: called with every sample, and with what touches the axis where a model tells it.
     """
 
     parameters: Parameters | None
@@ -139,6 +139,7 @@ class Player:
         self._contact = watching.get("contact", math.inf)
         self._behind = watching.get("behind", math.inf)
         self._sense = ContactSense(parameters, rig.period_s, setup) if parameters is not None else None
+        self._felt = math.nan
         self.commanded = 0.0
         self.interrupted = False
         roles = columns_of(rig.axis.kind)
@@ -190,7 +191,8 @@ class Player:
         self._sample = sample = self._rig.step(command, torque)
         self.commanded = command
         if self._watch is not None:
-            self._watch(sample.time_s, sample.position, sample.effort, math.nan)
+            # what was felt is a sample old: it is felt after the step
+            self._watch(sample.time_s, sample.position, sample.effort, self._felt)
         if self._writer is not None:
             efforts = (getattr(sample, name) for name in self._rig.step_readings.values())
             row = (0, sample.time_s, sample.position, sample.velocity, *efforts, command)
@@ -203,6 +205,7 @@ class Player:
     def met(self, sample: Sample, wanted: float) -> Stop | None:
         """Whether something is in the way of an axis that is wanted at `wanted`, rad (m)."""
         torque = self._sense.feel(sample) if self._sense is not None else None
+        self._felt = math.nan if torque is None else torque
         if torque is not None and abs(torque) > self._contact:
             return Stop(sample.time_s, sample.position, torque, "contact")
         if abs(sample.position - wanted) > self._behind:

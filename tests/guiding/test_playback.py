@@ -163,7 +163,14 @@ def test_it_stops_at_what_is_in_the_way_and_says_where() -> None:
         return -20.0 * max(sample.position - 0.6, 0.0)
 
     rig = Double(position_gain=20.0)
-    played = play(straight(), rig, SETUP, parameters=parameters(), contact=0.4, obstacle=wall)
+    shown: list[float] = []
+    played = play(
+        straight(), rig, SETUP, parameters=parameters(), contact=0.4, obstacle=wall,
+        watch=lambda *row: shown.append(row[-1]),
+    )  # fmt: skip
+    assert np.isnan(shown[0]), "nothing is felt before it has listened"
+    assert shown[-1] == pytest.approx(-0.4, abs=0.1)
+    assert np.nanmax(np.abs(shown[: len(shown) // 2])) < 0.1
     assert played.stopped is not None
     assert played.stopped.why == "contact"
     assert played.stopped.position == pytest.approx(0.62, abs=0.03)
