@@ -72,7 +72,7 @@ def simulated(
         notes.append("Coulomb and viscous friction were copied; with logs they are fitted to their speeds")
     else:
         anew, top = simple.fitted(whole, logs)
-        if simple.total(simple.errors(anew, logs)) < simple.total(simple.errors(model, logs)):
+        if simple.nearer(anew, model, logs):
             model, plain = anew, model
             unit = unit_text("velocity", parameters.axis.kind)
             notes.append(
@@ -102,7 +102,7 @@ def _with_bristle(
         fewer = tuple(entry for entry in anew.effects if entry.name not in refused)
         anew = simple.refitted(replace(whole, effects=fewer), logs)
         dropped += [registry.get(name).title.lower() for name in sorted(refused)]
-    if simple.total(simple.errors(anew, logs)) < simple.total(simple.errors(whole, logs)):
+    if simple.nearer(anew, whole, logs):
         notes.append("all but gravity was refitted to the logs named below, since effects are missing here")
         return Plan(anew, (*dropped, *sentences), tuple(notes), whole)
     notes.append("the values stand as in the parameter file; no fit without the missing effects was better")

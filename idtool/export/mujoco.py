@@ -3,8 +3,10 @@
 Since version 3.7 MuJoCo's `dcmotor` actuator has LuGre friction, in the same form as here (Canudas de Wit et
 al. 1995); since 3.12 it takes a torque (`input="ff"`), which the drive delivers exactly. A constant torque is
 an actuator with an affine bias and no gain, a second wave of cogging a second motor. Coulomb and viscous
-friction are `frictionloss` and `damping` of the joint, whose second coefficient is quadratic drag. Reference:
-https://mujoco.readthedocs.io, XML reference.
+friction are `frictionloss` and `damping` of the joint, whose second coefficient is quadratic drag. Friction
+that differs between the directions is `damping` for the easier one, and for the other an actuator whose bias
+goes with the speed and whose range of force ends at zero. Reference: https://mujoco.readthedocs.io, XML
+reference.
 """
 
 from __future__ import annotations
@@ -15,17 +17,31 @@ from typing import final
 from xml.etree import ElementTree as ET
 
 from idtool.export.base import Plan, Target, number
-from idtool.export.joint import Carries, inertia_of, simulated
+from idtool.export.joint import inertia_of, simulated
 from idtool.export.xml_text import document
 from idtool.log import Log
 from idtool.model.units import Units, radians_per_unit
-from idtool.parameters import EffectEntry, Parameter, Parameters
+from idtool.parameters import EffectEntry, Parameters
 
 #: With MuJoCo's default (0.02 s) dry friction comes to its level only at some 0.2 rad/s; this is the least
 #: that it takes, twice the time step.
 _SOLREF, _STEP = "0.002 1", "0.001"
 #: A body must have some mass; where the file holds the inertia the body has next to none.
 _LIGHT, _PLACEHOLDER = 1e-6, 1e-3
+#: Range of a force that is bounded on the other side only, N m (N).
+_UNBOUNDED = 1e9
+#: Effects that a joint and its actuators have.
+_CARRIED = frozenset(
+    (
+        "direction_asymmetry", "inertia", "nonlinear_viscous", "position_ripple", "position_stiffness",
+        "torque_offset",
+    )
+)  # fmt: skip
+#: Numbers of these that they have not, by a part of their names, and what is lost with them.
+_PARTS_LOST = {
+    "shape_": "position stiffness: its bends over the stroke; the spring is a straight one",
+    "turned_": "position ripple: what of it changes sides with the direction of motion",
+}
 
 
 @final
@@ -34,7 +50,7 @@ class Mujoco(Target):
     title = "MuJoCo (MJCF)"
 
     def plan(self, parameters: Parameters, logs: Sequence[Log], friction: str) -> Plan:
-        plan = simulated(parameters, logs, friction, _carries(parameters), bristle=True)
+        plan = simulated(parameters, logs, friction, _carries, bristle=True)
         notes = list(plan.notes)
         if plan.model.has_bristle or plan.model.effect("position_ripple"):
             notes.append('needs MuJoCo 3.12 or newer (dcmotor with input="ff"); ctrl is a torque')
@@ -70,7 +86,7 @@ class Mujoco(Target):
 def _joint(model: Parameters) -> dict[str, str]:
     """Attributes of the joint; those that would be zero are left out."""
     static = model.static
-    damping = number(static["viscous"].value)
+    damping = number(min(_viscous(model)))
     if drag := model.effect("nonlinear_viscous"):
         damping += f" {number(drag.values()['quadratic'])}"
     result = {"damping": damping}
@@ -96,9 +112,27 @@ def _actuators(model: Parameters) -> list[tuple[str, str, dict[str, str]]]:
         made.append((f"cogging_{index}", "dcmotor", attributes | {"cogging": wave}))
     if offset := model.effect("torque_offset"):
         # what the motor must add against it, so it acts on the joint the other way
-        bias = {"gainprm": "0", "biastype": "affine", "biasprm": f"{number(-offset.values()['offset'])} 0 0"}
-        made.append(("bias", "general", bias))
+        made.append(("bias", "general", _affine(f"{number(-offset.values()['offset'])} 0 0")))
+    forwards, backwards = _viscous(model)
+    if forwards != backwards:
+        # a bias beside the damping of the joint; MuJoCo would read a positive one as a damping ratio
+        ends = (-_UNBOUNDED, 0.0) if forwards > backwards else (0.0, _UNBOUNDED)
+        bias = _affine(f"0 0 {number(-abs(forwards - backwards))}")
+        made.append(("drag", "general", bias | {"forcerange": " ".join(map(number, ends))}))
     return made
+
+
+def _affine(bias: str) -> dict[str, str]:
+    """A torque that is no command's: constant, and per position and speed."""
+    return {"gainprm": "0", "biastype": "affine", "biasprm": bias}
+
+
+def _viscous(model: Parameters) -> tuple[float, float]:
+    """Coefficients forwards and backwards; a joint has none below zero."""
+    mean = model.static["viscous"].value
+    entry = model.effect("direction_asymmetry")
+    half = entry.values()["asymmetry"] if entry else 0.0
+    return max(mean + half, 0.0), max(mean - half, 0.0)
 
 
 def _motor(model: Parameters, waves: Sequence[str]) -> tuple[str, dict[str, str]]:
@@ -131,19 +165,15 @@ def _cogging(ripple: EffectEntry, kind: Units) -> list[str]:
     return waves
 
 
-def _carries(parameters: Parameters) -> Carries:
-    """What of an effect of this file a joint of MuJoCo has."""
-    known = ("inertia", "nonlinear_viscous", "position_ripple", "position_stiffness", "torque_offset")
-
-    def carries(entry: EffectEntry) -> tuple[EffectEntry | None, str | None]:
-        if entry.name == "direction_asymmetry" and parameters.effect("torque_offset") is None:
-            # its mean is a constant, which a fit to logs finds; damping in MuJoCo is alike both ways
-            return EffectEntry("torque_offset", {"offset": Parameter(0.0)}), (
-                "the difference of viscous friction between the directions; fitted to logs, a constant bias "
-                "stands in for it"
-            )
-        if entry.name == "position_stiffness" and entry.values()["stiffness"] <= 0:
-            return None, "position stiffness below zero, which a MuJoCo joint does not have"
-        return (entry, None) if entry.name in known else (None, None)
-
-    return carries
+def _carries(entry: EffectEntry) -> tuple[EffectEntry | None, str | None]:
+    """What of an effect a joint of MuJoCo has."""
+    if entry.name == "position_stiffness" and entry.values()["stiffness"] <= 0:
+        return None, "position stiffness below zero, which a MuJoCo joint does not have"
+    if entry.name not in _CARRIED:
+        return None, None
+    for part, sentence in _PARTS_LOST.items():
+        lost = {name for name, value in entry.values().items() if part in name and value}
+        if lost:
+            kept = {name: one for name, one in entry.parameters.items() if name not in lost}
+            return replace(entry, parameters=kept), sentence
+    return entry, None

@@ -27,6 +27,7 @@ from idtool.model.torque import Friction
 from idtool.model.torque import predict as predict_torque
 from idtool.parameters import GRAVITY_MODELS, EffectEntry, Parameter, Parameters
 from idtool.verbs.predict import explained, loaded, predict
+from idtool.verbs.simulate import simulate
 
 #: Keeps what is divided by from nothing, N m (N).
 _SMALLEST = 1e-9
@@ -124,6 +125,17 @@ def _with(parameters: Parameters, coulomb: Parameter, viscous: Parameter) -> Par
 def errors(parameters: Parameters, logs: Sequence[Log]) -> dict[str, dict[str, Any]]:
     """Torque error of a model on logs, per experiment, as `ffc-id predict` computes it."""
     return predict(logs, parameters).errors
+
+
+def nearer(first: Parameters, second: Parameters, logs: Sequence[Log]) -> bool:
+    """Whether the first is, in the position that the logged effort makes, by which simulators are judged, or
+    in torque where no inertia is known.
+    """
+
+    def distance(model: Parameters) -> float:
+        return simulate(logs, model).rms_windows if model.effect("inertia") else total(errors(model, logs))
+
+    return distance(first) < distance(second)
 
 
 def total(found: dict[str, dict[str, Any]]) -> float:
