@@ -67,6 +67,7 @@ MUJOCO = {
     "position_stiffness": "`stiffness`",
     "position_ripple": "`cogging`",
     "torque_offset": "a constant bias",
+    "direction_asymmetry": "`damping`, and an actuator that acts one way",
 }
 
 

@@ -79,10 +79,10 @@ class PlantFile:
                 numbers[entry.name] = values["kappa"] / torque_constant if torque_constant else 0.0
             elif entry.name in numbers:
                 numbers[entry.name] = values["inertia" if entry.name == "inertia" else "delay"]
-            elif effect.memory:
-                notes.append(f"the effect {entry.name} was left out: a simulation of it is not written yet.")
             else:
                 effects.append((effect, values))
+                if effect.memory:
+                    notes.append(f"the effect {entry.name} acts as it does while the axis slides on.")
         if numbers["inertia"] <= 0.0:
             raise InputError(
                 "the parameter file has no inertia, so nothing says how fast a torque acts",
@@ -202,9 +202,14 @@ class PlantFile:
         table = np.zeros((count, 2, tabulated.FIELDS))
         for field, name in enumerate(_FIELDS):
             if not is_zero(term := getattr(total, name)):
-                table[:, :, field] = np.broadcast_to(term, 2 * count).reshape(2, count).T
+                table[:, :, field] = _by_direction(term, count)
+        # what an element that slips holds against the motion is friction, which no rest turns into a push
+        remembers = _sum([one for one in self.effects if one[0].memory], at).torque
+        held = 0.5 * np.diff(_by_direction(remembers, count), axis=1)
+        table[:, :, tabulated.TORQUE] -= held * np.array([-1.0, 1.0])
+        table[:, :, tabulated.LEVEL_TORQUE] += held
         if at.load is not None:
-            table[:, :, tabulated.TORQUE] += at.load.reshape(2, count).T
+            table[:, :, tabulated.TORQUE] += _by_direction(at.load, count)
         exponent = EXPONENT + float(np.mean(total.exponent_change))
         return exponent, table.reshape(count, 2 * tabulated.FIELDS)
 
@@ -253,10 +258,11 @@ class Surroundings:
 
     @cached_property
     def over_position(self) -> Motion:
-        """Every position, slowly backwards, then slowly forwards."""
+        """Every position, slowly backwards, then slowly forwards, each from far off."""
         slow = _SLOW * self.velocities[-1]
         velocity = np.repeat([-slow, slow], len(self.positions))
-        return _surroundings(self.motion, self.rows, np.tile(self.positions, 2), velocity)
+        there_and_back = np.concatenate([self.positions[::-1], self.positions])
+        return _surroundings(self.motion, self.rows, there_and_back, velocity)
 
     @cached_property
     def over_velocity(self) -> Motion:
@@ -295,6 +301,12 @@ def _gravity_columns(model: str | None, motion: Motion) -> tuple[Array, Array]:
     if model is None:
         return np.zeros((len(motion), 0)), np.zeros((len(motion), 0))
     return gravity.columns(model, motion), gravity.upright_columns(model, motion)
+
+
+def _by_direction(term: Array | float, count: int) -> Array:
+    """Values over `Surroundings.over_position` by position and direction, shape (positions, 2)."""
+    backwards, forwards = np.broadcast_to(term, 2 * count).reshape(2, count)
+    return np.column_stack([backwards[::-1], forwards])
 
 
 def _sum(effects: Sequence[tuple[Effect, Values]], motion: Motion) -> Contribution:

@@ -13,8 +13,7 @@ from idtool.effects.base import Effect
 from idtool.export.mujoco import _carries
 from idtool.io.toml import parse_toml
 from idtool.model.units import file_key
-from idtool.parameters import EffectEntry, Parameter, Parameters
-from idtool.parameters.axis import Axis
+from idtool.parameters import EffectEntry, Parameter
 from idtool.rig.plant_file import EFFECT_KEYS, parse_plant
 from pages.effect_cases import CASES
 from pages.effects import MUJOCO, NOT_GUIDED, PLANT, pages, plant_of, recipe_of
@@ -80,7 +79,7 @@ def test_what_the_page_says_of_c_and_of_mujoco_is_so(name: str) -> None:
     effect = registry.get(name)
     assert (type(effect).in_c is Effect.in_c) == (name in NOT_GUIDED)
     entry = EffectEntry(name, {parameter.name: Parameter(1.0) for parameter in effect.parameters})
-    carried, _ = _carries(Parameters(axis=Axis("rotary"), effects=(entry,)))(entry)
+    carried, _ = _carries(entry)
     assert (carried is not None and carried.name == name) == (name in MUJOCO)
 
 

@@ -82,6 +82,24 @@ def test_a_drive_that_is_off_lets_go() -> None:
     assert abs(found[-1]) < np.arcsin(SWING.coulomb / (SWING.mass * STANDARD_GRAVITY * SWING.lever)) + 0.01
 
 
+def test_an_element_that_slips_is_friction_of_its_yield() -> None:
+    """Simulated without its memory, it holds what it holds while the axis slides on, and pushes nothing."""
+    log = SWING.log(seconds=10.0, noise=0.0)
+    part = 0.4 * SWING.coulomb
+    level = {name: Parameter(TRUTH.static[name].value - part) for name in ("coulomb", "static")}
+    less = replace(TRUTH, static={**TRUTH.static, **level})
+    entry = EffectEntry("hysteresis", {"stiffness": Parameter(50.0 * part), "yield": Parameter(part)})
+    found = simulate(log, less.with_effect(entry))
+    assert found.notes == ("the effect hysteresis acts as it does while the axis slides on.",)
+    whole = simulate(log, TRUTH)
+    assert found.frame["position_simulated_rad"].to_numpy() == pytest.approx(
+        whole.frame["position_simulated_rad"].to_numpy(), abs=2e-5
+    ), "but for tables over the position, which are finer where an effect follows it"
+    assert simulate(log, less).mean_abs > 5.0 * whole.mean_abs
+    carried = replace(entry, parameters=entry.parameters | {"of_friction": Parameter(1.0)})
+    assert simulate(log, TRUTH.with_effect(carried)).mean_abs == pytest.approx(whole.mean_abs, rel=1e-3)
+
+
 def test_a_source_that_is_none_is_refused() -> None:
     """It was taken for the effort."""
     with pytest.raises(InputError, match=r"^source: unknown source 'goals'; did you mean \"goal\"\?$"):
