@@ -296,6 +296,7 @@ def carry(
         position,
         velocity,
         acceleration,
+        payload,
         load,
         upright,
         tilt_alpha,

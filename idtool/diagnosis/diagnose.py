@@ -16,7 +16,7 @@ from idtool.diagnosis.next_experiment import NextExperiment, between_models, for
 from idtool.diagnosis.passing import lowers
 from idtool.diagnosis.plausible import CHANCE, WORTH
 from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
-from idtool.diagnosis.remainder import Remainder, remainder
+from idtool.diagnosis.remainder import Remainder, memory_of_noise, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
 from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, next_effect
 from idtool.diagnosis.shapes import Unnamed
@@ -76,6 +76,11 @@ def diagnose(
         base = selection.fit
     final, tests, left = search.finish(found)
     notes += _notes(shown, search.parts.recording, final)
+    if left is None and (memory := memory_of_noise(final)):
+        notes.append(
+            f"what is left is noise that is correlated over {1e3 * memory:.0f} ms, as readings are that were "
+            "filtered; single readings differ by less."
+        )
     if left and (shapes := [words for words in found.unnamed.values() if words]):
         notes.append(f"{LOOKS_LIKE}: {'; '.join(shapes)}.")
     # who chose the model has its numbers with its own errors

@@ -16,6 +16,7 @@ from idtool.diagnosis.residual import (
     columns_followed,
     test_residual,
 )
+from idtool.fit.covariance import correlation_rows
 from idtool.fit.joint import JointFit
 
 #: A residual this much above the sensor noise holds something if it is correlated over this many rows, or
@@ -25,6 +26,9 @@ _CORRELATED = 2.0
 #: What does not come again and is more than this share of the friction is a disturbance, not noise: a hand,
 #: another joint, an encoder that slips. Such a residual has to be told, though it repeats nothing.
 _DISTURBED = 0.05
+#: What is correlated over less, s, and as large throughout (its median size over its rms, 1 of a normal
+#: distribution), is noise of readings that are filtered: what touches an axis lasts longer, comes and goes.
+_LASTS_S, _THROUGHOUT = 0.1, 0.9
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,8 @@ def remainder(
         disturbed or autocorrelation(fit) > _CORRELATED
     ):
         return None
+    if memory_of_noise(fit) is not None:
+        return None
     most = limit(fit)  # the last question: its neighbours in place and speed take as long as a fit
     if fit.rmse <= most:
         return None
@@ -93,6 +99,20 @@ def remainder(
     above = 1.0 - (most / (_ABOVE_NOISE * fit.rmse)) ** 2
     share = max((test.share for test in likely), default=above)
     return Remainder(share, tuple(test.variable for test in likely))
+
+
+def memory_of_noise(fit: JointFit) -> float | None:
+    """Over how long a residual is correlated, s, that is more than the noise which readings show from row to
+    row and is noise all the same, of readings that were filtered; None if it is not that.
+    """
+    if fit.rmse <= _ABOVE_NOISE * fit.model.filtered_noise:
+        return None
+    recording = fit.model.recording
+    white = recording.operator @ np.random.default_rng(0).normal(size=len(recording.torque))
+    rows = autocorrelation(fit) - correlation_rows(white, recording.filtered_trial)  # less the filter's own
+    memory = rows * float(np.median(np.diff(recording.motion.time[recording.row])))
+    spread = 1.4826 * float(np.median(np.abs(fit.residual - np.median(fit.residual))))
+    return max(memory, 0.0) if memory < _LASTS_S and spread > _THROUGHOUT * fit.rmse else None
 
 
 def doubted(fit: JointFit, left: Remainder | None) -> JointFit:

@@ -150,6 +150,7 @@ class Motion:
             position=self.position,
             velocity=self.velocity,
             acceleration=self.acceleration,
+            payload=_known(self.payload),
             load=_known(self.load),
             load_upright=_known(self.load_upright),
             tilt_alpha=_known(self.tilt_alpha, 0.0),

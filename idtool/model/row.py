@@ -21,6 +21,7 @@ class Row(NamedTuple):
     position: Number
     velocity: Number
     acceleration: Number
+    payload: Number
     load: Number
     load_upright: Number
     tilt_alpha: Number
@@ -41,6 +42,7 @@ def row_of(rows: Row, k: int) -> Row:
         rows.position[k],
         rows.velocity[k],
         rows.acceleration[k],
+        rows.payload[k],
         rows.load[k],
         rows.load_upright[k],
         rows.tilt_alpha[k],

@@ -33,6 +33,7 @@ SUFFIXES: dict[str, tuple[str, str]] = {
     "quadratic_damping": ("nm_s2_per_rad2", "n_s2_per_m2"),
     "stiffness": ("nm_per_rad", "n_per_m"),
     "inertia": ("kg_m2", "kg"),
+    "inertia_per_payload": ("m2", ""),
     "spatial_frequency": ("per_turn", "per_m"),
     "torque_per_payload": ("nm_per_kg", "n_per_kg"),
     "torque_constant": ("nm_per_a", "n_per_a"),
@@ -66,6 +67,7 @@ _PRETTY = {
     "n_per_m": "N/m",
     "kg_m2": "kg m²",
     "kg": "kg",
+    "m2": "m²",
     "per_turn": "1/turn",
     "per_m": "1/m",
     "per_rad": "1/rad",
@@ -90,6 +92,8 @@ for _end, _unit in (("a", "A"), ("v", "V")):
         f"{_end}_s_per_m": f"{_unit} s/m",
         f"{_end}_s2_per_rad": f"{_unit} s²/rad",
         f"{_end}_s2_per_m": f"{_unit} s²/m",
+        f"{_end}_s2_per_rad_kg": f"{_unit} s²/(rad kg)",
+        f"{_end}_s2_per_m_kg": f"{_unit} s²/(m kg)",
         f"{_end}_s2_per_rad2": f"{_unit} s²/rad²",
         f"{_end}_s2_per_m2": f"{_unit} s²/m²",
         f"{_end}_per_rad": f"{_unit}/rad",
@@ -127,8 +131,9 @@ def unit_suffix(dimension: str, units: Units) -> str:
     end = units.partition("_")[2]
     if not end:
         return suffix
-    if dimension == "inertia":
-        return f"{end}_s2_per_{'m' if linear else 'rad'}"
+    if dimension.startswith("inertia"):
+        per_kg = "_kg" if dimension == "inertia_per_payload" else ""
+        return f"{end}_s2_per_{'m' if linear else 'rad'}{per_kg}"
     if dimension == "torque_constant":
         return "a_per_a" if end == "a" else "v_per_a"
     torque = SUFFIXES["torque"][linear]

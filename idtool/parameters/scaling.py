@@ -76,7 +76,7 @@ def with_constant(axis: Axis, constant: Parameter, unit: EffortUnit) -> Axis:
 
 def _is_torque(dimension: str) -> bool:
     suffix = SUFFIXES[dimension][0]
-    return dimension == "inertia" or suffix == "nm" or suffix.startswith("nm_")
+    return dimension.startswith("inertia") or suffix == "nm" or suffix.startswith("nm_")
 
 
 def _scaled(one: Parameter, factor: float, relative: float) -> Parameter:

@@ -50,7 +50,8 @@ def plant_of(parameters: Parameters, file: Path) -> PlantFile:
             "has no [friction.static]", remedy="make it with ffc-id identify, or ffc-id fit-static"
         )
     effects, left_out = _effects(parameters)
-    inertia = next((one["inertia_kg_m2"] for one in effects if one["name"] == "inertia"), 0.0)
+    of_inertia = next((one for one in effects if one["name"] == "inertia"), {"inertia_kg_m2": 0.0})
+    inertia = of_inertia["inertia_kg_m2"]
     friction = {
         file_key(name, STATIC[name], "rotary"): parameters.static[name].value for name in parameters.static
     }
@@ -74,7 +75,10 @@ def plant_of(parameters: Parameters, file: Path) -> PlantFile:
             "speed_rad_s": _SPEED,
             "current_a": _REACH * (levels + load + _SPEED * friction["viscous_nm_s_per_rad"]) / constant,
         },
-        "effects": [one for one in effects if one["name"] != "inertia"],
+        "effects": [
+            *(one for one in effects if one is not of_inertia),
+            *([of_inertia | {"inertia_kg_m2": 0.0}] if "per_payload_m2" in of_inertia else []),
+        ],
     }
     found = parse_plant(table, file)
     # the constant's interval and what else the file says of the axis go into the logs

@@ -50,7 +50,10 @@ _FIELDS = {
 def plant_numbers(file: PlantFile, setup: TrialSetup) -> PlantNumbers:
     """The plant as it stands in one trial."""
     effects = file.effects
-    inertia = file.inertia + effects.get("inertia", {}).get("inertia_kg_m2", 0.0)
+    more = effects.get("inertia", {})
+    inertia = (
+        file.inertia + more.get("inertia_kg_m2", 0.0) + more.get("per_payload_m2", 0.0) * setup.payload_kg
+    )
     off = effects.get("tilt_misalignment", {"alpha_rad": 0.0, "beta_rad": 0.0})
     tilt = math.cos(setup.tilt_alpha_rad + off["alpha_rad"]) * math.cos(setup.tilt_beta_rad + off["beta_rad"])
     constant, sine, cosine = _gravity(file, setup.payload_kg)

@@ -35,7 +35,7 @@ STEP_S = 1e-4
 
 #: Keys of each effect; None is required, a number is the default.
 EFFECT_KEYS: dict[str, dict[str, float | None]] = {
-    "inertia": {"inertia_kg_m2": None},
+    "inertia": {"inertia_kg_m2": None, "per_payload_m2": 0.0},
     "torque_offset": {"offset_nm": None},
     "direction_asymmetry": {"asymmetry_nm_s_per_rad": None},
     "load_dependent_friction": {"mu": None},

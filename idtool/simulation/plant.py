@@ -38,7 +38,8 @@ class PlantFile:
     Attributes:
         parameters: the file.
         effects: those that the plant has, with their values.
-        inertia: kg m^2, or what stands for it.
+        inertia: of the axis alone, kg m^2, or what stands for it.
+        per_payload: what a kilogram of payload adds.
         delay: by how much position and velocity are reported late, s.
         saturation: relative loss of torque per torque.
         notes: what is left out, one sentence each.
@@ -48,6 +49,7 @@ class PlantFile:
     parameters: Parameters
     effects: tuple[tuple[Effect, Values], ...]
     inertia: float
+    per_payload: float
     delay: float
     saturation: float
     notes: tuple[str, ...]
@@ -71,14 +73,19 @@ class PlantFile:
             )
         effects: list[tuple[Effect, Values]] = []
         notes: list[str] = []
-        numbers = {"inertia": 0.0, "transport_delay": 0.0, "torque_constant_saturation": 0.0}
+        numbers = {
+            "inertia": 0.0,
+            "per_payload": 0.0,
+            "transport_delay": 0.0,
+            "torque_constant_saturation": 0.0,
+        }
         for entry in parameters.effects:
             effect = registry.get(entry.name)
             values = effect.from_file(entry.values(), parameters.axis.units)
             if entry.name == "torque_constant_saturation":
                 numbers[entry.name] = values["kappa"] / torque_constant if torque_constant else 0.0
             elif entry.name in numbers:
-                numbers[entry.name] = values["inertia" if entry.name == "inertia" else "delay"]
+                numbers |= values if entry.name == "inertia" else {entry.name: values["delay"]}
             else:
                 effects.append((effect, values))
                 if effect.memory:
@@ -93,6 +100,7 @@ class PlantFile:
             parameters,
             tuple(effects),
             numbers["inertia"],
+            numbers["per_payload"],
             numbers["transport_delay"],
             numbers["torque_constant_saturation"],
             tuple(notes),
@@ -113,7 +121,7 @@ class PlantFile:
             over_velocity = self._over_velocity(around)
         else:
             over_velocity = like[1].over_velocity
-        n = self._numbers()
+        n = self._numbers(around.payload)
         n[tabulated.EXPONENT] = exponent
         n[tabulated.FIRST_POSITION], n[tabulated.FIRST_VELOCITY] = around.positions[0], around.velocities[0]
         n[tabulated.POSITION_STEP] = around.positions[1] - around.positions[0]
@@ -130,12 +138,12 @@ class PlantFile:
         """The effects that the table over velocity is made of."""
         return [one for one in self.effects if {"velocity", "direction"} & {*one[0].follows}]
 
-    def _numbers(self) -> Array:
+    def _numbers(self, payload: float) -> Array:
         n = np.zeros(tabulated.NUMBERS)
         file, static = self.parameters, self.parameters.static
         told = None if file.drive is None else file.drive.back_emf
         back_emf = file.axis.back_emf_damping if told is None else told.value
-        n[tabulated.INERTIA] = self.inertia
+        n[tabulated.INERTIA] = self.inertia + self.per_payload * payload
         n[tabulated.COULOMB] = static["coulomb"].value
         n[tabulated.STATIC] = static["static"].value
         n[tabulated.STRIBECK] = static["stribeck_velocity"].value
@@ -245,6 +253,11 @@ class Surroundings:
     rows: slice
     positions: Array
     velocities: Array
+
+    @property
+    def payload(self) -> float:
+        """Of the trial, kg."""
+        return self.motion.typical("payload", self.rows) or 0.0
 
     def gravity_columns(self, model: str | None) -> tuple[Array, Array]:
         """Regressors of gravity over `over_position`, as it is and upright; computed once."""

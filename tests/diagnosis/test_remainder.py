@@ -7,11 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from idtool.diagnosis.evidence import Background
-from idtool.diagnosis.remainder import Remainder, doubted, remainder
+from idtool.diagnosis.remainder import Remainder, doubted, memory_of_noise, remainder
 from idtool.diagnosis.residual import DEPENDS, test_residual
-from idtool.fit.joint import refit
+from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
 from idtool.fit.staged import StaticFit, fit_static
 from idtool.parameters import Axis, Parameters
@@ -101,18 +102,47 @@ def test_says_so_and_widens_where_an_effect_is_lacking(lacking: str) -> None:
         assert abs(fit.x[place] - truth) < wide.quantile[place] * after
 
 
-@pytest.mark.parametrize(("share", "above"), [(0.15, 0.8), (0.06, 0.6), (0.03, None)])
-def test_what_is_large_is_told_though_it_repeats_nothing(share: float, above: float | None) -> None:
-    """A torque that turns round from row to row has no memory, and no floor of the sensors explains it."""
+def left_with(torque: np.ndarray, share: float) -> tuple[JointFit, Remainder | None]:
+    """A clean fit to whose residual a torque is added, `share` of the friction after the filter."""
     fit = static().fit
-    recording, rng = fit.model.recording, np.random.default_rng(0)
-    torque = np.diff(rng.normal(size=len(recording.torque)), prepend=0.0)
-    # as much as passes the filter of the comparison
-    torque *= share * fit.model.friction_sizes[0] / np.std(recording.filtered(torque))
+    recording = fit.model.recording
+    torque = torque * share * fit.model.friction_sizes[0] / np.std(recording.filtered(torque))
     shaken = replace(recording, torque=fit.predicted + torque)
-    left = remainder(refit(fit, JointModel.build(shaken, fit.model.spec, fit.model.constants)))
+    other = refit(fit, JointModel.build(shaken, fit.model.spec, fit.model.constants))
+    return other, remainder(other)
+
+
+def coloured(memory_s: float) -> np.ndarray:
+    """Normal noise that forgets within that time, per row."""
+    time = static().fit.model.recording.motion.time
+    keeps = np.exp(-float(np.median(np.diff(time))) / memory_s)
+    return np.asarray(lfilter([1.0], [1.0, -keeps], np.random.default_rng(0).normal(size=len(time))))
+
+
+@pytest.mark.parametrize(("share", "above"), [(0.15, 0.8), (0.06, 0.6), (0.03, None)])
+def test_what_comes_and_goes_is_told_though_it_repeats_nothing(share: float, above: float | None) -> None:
+    """A torque that turns round from row to row has no memory, and no floor of the sensors explains it."""
+    rng, rows = np.random.default_rng(0), len(static().fit.model.recording.torque)
+    bursts = np.repeat(rng.random(rows // 40 + 1) < 0.1, 40)[:rows]
+    _, left = left_with(np.diff(rng.normal(size=rows), prepend=0.0) * bursts, share)
     assert (left is not None) == (above is not None)
     if left is not None:
         assert left.depends_on == ()
         assert above is not None
         assert left.share > above
+
+
+def test_noise_of_filtered_readings_is_noise() -> None:
+    """Twenty milliseconds of memory, and as large throughout: the steps from row to row do not show it."""
+    fit, left = left_with(coloured(0.02), 0.1)
+    assert left is None
+    memory = memory_of_noise(fit)
+    assert memory is not None
+    assert 0.01 < memory < 0.04
+    assert memory_of_noise(static().fit) is None
+
+
+def test_what_lasts_is_told_though_it_is_as_large_throughout() -> None:
+    fit, left = left_with(coloured(1.0), 0.1)
+    assert memory_of_noise(fit) is None
+    assert left is not None

@@ -131,7 +131,7 @@ BAD: dict[str, tuple[str, str, str]] = {
     "negative inertia": (
         "inertia_kg_m2 = {value = 0.001}",
         "inertia_kg_m2 = {value = -0.001}",
-        "effects[0].parameters.inertia_kg_m2.value: expected a number >= 0 (inertia at the shaft",
+        "effects[0].parameters.inertia_kg_m2.value: expected a number >= 0 (inertia J at the shaft",
     ),
     "zero": ("{value = 0.09}", "{value = 0}", "stribeck_velocity_rad_s.value: expected a number > 0"),
     "stderr": ("stderr = 0.001", "stderr = -0.001", "gravity.base_nm.stderr: is negative"),

@@ -82,6 +82,17 @@ def test_a_form_that_the_plant_does_not_have_is_told(tmp_path: Path) -> None:
     assert found.effects["load_dependent_friction"] == {"mu": 0.1}
 
 
+def test_a_payload_is_accelerated_as_the_file_says(tmp_path: Path) -> None:
+    entry = EffectEntry("inertia", {"inertia": Parameter(0.01), "per_payload": Parameter(0.02)})
+    from idtool.rig.base import TrialSetup
+    from idtool.rig.numbers import plant_numbers
+    from idtool.rig.opening import read_plant
+
+    found = read_plant(str(written(known().with_effect(entry), tmp_path)))
+    inertias = [plant_numbers(found, TrialSetup(payload)).inertia for payload in (0.0, 0.5)]
+    assert inertias == pytest.approx([0.01, 0.02])
+
+
 def test_an_element_that_carries_a_part_of_the_friction_leaves_the_rest_of_it(tmp_path: Path) -> None:
     values = {"stiffness": 2.0, "yield": 0.06, "of_friction": 1.0}
     entry = EffectEntry("hysteresis", {name: Parameter(value) for name, value in values.items()})

@@ -82,6 +82,17 @@ def test_a_drive_that_is_off_lets_go() -> None:
     assert abs(found[-1]) < np.arcsin(SWING.coulomb / (SWING.mass * STANDARD_GRAVITY * SWING.lever)) + 0.01
 
 
+def test_a_payload_is_accelerated_too() -> None:
+    """The same motion, its inertia told as half of the axis' own and half of the payload's."""
+    log = SWING.log(seconds=6.0, noise=0.0)
+    loaded = replace(log, rows=log.frame.assign(payload_kg=0.5))
+    own = TRUTH.effects[0].parameters["inertia"].value
+    apart = {"inertia": Parameter(0.5 * own), "per_payload": Parameter(own)}
+    halves = TRUTH.with_effect(EffectEntry("inertia", apart))
+    assert simulate(loaded, halves).mean_abs == pytest.approx(simulate(log, TRUTH).mean_abs, rel=1e-9)
+    assert simulate(log, halves).mean_abs > 5.0 * simulate(log, TRUTH).mean_abs
+
+
 def test_an_element_that_slips_is_friction_of_its_yield() -> None:
     """Simulated without its memory, it holds what it holds while the axis slides on, and pushes nothing."""
     log = SWING.log(seconds=10.0, noise=0.0)
