@@ -289,7 +289,9 @@ def _in_full(
 
 
 def to_score(selection: Selection, library: Sequence[Effect]) -> list[Effect]:
-    """Effects that are not in, and more members of those that are."""
+    """Effects that are not in, and more members of those that are; nothing where nothing is looked for."""
+    if not library:
+        return []
     spec, motion = selection.fit.model.spec, selection.fit.model.recording.motion
     inside = {effect.name for effect in spec.effects}
     found: list[Effect] = []

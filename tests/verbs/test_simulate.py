@@ -108,7 +108,7 @@ def test_an_element_that_slips_is_friction_of_its_yield() -> None:
     ), "but for tables over the position, which are finer where an effect follows it"
     assert simulate(log, less).mean_abs > 5.0 * whole.mean_abs
     carried = replace(entry, parameters=entry.parameters | {"of_friction": Parameter(1.0)})
-    assert simulate(log, TRUTH.with_effect(carried)).mean_abs == pytest.approx(whole.mean_abs, rel=1e-3)
+    assert simulate(log, TRUTH.with_effect(carried)).mean_abs == pytest.approx(whole.mean_abs, abs=2e-5)
 
 
 def test_a_source_that_is_none_is_refused() -> None:
