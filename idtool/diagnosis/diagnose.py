@@ -12,10 +12,17 @@ from idtool.diagnosis.candidates import LEAST_GAIN
 from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.diagnosis.exchange import exchange, in_its_place
 from idtool.diagnosis.held_out import between, held_out_squares, predicts_worse
+from idtool.diagnosis.level import told_by_its_level
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
 from idtool.diagnosis.passing import lowers
 from idtool.diagnosis.plausible import CHANCE, WORTH
-from idtool.diagnosis.pruning import drop_impossible, drop_what_may_be_unknown, of_the_readings, veto
+from idtool.diagnosis.pruning import (
+    drop_impossible,
+    drop_what_may_be_unknown,
+    of_the_readings,
+    simplify,
+    veto,
+)
 from idtool.diagnosis.remainder import Remainder, memory_of_noise, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
 from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, next_effect
@@ -261,8 +268,11 @@ class _Search:
                 return {}, selection.fit
             complete = selection.fit
             unnamed = _without_unnamed(selection)
-            wanted = absorbed(self._veto(selection, complete), self.library)
+            vetoed = self._veto(selection, complete)
+            wanted = absorbed(vetoed, self.library)
             if not wanted:
+                if vetoed:  # without these a special case of another may do as well
+                    simplify(selection, self.library, self.tell)
                 return unnamed, complete
 
     def _veto(self, selection: Selection, beside: JointFit) -> list[Effect]:
@@ -293,8 +303,10 @@ class _Search:
                 # what one effect had in common with others is theirs then, and may make them what they
                 # were not
                 self._veto(selection, selection.fit)
-            elif self.given or not drop_what_may_be_unknown(
-                selection, final, left.depends_on if left else ()
+                simplify(selection, self.library, self.tell)
+            elif self.given or not (
+                drop_what_may_be_unknown(selection, final, left.depends_on if left else ())
+                or simplify(selection, self.library, self.tell, final)
             ):
                 return final, tests, left and replace(left, looked_for=not self.given)
 
@@ -328,7 +340,9 @@ def _finished(selection: Selection, recording: Recording) -> JointFit:
     """The chosen model on all trials."""
     chosen = selection.fit
     loaded = with_load(recording, chosen)
-    return refit(chosen, JointModel.build(loaded, chosen.model.spec, chosen.model.constants))
+    return told_by_its_level(
+        refit(chosen, JointModel.build(loaded, chosen.model.spec, chosen.model.constants))
+    )
 
 
 def _notes(shown: Split, recording: Recording, final: JointFit) -> list[str]:

@@ -38,6 +38,8 @@ def impossible(fit: JointFit, effect: Effect) -> str | None:
         return reason
     if reason := _unseen_in_turns(fit, effect):
         return reason
+    if effect.name == "torque_constant_saturation" and _falls(fit, values["kappa"]):
+        return "more current would make less torque"
     if effect.name == "stribeck_shape" and not stribeck_seen(fit):
         return "no stiction shows apart from the Coulomb level, so the fall between them has no shape"
     if "direction" in effect.follows and "velocity" in effect.follows and _drives(fit, effect):
@@ -79,6 +81,13 @@ def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) 
             if beyond > fit.quantile[i] * np.sqrt(fit.covariance[i, i]):
                 return f"its {p.name.replace('_', ' ')} would be {values[p.name]:.2g}, which cannot be"
     return None
+
+
+def _falls(fit: JointFit, kappa: float) -> bool:
+    """Whether K i (1 - kappa |i|) falls again below the largest current of the logs."""
+    recording = fit.model.recording
+    constant = recording.motion.torque_constant or np.inf
+    return bool(2.0 * kappa * np.max(np.abs(recording.torque)) > constant)
 
 
 def _shows_turns(fit: JointFit) -> bool:

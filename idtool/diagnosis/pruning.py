@@ -211,16 +211,29 @@ def drop(selection: Selection, effect: Effect, smaller: JointFit, why: str) -> N
         selection.p_values.pop(effect.name, None)
 
 
-def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> None:
+def simplify(
+    selection: Selection,
+    library: Sequence[Effect],
+    tell: Callable[[str], None],
+    shown_by: JointFit | None = None,
+) -> bool:
     """Put a special case in the place of an accepted effect wherever it does as well, or lacks next to
-    nothing, or what may be chance."""
+    nothing, or what may be chance; whether any was.
+
+    Args:
+        selection: on the training rows.
+        library: the special cases that there are.
+        tell: as in `extend`.
+        shown_by: the fit that tells, of the same model on other rows; that of the selection if None.
+    """
     by_name = {effect.name: effect for effect in library}
+    changed = False
     for effect in selection.fit.model.spec.effects:
         for name in effect.absorbs:
             if name not in by_name or by_name[name].missing(selection.fit.model.recording.motion):
                 continue
             tell(f"trying {name} in place of {effect.name}")
-            fit = selection.fit
+            fit = shown_by or selection.fit
             swapped = swap(fit, effect, by_name[name])
             before, after = left_out_error(fit), left_out_error(swapped.fit)
             if (
@@ -229,14 +242,17 @@ def simplify(selection: Selection, library: Sequence[Effect], tell: Callable[[st
                 and chance_beside(fit, effect, by_name[name], without(fit, effect)) <= CHANCE
             ):
                 continue
-            selection.fit = swapped.fit
+            if shown_by is not None:
+                swapped = swap(selection.fit, effect, by_name[name])
+            selection.fit, changed = swapped.fit, True
             loser, winner = selection.candidates[effect.name], selection.candidates[name]
             loser.accepted, loser.why = False, f"its special case {name} does as well"
             winner.accepted, winner.why = True, "lowers the error on left-out trials"
-            winner.held_out = after
+            winner.held_out = left_out_error(swapped.fit)
             selection.p_values[name] = selection.p_values.pop(effect.name, swapped.p_value)
             selection.alternatives.pop(effect.name, None)
             break
+    return changed
 
 
 def find_alternatives(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> None:

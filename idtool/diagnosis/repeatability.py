@@ -21,7 +21,10 @@ _NEIGHBOURS = 12
 
 
 def repeatability(fit: JointFit) -> float | None:
-    """Standard deviation of what does not come again, filtered rows; None if too little came again."""
+    """Standard deviation of what does not come again, filtered rows; None if too little came again.
+
+    By the median, so that what came once, as a hand or a cable that snagged, is no noise.
+    """
     from scipy import spatial  # the fits alone need not pay its import
 
     recording = fit.model.recording
@@ -38,4 +41,4 @@ def repeatability(fit: JointFit) -> float | None:
     if np.count_nonzero(pairs) < _LEAST_PAIRS:
         return None
     difference = fit.residual[first[pairs]] - fit.residual[second[pairs]]
-    return float(np.sqrt(0.5 * np.mean(difference**2)))
+    return 1.4826 * float(np.median(np.abs(difference)) / np.sqrt(2.0))

@@ -95,6 +95,34 @@ def test_a_friction_per_load_below_zero_cannot_be(soft: JointFit) -> None:
         assert why is None if told is None else told in str(why)
 
 
+def test_a_torque_that_falls_with_more_current_cannot_be(soft: JointFit) -> None:
+    effect, constant = registry.get("torque_constant_saturation"), 0.2 * TORQUE_CONSTANT
+    recording = soft.model.recording
+    recording = replace(recording, motion=replace(recording.motion, torque_constant=constant))
+    with_it = JointModel.build(recording, soft.model.spec.adding(effect), soft.model.constants)
+    fit = refit(soft, with_it, {"torque_constant_saturation.kappa": 0.0}, most=1)
+    falls = 0.5 * constant / float(np.max(np.abs(recording.torque)))
+    at = fit.model.names.index("torque_constant_saturation.kappa")
+    for share, cannot in ((0.95, False), (1.05, True)):
+        x = fit.x.copy()
+        x[at] = share * falls
+        assert (impossible(replace(fit, x=x), effect) == "more current would make less torque") == cannot
+
+
+def test_other_rows_may_tell_a_special_case(soft: JointFit) -> None:
+    """On the training rows a spring is sure, on all of them it is an offset."""
+    library, recording = registry.library(), soft.model.recording
+    pulled = replace(recording, torque=recording.torque + 0.05 * recording.motion.position)
+    spring = refit(soft, JointModel.build(pulled, soft.model.spec, soft.model.constants))
+    for other, changes in ((None, False), (soft, True)):
+        selection = begun(spring, library)
+        for name in ("position_stiffness", "position_dependent_friction"):
+            selection.candidates[name].accepted, selection.p_values[name] = True, 1e-9
+        assert simplify(selection, library, lambda _: None, other) == changes
+        assert selection.candidates["torque_offset"].accepted == changes
+        assert (selection.fit.model.recording is pulled) or not changes
+
+
 def test_a_special_case_takes_the_place_of_what_adds_next_to_nothing(soft: JointFit) -> None:
     """... though rows enough make that a clear gain: a spring of half a per cent of the friction."""
     spring, offset = registry.get("position_stiffness"), registry.get("torque_offset")

@@ -33,6 +33,13 @@ def test_it_is_the_noise_beside_any_structure_that_comes_again() -> None:
     assert repeatability(fit(noise + structure, 4.0)) == pytest.approx(0.01, rel=0.15)
 
 
+def test_what_came_once_is_no_noise() -> None:
+    """A cable that snags for a moment made itself the floor."""
+    noise = 0.01 * np.random.default_rng(0).standard_normal(ROWS)
+    noise[2000:2150] += 0.3
+    assert repeatability(fit(noise, 4.0)) == pytest.approx(0.01, rel=0.2)
+
+
 def test_a_motion_that_never_comes_again_tells_nothing() -> None:
     assert repeatability(fit(np.zeros(ROWS), 10.0 * ROWS * STEP)) is None
 

@@ -1,0 +1,32 @@
+"""At which level an axis slides whose friction is carried by elements that slip."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from idtool.effects.hysteresis import carried_of_friction
+from idtool.fit.joint import JointFit, solve
+
+#: Of the friction elements carry so much at most: what is left shows at which level the axis slides.
+_CARRIED = 0.98
+
+
+def told_by_its_level(fit: JointFit) -> JointFit:
+    """The fit with the level of sliding as its Coulomb level.
+
+    Elements that carry more of the friction than there is are that level themselves, and a Coulomb level
+    below theirs is none: any does as well.
+    """
+    for effect in fit.model.spec.effects:
+        if effect.name != "hysteresis":
+            continue
+        carried = carried_of_friction(fit.model.effect_values(fit.x, effect))
+        if carried <= _CARRIED * fit.values["coulomb"]:
+            continue
+        yields = [name for name in fit.model.names if name.startswith("hysteresis.yield")]
+        values = {**fit.values, **{name: _CARRIED * fit.values[name] for name in yields}, "coulomb": carried}
+        values["static"] = max(fit.values["static"], carried)
+        x = fit.model.coordinates({name: values[name] for name in fit.model.names})
+        told = solve(fit.model, x, bend=fit.bend, held=frozenset(yields))
+        return replace(told, held=frozenset())
+    return fit
