@@ -27,6 +27,7 @@ from idtool.diagnosis.remainder import Remainder, memory_of_noise, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
 from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, next_effect
 from idtool.diagnosis.shapes import Unnamed
+from idtool.diagnosis.sides import allowing_for_sides
 from idtool.diagnosis.sliding import outdoes
 from idtool.diagnosis.split import Split, split
 from idtool.diagnosis.state import Rival, Selection
@@ -94,6 +95,8 @@ def diagnose(
     hidden: list[Suspect] = []
     if not given:
         final, hidden = allowing_for_what_lacks(final, left, look=_no_chance(selection))
+        final, sides = allowing_for_sides(final)
+        notes += [sides] if sides else []
     notes += _turned_down(selection, hidden)
     return Diagnosis(
         split=shown,

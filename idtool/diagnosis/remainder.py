@@ -89,13 +89,13 @@ def remainder(
         disturbed or autocorrelation(fit) > _CORRELATED
     ):
         return None
-    if memory_of_noise(fit) is not None:
-        return None
     most = limit(fit)  # the last question: its neighbours in place and speed take as long as a fit
     if fit.rmse <= most:
         return None
     # that there is something is certain then; what it follows may be told with less confidence
     likely = [test for test in large if test.may_depend]
+    if not likely and memory_of_noise(fit) is not None:
+        return None
     above = 1.0 - (most / (_ABOVE_NOISE * fit.rmse)) ** 2
     share = max((test.share for test in likely), default=above)
     return Remainder(share, tuple(test.variable for test in likely))
@@ -104,6 +104,8 @@ def remainder(
 def memory_of_noise(fit: JointFit) -> float | None:
     """Over how long a residual is correlated, s, that is more than the noise which readings show from row to
     row and is noise all the same, of readings that were filtered; None if it is not that.
+
+    Such noise is as large throughout, and its steps are those of an autoregressive process of that memory.
     """
     if fit.rmse <= _ABOVE_NOISE * fit.model.filtered_noise:
         return None
@@ -112,7 +114,13 @@ def memory_of_noise(fit: JointFit) -> float | None:
     rows = autocorrelation(fit) - correlation_rows(white, recording.filtered_trial)  # less the filter's own
     memory = rows * float(np.median(np.diff(recording.motion.time[recording.row])))
     spread = 1.4826 * float(np.median(np.abs(fit.residual - np.median(fit.residual))))
-    return max(memory, 0.0) if memory < _LASTS_S and spread > _THROUGHOUT * fit.rmse else None
+    if not 0.0 < memory < _LASTS_S or spread < _THROUGHOUT * fit.rmse:
+        return None
+    time = 1.0 + memory / float(np.median(np.diff(recording.motion.time)))  # integrated, in rows
+    keeps = (time - 1.0) / (time + 1.0)
+    steps = np.sqrt((20.0 - 30.0 * keeps + 12.0 * keeps**2 - 2.0 * keeps**3) / 20.0)  # third differences
+    hidden = np.sqrt(time) / steps  # by so much the noise of white readings tells too little
+    return memory if fit.rmse < _ABOVE_NOISE * hidden * fit.model.filtered_noise else None
 
 
 def doubted(fit: JointFit, left: Remainder | None) -> JointFit:

@@ -133,13 +133,20 @@ def test_what_comes_and_goes_is_told_though_it_repeats_nothing(share: float, abo
 
 
 def test_noise_of_filtered_readings_is_noise() -> None:
-    """Twenty milliseconds of memory, and as large throughout: the steps from row to row do not show it."""
-    fit, left = left_with(coloured(0.02), 0.1)
+    """As large throughout, with a short memory: the steps from row to row do not show all of it."""
+    fit, left = left_with(coloured(0.03), 0.06)
     assert left is None
     memory = memory_of_noise(fit)
     assert memory is not None
-    assert 0.01 < memory < 0.04
+    assert memory == pytest.approx(0.03, abs=0.015)
     assert memory_of_noise(static().fit) is None
+
+
+def test_noise_has_the_steps_of_its_memory() -> None:
+    """What is larger than a filter can have hidden of the steps from row to row is no noise of readings."""
+    fit, left = left_with(coloured(0.03), 0.12)
+    assert memory_of_noise(fit) is None
+    assert left is not None
 
 
 def test_what_lasts_is_told_though_it_is_as_large_throughout() -> None:
