@@ -15,6 +15,7 @@ from .words import Choice
 
 if TYPE_CHECKING:
     from idtool.importing import Imported
+    from idtool.parameters import Parameters
 
 
 def _pairs(option: str, texts: Iterable[str]) -> list[tuple[str, str]]:
@@ -101,19 +102,27 @@ def import_recording(
 ) -> None:
     """Turn a recording from elsewhere into a log: CSV, Parquet, MATLAB, ROS 1 and 2 bags, MCAP, BAM.
 
+    A JSON of BAM's parameters becomes a parameter file.
+
     Columns are guessed by their names and the units in them; --map and --unit correct the guess.
     Repeat --map, --unit and --where as needed; --where of one column twice takes either value.
 
     \b
     ffc-id import run.csv -o log.csv --unit position=deg --torque-constant 2.67
     ffc-id import my_bag/ -o log.csv --where joint=elbow
+    ffc-id import bam.json -o params.toml
     """
     from dataclasses import replace
 
     from idtool.importing import import_recording as convert
+    from idtool.importing.bam_parameters import bam_parameters
     from idtool.io.atomic import refuse_existing
     from idtool.parameters.axis_file import AxisFile
 
+    if (from_bam := bam_parameters(file)) is not None:
+        refuse_existing(target, force, file)
+        _write_parameters(output, *from_bam, target, force=force)
+        return
     mapping, unit_texts = _once("--map", maps), _once("--unit", units)
     where: dict[str, list[str]] = {}
     for name, value in _pairs("--where", wheres):
@@ -145,6 +154,18 @@ def import_recording(
     if output.json:
         output.result(_document(imported, target), ())
     output.next("check", target)
+
+
+def _write_parameters(
+    output: Output, parameters: Parameters, lost: list[str], target: Path, *, force: bool
+) -> None:
+    parameters.write(target, force=force)
+    for key in lost:
+        output.say(f"note: {key} did not come over: nothing here means the same.")
+    output.say(f"written: {target}")
+    if output.json:
+        output.result({"schema": "ffc-id/import/1", "params": str(target), "not_carried": lost}, ())
+    output.next("export", "mujoco", "-p", target, "-o", target.with_suffix(".xml"))
 
 
 def _tell(output: Output, imported: Imported, target: Path) -> None:
