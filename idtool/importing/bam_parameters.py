@@ -1,7 +1,7 @@
 """Parameters of BAM (https://github.com/Rhoban/bam) into a parameter file; the way back of `export bam`.
 
 What means the same comes over: models M1 and M2, armature, torque constant and resistance. What M3 to M6 add
-is of the torque through the gearbox, the motor's and the load's together, which no effect here is; it is told.
+is of the torque through the gearbox, the motor's and the load's together, which no effect here is; told.
 """
 
 from __future__ import annotations
