@@ -18,12 +18,14 @@ _APART_S = 1.0
 #: Fewer pairs tell nothing.
 _LEAST_PAIRS = 50
 _NEIGHBOURS = 12
+#: So many of the pairs tell, and the quantile of the normal distribution within which so many lie.
+_MOST_PAIRS, _NORMAL_QUANTILE = 0.8, 1.2816
 
 
 def repeatability(fit: JointFit) -> float | None:
     """Standard deviation of what does not come again, filtered rows; None if too little came again.
 
-    By the median, so that what came once, as a hand or a cable that snagged, is no noise.
+    By what most pairs differ by, so that what came once, as a hand or a cable that snagged, is no noise.
     """
     from scipy import spatial  # the fits alone need not pay its import
 
@@ -41,4 +43,4 @@ def repeatability(fit: JointFit) -> float | None:
     if np.count_nonzero(pairs) < _LEAST_PAIRS:
         return None
     difference = fit.residual[first[pairs]] - fit.residual[second[pairs]]
-    return 1.4826 * float(np.median(np.abs(difference)) / np.sqrt(2.0))
+    return float(np.quantile(np.abs(difference), _MOST_PAIRS) / (_NORMAL_QUANTILE * np.sqrt(2.0)))
