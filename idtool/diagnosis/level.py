@@ -17,16 +17,15 @@ def told_by_its_level(fit: JointFit) -> JointFit:
     Elements that carry more of the friction than there is are that level themselves, and a Coulomb level
     below theirs is none: any does as well.
     """
-    for effect in fit.model.spec.effects:
-        if effect.name != "hysteresis":
-            continue
-        carried = carried_of_friction(fit.model.effect_values(fit.x, effect))
-        if carried <= _CARRIED * fit.values["coulomb"]:
-            continue
-        yields = [name for name in fit.model.names if name.startswith("hysteresis.yield")]
-        values = {**fit.values, **{name: _CARRIED * fit.values[name] for name in yields}, "coulomb": carried}
-        values["static"] = max(fit.values["static"], carried)
-        x = fit.model.coordinates({name: values[name] for name in fit.model.names})
-        told = solve(fit.model, x, bend=fit.bend, held=frozenset(yields))
-        return replace(told, held=frozenset())
-    return fit
+    element = next((one for one in fit.model.spec.effects if one.name == "hysteresis"), None)
+    if element is None:
+        return fit
+    carried = carried_of_friction(fit.model.effect_values(fit.x, element))
+    if carried <= _CARRIED * fit.values["coulomb"]:
+        return fit
+    yields = [name for name in fit.model.names if name.startswith("hysteresis.yield")]
+    values = {**fit.values, **{name: _CARRIED * fit.values[name] for name in yields}, "coulomb": carried}
+    values["static"] = max(fit.values["static"], carried)
+    x = fit.model.coordinates({name: values[name] for name in fit.model.names})
+    told = solve(fit.model, x, bend=fit.bend, held=frozenset(yields))
+    return replace(told, held=frozenset())

@@ -17,7 +17,7 @@ from idtool.diagnosis.residual import (
     test_residual,
 )
 from idtool.fit.covariance import correlation_rows
-from idtool.fit.joint import JointFit
+from idtool.fit.joint import JointFit, kept
 
 #: A residual this much above the sensor noise holds something if it is correlated over this many rows, or
 #: is more than a disturbance may be (`_DISTURBED`).
@@ -101,6 +101,7 @@ def remainder(
     return Remainder(share, tuple(test.variable for test in likely))
 
 
+@kept
 def memory_of_noise(fit: JointFit) -> float | None:
     """Over how long a residual is correlated, s, that is more than the noise which readings show from row to
     row and is noise all the same, of readings that were filtered; None if it is not that.

@@ -211,11 +211,11 @@ class PlantFile:
         for field, name in enumerate(_FIELDS):
             if not is_zero(term := getattr(total, name)):
                 table[:, :, field] = _by_direction(term, count)
-        # what an element that slips holds against the motion is friction, which no rest turns into a push
-        remembers = _sum([one for one in self.effects if one[0].memory], at).torque
-        held = 0.5 * np.diff(_by_direction(remembers, count), axis=1)
-        table[:, :, tabulated.TORQUE] -= held * np.array([-1.0, 1.0])
-        table[:, :, tabulated.LEVEL_TORQUE] += held
+        if with_memory := [one for one in self.effects if one[0].memory]:
+            # what an element that slips holds against the motion is friction, which no rest turns into a push
+            held = 0.5 * np.diff(_by_direction(_sum(with_memory, at).torque, count), axis=1)
+            table[:, :, tabulated.TORQUE] -= held * np.array([-1.0, 1.0])
+            table[:, :, tabulated.LEVEL_TORQUE] += held
         if at.load is not None:
             table[:, :, tabulated.TORQUE] += _by_direction(at.load, count)
         exponent = EXPONENT + float(np.mean(total.exponent_change))
