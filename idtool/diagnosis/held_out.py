@@ -9,6 +9,7 @@ from idtool.diagnosis.split import Split
 from idtool.fit.joint import JointFit, on_recording
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array
+from idtool.model.running import deviation
 from idtool.signals import Recording
 
 #: A row stands out of the others by so many standard deviations of them.
@@ -29,7 +30,7 @@ def held_out_squares(fit: JointFit, parts: Split, beside: JointFit | None = None
         beside: the model that tells which rows stand out, the same for all that are compared; None is `fit`.
     """
     left = _held_out(fit, parts)
-    limit = _STANDS_OUT * 1.4826 * float(np.median(_held_out(beside or fit, parts)))
+    limit = _STANDS_OUT * deviation(_held_out(beside or fit, parts))
     squares = np.where(left > limit, limit * (2.0 * left - limit), left**2)
     return np.array([float(block.mean()) for block in np.array_split(squares, min(_BLOCKS, len(squares)))])
 

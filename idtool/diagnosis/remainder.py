@@ -18,6 +18,7 @@ from idtool.diagnosis.residual import (
 )
 from idtool.fit.covariance import correlation_rows
 from idtool.fit.joint import JointFit, kept
+from idtool.model.running import deviation
 
 #: A residual this much above the sensor noise holds something if it is correlated over this many rows, or
 #: is more than a disturbance may be (`_DISTURBED`).
@@ -114,7 +115,7 @@ def memory_of_noise(fit: JointFit) -> float | None:
     white = recording.operator @ np.random.default_rng(0).normal(size=len(recording.torque))
     rows = autocorrelation(fit) - correlation_rows(white, recording.filtered_trial)  # less the filter's own
     memory = rows * float(np.median(np.diff(recording.motion.time[recording.row])))
-    spread = 1.4826 * float(np.median(np.abs(fit.residual - np.median(fit.residual))))
+    spread = deviation(fit.residual - np.median(fit.residual))
     if not 0.0 < memory < _LASTS_S or spread < _THROUGHOUT * fit.rmse:
         return None
     time = 1.0 + memory / float(np.median(np.diff(recording.motion.time)))  # integrated, in rows

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.model.motion import Array
-from idtool.model.running import running_median
+from idtool.model.running import deviation, running_median
 
 _TURN = 2.0 * math.pi
 #: A jump between two rows is a wrap if, a whole turn taken off, this share of a turn at most is left.
@@ -95,8 +95,7 @@ def clipped(values: Array) -> NDArray[np.bool_]:
 
 def _noise(values: Array) -> float:
     """Standard deviation of white noise on a reading, from its third differences."""
-    third = np.diff(values, 3)
-    return 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0) if len(third) else 0.0
+    return deviation(np.diff(values, 3)) / math.sqrt(20.0)
 
 
 def _noisy(values: Array) -> bool:

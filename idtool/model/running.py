@@ -1,4 +1,5 @@
-"""Medians and means over the rows around each one; as scipy.ndimage, whose import takes longer than a fit."""
+"""Medians and means over the rows around each one, and the deviation that a median tells; as scipy.ndimage
+and scipy.stats, whose import takes longer than a fit."""
 
 from __future__ import annotations
 
@@ -6,6 +7,9 @@ import numpy as np
 
 from idtool.model.jit import jit
 from idtool.model.motion import Array
+
+#: Standard deviation of normal noise over its median size: one over the normal distribution's upper quartile.
+_PER_MEDIAN = 1.4826
 
 
 def running_median(values: Array, width: int, *, beyond: float | None = None) -> Array:
@@ -51,3 +55,12 @@ def _medians(padded: Array, window: Array) -> Array:
         window[at] = comes
         result[k] = window[width // 2]
     return result
+
+
+def deviation(values: Array) -> float:
+    """Standard deviation of noise around zero by its median size, which outliers leave alone; 0 of nothing.
+
+    Args:
+        values: any shape; NaN where there is none.
+    """
+    return float(_PER_MEDIAN * np.nanmedian(np.abs(values))) if len(values) else 0.0

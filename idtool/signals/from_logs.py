@@ -15,7 +15,7 @@ from idtool.log.effort import Effort, effort_of
 from idtool.log.repair import Repaired, repair
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import MOST_DELAY_S, Array, Motion
-from idtool.model.running import running_median
+from idtool.model.running import deviation, running_median
 from idtool.model.units import EffortUnit
 from idtool.parameters.axis import Axis, voltage_key
 from idtool.presentation.text import counted
@@ -258,8 +258,7 @@ def _usable_rows(
     drop("start of a trial in mid-motion", settling)
     middle = running_median(torque, 5, beyond=0.0)
     away = torque - middle
-    spread = 1.4826 * float(np.median(np.abs(away[away != 0]))) if np.any(away != 0) else 0.0
-    spread = max(spread, float(np.sqrt(reading_variance(torque, motion.first))))
+    spread = max(deviation(away[away != 0]), float(np.sqrt(reading_variance(torque, motion.first))))
     # the range that spikes leave alone: they must not hide one another
     wild = np.abs(away) > max(_OUTLIER * spread, 0.05 * float(np.ptp(middle)))
     drop(_SPIKE, wild)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import Array
+from idtool.model.running import deviation
 from idtool.signals import kalman
 from idtool.signals.readings import ANYWHERE, NEAR, Series, likeliest_jerk
 from idtool.signals.time_stamps import of_the_clock
@@ -93,9 +94,8 @@ def reading_variance(values: Array, first: NDArray[np.bool_]) -> float:
     """
     third = np.diff(values, 3)
     inside = ~(first[1:-2] | first[2:-1] | first[3:]) & np.isfinite(third)
-    spread = third[inside]
     # binomial weights 1, 3, 3, 1: white noise of variance v gives third differences of variance 20 v
-    rough = (1.4826 * float(np.median(np.abs(spread)))) ** 2 / 20.0 if len(spread) else 0.0
+    rough = deviation(third[inside]) ** 2 / 20.0
     return max(resolution(values) ** 2 / 12.0, rough, 1e-18)
 
 
@@ -197,7 +197,7 @@ def _noise_beside(
     states, _ = _adapt(alone, np.full(len(velocity), likeliest), likeliest, window, passed)
     spread = kalman.backward(alone.time, alone.variances, alone.first, passed)[3]
     off = velocity - states[:, 1]
-    size, of_position = 1.4826 * float(np.nanmedian(np.abs(off))), float(np.median(spread))
+    size, of_position = deviation(off), float(np.median(spread))
     if size**2 - of_position < _COLOURED * variance:
         return 0.0
     return _lasting(np.clip(np.nan_to_num(off), -3.0 * size, 3.0 * size)) * size**2 - of_position
