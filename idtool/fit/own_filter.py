@@ -19,11 +19,12 @@ _FALLS = 2.5
 #: Filters of second, first and fourth order, forwards and backwards; the first of them serves to find where.
 _ORDERS = (4.0, 2.0, 8.0)
 #: The corner is looked for downwards from the highest frequency, first in steps of this many octaves, and at
-#: the end to within so many. A filter of
-#: which a period is more than this share of the usual stretch sees what was before and after it.
+#: the end to within so many. A filter of which a period is more than this share of the usual stretch sees what
+#: was before and after it; nor is one looked for beyond the first that leaves so many times the least squares.
 _LONGEST = 0.25
 _STEP = 0.75
 _WITHIN = 0.05
+_LOST = 2.0
 
 
 def filtered_before(recording: Recording) -> bool:
@@ -55,7 +56,11 @@ def behind_own_filter(fit: JointFit) -> tuple[OwnFilter, JointFit]:
     begins = np.flatnonzero(motion.begins)
     usual = float(np.median(np.diff(motion.time[np.append(begins, len(motion) - 1)])))
     most = max(math.log2(highest * _LONGEST * usual), _STEP)
-    coarse = min(np.arange(0.0, most, _STEP).tolist(), key=left)
+    coarse = 0.0
+    for octaves in np.arange(_STEP, most, _STEP).tolist():
+        if left(octaves) > _LOST * left(coarse):
+            break
+        coarse = min(coarse, octaves, key=left)
     fine = bounded_minimum(left, max(coarse - _STEP, 0.0), min(coarse + _STEP, most), within=_WITHIN)
     order = min(_ORDERS, key=lambda order: left(fine, order))
     return behind(fine, order)
