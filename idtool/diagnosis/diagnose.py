@@ -25,7 +25,7 @@ from idtool.diagnosis.pruning import (
 )
 from idtool.diagnosis.remainder import Remainder, memory_of_noise, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
-from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, next_effect
+from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, next_effect, one_by_one
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sides import allowing_for_sides
 from idtool.diagnosis.sliding import outdoes
@@ -150,22 +150,18 @@ class _Search:
         """The effects beside the base model, with rows that count by what is left beside them.
 
         Where slow rows leave more beside the effects than they did before, the search begins anew: what it
-        took in while they counted otherwise may have been there for their sake. Only where that comes to
-        something that is surely worse does it go on from there.
+        took in while they counted otherwise may have been there for their sake. The effects that come in one
+        by one mostly tell that, before the search has tried all that it does where none passes.
         """
         self.tell(BASE)
         bases = self._trained(starts)
         if self._weighed(bases[0]):
             bases = self._trained(bases)
-        found = self._best_of(bases)
-        if self._weighed(found.selection.fit):
-            self.tell("weighing slow rows by what they leave")
-            found.selection.onto(thin(self.parts.training))
-            anew = self._best_of(self._trained(bases))
-            if left_out_error(anew.selection.fit) > SURELY * left_out_error(found.selection.fit):
-                found.unnamed, _ = self._select(found.selection)
-            else:
-                found = anew
+        first = begun(bases[0], self.library)
+        one_by_one(first, self.library, self.tell, given=self.given, tolerance=self.tolerance)
+        unnamed = _without_unnamed(first)
+        found = self._anew(bases, _Found(0, bases[0], first, unnamed)) or self._best_of(bases)
+        found = self._anew(bases, found) or found
         for _ in range(_EXCHANGES):
             other = found.selection.copy()
             if not exchange(other, self.library, self.tell):
@@ -174,6 +170,19 @@ class _Search:
             if not in_its_place(other.fit, found.selection.fit):
                 break  # what came in is gone again
             found.selection, found.unnamed = other, unnamed
+        return found
+
+    def _anew(self, bases: Sequence[JointFit], found: _Found) -> _Found | None:
+        """What a search that begins anew comes to, where rows count otherwise beside what was found; None
+        where they do not. If that is surely worse the search goes on from what was found."""
+        if not self._weighed(found.selection.fit):
+            return None
+        self.tell("weighing slow rows by what they leave")
+        found.selection.onto(thin(self.parts.training))
+        anew = self._best_of(self._trained(bases))
+        if left_out_error(anew.selection.fit) <= SURELY * left_out_error(found.selection.fit):
+            return anew
+        found.unnamed, _ = self._select(found.selection)
         return found
 
     def _trained(self, fits: Sequence[JointFit]) -> list[JointFit]:

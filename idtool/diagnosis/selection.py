@@ -90,7 +90,7 @@ def extend(
     """
     allowed = library
     while True:
-        _add(selection, (*allowed, *(() if given else UNNAMED)), tell, tolerance, rival)
+        _add(selection, _with_unnamed(allowed, given), tell, tolerance, rival)
         if selection.hopeless:
             return
         if not given and one_for_many(selection, tell):
@@ -100,6 +100,28 @@ def extend(
             break
     simplify(selection, library, tell)
     find_alternatives(selection, library, tell)
+
+
+def one_by_one(
+    selection: Selection,
+    library: Sequence[Effect],
+    tell: Callable[[str], None],
+    *,
+    given: bool = False,
+    tolerance: float = 0.0,
+) -> None:
+    """As `extend`, with nothing that takes long where no single effect passes, and nothing dropped."""
+    for _ in range(_MOST_ROUNDS):
+        if good_enough(selection.fit, tolerance):
+            return
+        winner = next_effect(selection, _with_unnamed(library, given), tell)
+        if winner is None:
+            return
+        tell(f"{ACCEPTED} {winner.effect.title.lower()}")
+
+
+def _with_unnamed(library: Sequence[Effect], given: bool) -> tuple[Effect, ...]:
+    return (*library, *(() if given else UNNAMED))
 
 
 def absorbed(gone: Sequence[Effect], library: Sequence[Effect]) -> list[Effect]:

@@ -19,8 +19,9 @@ _FALLS = 2.5
 #: Filters of second, first and fourth order, forwards and backwards; the first of them serves to find where.
 _ORDERS = (4.0, 2.0, 8.0)
 #: The corner is looked for downwards from the highest frequency, first in steps of this many octaves, and at
-#: the end to within so many. A filter of which a period is more than this share of the usual stretch sees what
-#: was before and after it; nor is one looked for beyond the first that leaves so many times the least squares.
+#: the end to within so many. A filter of which a period is more than this share of the usual stretch sees
+#: what was before and after it; nor is one looked for beyond the first that leaves so many times the least
+#: squares.
 _LONGEST = 0.25
 _STEP = 0.75
 _WITHIN = 0.05
