@@ -39,6 +39,14 @@ def test_one_trial_shows_it_where_each_part_goes_both_ways(velocity: Array, told
     assert (ThermalDrift().untestable(motion_of(velocity)) is None) is told
 
 
+@pytest.mark.parametrize(("held_out", "told"), [((1,), True), ((1, 2), False)], ids=["one", "two"])
+def test_a_trial_that_was_held_out_leaves_no_part_untold(held_out: tuple[int, ...], told: bool) -> None:
+    """As a search has it, of a session of four trials whose clock runs on."""
+    left = ~np.isin(np.arange(len(TIME)) * 4 // len(TIME), held_out)
+    motion = motion_of(THERE_AND_BACK[left], TIME[left], trials=4 - len(held_out))
+    assert (ThermalDrift().untestable(motion) is None) is told
+
+
 def test_trials_that_restart_the_clock_do_not() -> None:
     time = np.tile(TIME[:3000], 2)
     assert "clock that runs on" in str(ThermalDrift().untestable(motion_of(THERE_AND_BACK, time, trials=2)))
