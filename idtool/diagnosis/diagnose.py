@@ -30,6 +30,7 @@ from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sides import allowing_for_sides
 from idtool.diagnosis.sliding import outdoes
 from idtool.diagnosis.split import Split, split
+from idtool.diagnosis.springs import allowing_for_springs
 from idtool.diagnosis.state import Rival, Selection
 from idtool.diagnosis.summary import LOOKS_LIKE
 from idtool.diagnosis.suspects import Suspect, allowing_for_what_lacks
@@ -96,7 +97,8 @@ def diagnose(
     if not given:
         final, hidden = allowing_for_what_lacks(final, left, look=_no_chance(selection))
         final, sides = allowing_for_sides(final)
-        notes += [sides] if sides else []
+        final, springs = allowing_for_springs(final, left)
+        notes += filter(None, (sides, springs))
     notes += _turned_down(selection, hidden)
     return Diagnosis(
         split=shown,
