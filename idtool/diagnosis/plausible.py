@@ -11,6 +11,7 @@ from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import SETTLED, since_turn
 from idtool.effects.base import Effect
 from idtool.effects.hysteresis import carried_of_friction, reaches
+from idtool.effects.torque_constant_saturation import per_torque
 from idtool.fit.identifiability import brief, stribeck_seen
 from idtool.fit.joint import JointFit, added_by, torque_of
 from idtool.fit.left_out import SURELY, left_out_error
@@ -38,7 +39,7 @@ def impossible(fit: JointFit, effect: Effect) -> str | None:
         return reason
     if reason := _unseen_in_turns(fit, effect):
         return reason
-    if effect.name == "torque_constant_saturation" and _falls(fit, values["kappa"]):
+    if effect.name == "torque_constant_saturation" and _falls(fit, values):
         return "more current would make less torque"
     if effect.name == "stribeck_shape" and not stribeck_seen(fit):
         return "no stiction shows apart from the Coulomb level, so the fall between them has no shape"
@@ -83,11 +84,11 @@ def _beyond_physics(fit: JointFit, effect: Effect, values: Mapping[str, float]) 
     return None
 
 
-def _falls(fit: JointFit, kappa: float) -> bool:
+def _falls(fit: JointFit, values: Mapping[str, float]) -> bool:
     """Whether K i (1 - kappa |i|) falls again below the largest current of the logs."""
     recording = fit.model.recording
-    constant = recording.motion.torque_constant or np.inf
-    return bool(2.0 * kappa * np.max(np.abs(recording.torque)) > constant)
+    loss = per_torque(values, recording.motion.torque_constant)
+    return bool(2.0 * loss * np.max(np.abs(recording.torque)) > 1.0)
 
 
 def _shows_turns(fit: JointFit) -> bool:

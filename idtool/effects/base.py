@@ -27,7 +27,6 @@ FOLLOWED = ("position", "velocity", "acceleration", "direction", "load", "temper
 _NEEDS = {
     "load": "a load (payload or tilt columns, or an arm that swings)",
     "load_upright": "a load (payload or tilt columns)",
-    "torque_constant": "the current and its torque constant",
     "tilt_alpha": "a tilt column",
     "temperature": "a temperature column",
 }

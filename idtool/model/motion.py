@@ -35,7 +35,8 @@ class Motion:
         temperature: degrees Celsius.
         load: gravity torque that the axis carries, from the gravity model identified so far.
         load_upright: the same at zero tilt.
-        torque_constant: K, N m/A (N/A), or None where the torque itself was logged.
+        torque_constant: K, N m/A (N/A), or None where no current was logged.
+        of_voltage: whether the effort is the voltage at the motor.
         restart: last rows of a rest, after which nobody knows the deflection of the bristle: friction at rest
             is whatever the drive pushes with.
         clocks: which clock `time` is of, 0, 1, 2, ... in order of appearance; None: see `clock`.
@@ -54,6 +55,7 @@ class Motion:
     load: Array | None = None
     load_upright: Array | None = None
     torque_constant: float | None = None
+    of_voltage: bool = False
     restart: NDArray[np.bool_] | None = None
     clocks: NDArray[np.intp] | None = None
 

@@ -62,6 +62,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     experiment, source = _label_trials(logs, repaired)
     smoothed = smooth(rows.time, rows.position, rows.velocity, rows.first)
     torque = rows.effort - rows.back_emf * smoothed.velocity
+    of_voltage = any(effort.column == "duty" for effort in efforts)
     motion = Motion(
         time=rows.time,
         trial=rows.trial,
@@ -73,7 +74,8 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         tilt_alpha=rows.tilt_alpha,
         tilt_beta=rows.tilt_beta,
         temperature=rows.temperature,
-        torque_constant=_constant_of_current(axis, efforts),
+        torque_constant=None if of_voltage else _constant_of_current(axis),
+        of_voltage=of_voltage,
     )
     usable, lost, calm = _usable_rows(torque, smoothed.surprise, _faulty(repaired), motion)
     for one in repaired:
@@ -184,10 +186,8 @@ def _common_unit(logs: Sequence[Log], efforts: Sequence[Effort]) -> EffortUnit:
     return efforts[0].unit
 
 
-def _constant_of_current(axis: Axis, efforts: Sequence[Effort]) -> float | None:
-    """Effort over motor current, where a current was measured; effects that depend on it need that."""
-    if any(effort.column == "duty" for effort in efforts):
-        return None
+def _constant_of_current(axis: Axis) -> float | None:
+    """Effort over motor current, where that is known."""
     return 1.0 if axis.effort == "current" else axis.torque_constant
 
 

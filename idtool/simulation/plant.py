@@ -10,6 +10,7 @@ import numpy as np
 
 from idtool.effects import registry
 from idtool.effects.base import Effect, Values
+from idtool.effects.torque_constant_saturation import per_torque
 from idtool.errors import InputError
 from idtool.model import forward, gravity, tabulated
 from idtool.model.contribution import Contribution, combine, is_zero
@@ -83,7 +84,7 @@ class PlantFile:
             effect = registry.get(entry.name)
             values = effect.from_file(entry.values(), parameters.axis.units)
             if entry.name == "torque_constant_saturation":
-                numbers[entry.name] = values["kappa"] / torque_constant if torque_constant else 0.0
+                numbers[entry.name] = per_torque(values, torque_constant)
             elif entry.name in numbers:
                 numbers |= values if entry.name == "inertia" else {entry.name: values["delay"]}
             else:
