@@ -30,6 +30,8 @@ _IN_BEND = 4.0
 
 def impossible(fit: JointFit, effect: Effect) -> str | None:
     """Why the fitted values cannot be that effect, as a sentence; None if they can."""
+    if effect.told_by_turns and not _shows_turns(fit):
+        return "only turns tell it from friction under load and another gravity, and no presliding is seen"
     own = (name for name in fit.model.names if name.startswith(f"{effect.name}."))
     names = {other.name for other in fit.model.spec.effects}
     if not isinstance(effect, Unnamed) and any(fit.at_bound[name] for name in own):
@@ -45,8 +47,6 @@ def impossible(fit: JointFit, effect: Effect) -> str | None:
         return "no stiction shows apart from the Coulomb level, so the fall between them has no shape"
     if "direction" in effect.follows and "velocity" in effect.follows and _drives(fit, effect):
         return "friction would drive the axis one way"
-    if effect.told_by_turns and not _shows_turns(fit):
-        return "only turns tell it from friction under load and another gravity, and no presliding is seen"
     if effect.of_sliding and "hysteresis" in names and not _shows_in_sliding(fit, effect):
         return "it does not show where the axis slides steadily, and its presliding is none of LuGre's"
     if effect.name != "inertia" and not worth_it(fit, effect, _NOTHING):
