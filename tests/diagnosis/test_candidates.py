@@ -13,6 +13,7 @@ from idtool.diagnosis import candidates
 from idtool.diagnosis.candidates import Start, best_start, try_effect
 from idtool.diagnosis.plausible import impossible
 from idtool.effects import registry
+from idtool.effects.torque_constant_saturation import per_torque
 from idtool.effects.hysteresis import Hysteresis
 from idtool.fit.joint import JointFit
 from idtool.fit.left_out import left_out_error
@@ -138,19 +139,25 @@ def test_a_fall_that_is_not_seen_has_no_shape(slipping: JointFit) -> None:
     assert "has no shape" not in str(impossible(replace(bent, x=x), shape))
 
 
+@pytest.mark.parametrize("constant", [TORQUE_CONSTANT, None], ids=["current", "torque alone"])
 @pytest.mark.parametrize(("kappa", "possible"), [(0.08, True), (-0.08, False)])
-def test_a_motor_gives_no_more_torque_per_ampere_at_high_current(kappa: float, possible: bool) -> None:
-    """What looks like that is something else."""
+def test_a_motor_gives_no_more_torque_per_ampere_at_high_current(
+    kappa: float, possible: bool, constant: float | None
+) -> None:
+    """What looks like that is something else. A log may hold the torque alone that a drive computes."""
     plant = Plant(0.080, 0.115, 0.080, 0.120, 8.0, 0.20, 0.008, 0.20, 0.42)
     plain = record(record_session(plant, "lab", 3, ("gravity", "sweep")))
     current = plain.torque / TORQUE_CONSTANT
     for _ in range(30):  # the current that gives this torque by K i (1 - kappa |i|)
         current = plain.torque / TORQUE_CONSTANT / (1.0 - kappa * np.abs(current))
-    spoilt = replace(plain, torque=TORQUE_CONSTANT * current)
+    motion = replace(plain.motion, torque_constant=constant)
+    spoilt = replace(plain, torque=TORQUE_CONSTANT * current, motion=motion)
     (fit, *_), *_ = begin(spoilt, "lugre", "auto")
     effect = registry.get("torque_constant_saturation")
     trial = try_effect(fit, effect, best_start(fit, effect))
-    assert trial.fit.values["torque_constant_saturation.kappa"] == pytest.approx(kappa, rel=0.2)
+    values = trial.fit.model.effect_values(trial.fit.x, effect)
+    assert TORQUE_CONSTANT * per_torque(values, constant) == pytest.approx(kappa, rel=0.2)
+    assert ("loss" in values) == (constant is None)
     why = impossible(trial.fit, effect)
     assert (why is None) == possible
     assert possible or "cannot be" in str(why)

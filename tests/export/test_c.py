@@ -37,6 +37,7 @@ OTHER_FORMS = {
     "late_current": {"transport_delay": {"delay": -0.02}},
     "gap_without_load": {"backlash": {"gap": 0.05, "share_behind_gap": 0.5, "share_at_once": 0.3}},
     "beside_the_clock": {"external_periodic": {"frequency": 1.0, "amplitude": 0.1, "phase": 0.0}},
+    "saturation_of_a_logged_torque": {"torque_constant_saturation": {"loss": 0.0112}},
     **RICHER,
 }
 CASES = {"none": {}} | {name: {name: values} for name, values in EFFECTS.items()} | OTHER_FORMS
