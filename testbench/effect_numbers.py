@@ -41,6 +41,13 @@ RICHER: dict[str, dict[str, dict[str, float]]] = {
         "position_ripple": NUMBERS["position_ripple"]
         | {f"family_2_{name}": 1.5 * value for name, value in NUMBERS["position_ripple"].items()}
     },
+    "a_line_without_its_double": {
+        "position_ripple": {
+            name: value
+            for name, value in NUMBERS["position_ripple"].items()
+            if name not in ("amplitude_2", "phase_2")
+        }
+    },
     "another_phase_backwards": {
         "position_ripple": NUMBERS["position_ripple"] | {"turned_amplitude_1": 0.02, "turned_phase_1": 0.3}
     },

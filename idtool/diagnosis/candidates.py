@@ -223,7 +223,8 @@ def try_effect(fit: JointFit, effect: Effect, start: Start, *, far: bool = False
         screened = [refit(fit, model, one, most=_SCREEN, tolerance=NEAR, settling=0) for one in begun]
         begun = [min(screened, key=lambda one: one.sse).values]
     new = refit(fit, model, begun[0], most=most, tolerance=NEAR)
-    if plainer := effect.plainer(new.model.effect_values(new.x, effect), new.values):
+    values, motion = new.model.effect_values(new.x, effect), fit.model.recording.motion
+    if plainer := effect.plainer(values, new.values, motion):
         effect, others = plainer
         plain = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
         new = refit(new, plain, others, most=_SPENT, tolerance=NEAR)

@@ -304,7 +304,9 @@ class Effect(ABC):
         does not find the other."""
         return ()
 
-    def plainer(self, values: Values, model: Values) -> tuple[Effect, dict[str, float]] | None:
+    def plainer(
+        self, values: Values, model: Values, motion: Motion
+    ) -> tuple[Effect, dict[str, float]] | None:
         """The plain form that is the same as this one at fitted values, and what other numbers of the model
         are then; None if this form has to stay. Arguments as of `implausible`."""
         return None

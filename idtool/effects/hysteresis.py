@@ -121,7 +121,9 @@ class Hysteresis(Effect):
     def larger(self, motion: Motion) -> tuple[Effect, ...]:
         return (replace(self, elements=2),) if self.elements == 1 else ()
 
-    def plainer(self, values: Values, model: Values) -> tuple[Effect, dict[str, float]] | None:
+    def plainer(
+        self, values: Values, model: Values, motion: Motion
+    ) -> tuple[Effect, dict[str, float]] | None:
         carried = sum(_yields(values))
         left = {name: model[name] - carried for name in ("coulomb", "static") if name in model}
         if not self.of_friction or any(level < _OWN * carried for level in left.values()):

@@ -67,8 +67,8 @@ def _prefix(family: int) -> str:
     return f"family_{family}_" if family > 1 else ""
 
 
-def _coordinates(family: int, directed: bool) -> tuple[Coordinate, ...]:
-    names = [f"{part}_{k}" for k in _HARMONICS for part in ("sin", "cos")]
+def _coordinates(family: int, directed: bool, pure: bool) -> tuple[Coordinate, ...]:
+    names = [f"{part}_{k}" for k in _HARMONICS[: 1 if pure else None] for part in ("sin", "cos")]
     names += ["turned_sin_1", "turned_cos_1"] if directed else []
     cycles = Coordinate(f"{_prefix(family)}cycles", null=1.0, lower=0.0, increment=1e-3)
     return (*(Coordinate(_prefix(family) + name) for name in names), cycles)
@@ -86,8 +86,11 @@ def _parameters(family: int) -> tuple[EffectParameter, ...]:
     told = "n, waves per turn: sin(n q); on a linear axis per metre: sin(2 pi n x)"
     found = [one("cycles", "spatial_frequency", which + told, 0.0)]
     for k, called in zip(_HARMONICS, ("fundamental", "second harmonic"), strict=True):
-        found.append(one(f"amplitude_{k}", "torque", f"{which}amplitude of the {called}", 0.0))
-        found.append(one(f"phase_{k}", "phase", f"{which}phase of the {called}", -math.pi, math.pi))
+        absent = k > 1
+        found.append(
+            one(f"amplitude_{k}", "torque", f"{which}amplitude of the {called}", 0.0, optional=absent)
+        )
+        found.append(one(f"phase_{k}", "phase", f"{which}phase of the {called}", -math.pi, math.pi, absent))
     told = f"{which}of the friction, which turns with the motion, "
     found.append(one("turned_amplitude_1", "torque", f"{told}amplitude", 0.0, optional=True))
     found.append(one("turned_phase_1", "phase", f"{told}phase", -math.pi, math.pi, True))
@@ -104,9 +107,11 @@ class PositionRipple(Effect):
 
     Attributes:
         directed: for each family, whether the friction has it.
+        pure: which of them, 1, 2, ..., have no second harmonic: another family is there.
     """
 
     directed: tuple[bool, ...] = (False,)
+    pure: tuple[int, ...] = ()
 
     name = "position_ripple"
     title = "Position ripple"
@@ -116,7 +121,9 @@ class PositionRipple(Effect):
     look_alikes = ("position_stiffness", "position_dependent_friction", "external_periodic")
     citation = "Armstrong-Helouvry 1991; Villagran et al. 2009 (cogging)"
     parameters = tuple(p for family in range(1, _MOST_FAMILIES + 1) for p in _parameters(family))
-    coordinates = tuple(c for family in range(1, _MOST_FAMILIES + 1) for c in _coordinates(family, True))
+    coordinates = tuple(
+        c for family in range(1, _MOST_FAMILIES + 1) for c in _coordinates(family, True, False)
+    )
 
     at = staticmethod(at)
 
@@ -130,7 +137,7 @@ class PositionRipple(Effect):
         parts = []
         for prefix in _families(values):
             waves = _waves(motion, values[f"{prefix}cycles"])
-            torque = _sum([values[f"{prefix}{name}"] for name in _STRENGTHS[:4]], waves)
+            torque = _sum([values.get(f"{prefix}{name}", 0.0) for name in _STRENGTHS[:4]], waves)
             friction = _sum([values.get(f"{prefix}{name}", 0.0) for name in _STRENGTHS[4:]], waves[:2])
             parts.append(Contribution(torque=torque, level_torque=friction))
         return combine(parts)
@@ -142,7 +149,7 @@ class PositionRipple(Effect):
         along = [
             number
             for k in _HARMONICS
-            for number in (-k * values[f"{prefix}cos_{k}"], k * values[f"{prefix}sin_{k}"])
+            for number in (-k * values.get(f"{prefix}cos_{k}", 0.0), k * values.get(f"{prefix}sin_{k}", 0.0))
         ]
         torque = motion.position * (np.array(along) @ waves)
         if turned[0] is None or turned[1] is None:
@@ -156,12 +163,15 @@ class PositionRipple(Effect):
             sin_1, cos_1, sin_2, cos_2 = (
                 f"{prefix}{part}_{k}" for k in _HARMONICS for part in ("sin", "cos")
             )
-            lines += [
-                f"sine_and_cosine({prefix}cycles * row->position, &s, &c);",
-                "/* the double angle by s and c: sin 2x = 2 s c, cos 2x = 1 - 2 s s */",
-                f"sum->torque += s * ({sin_1} + 2.0f * {sin_2} * c - 2.0f * {cos_2} * s);",
-                f"sum->torque += {cos_1} * c + {cos_2};",
-            ]
+            lines.append(f"sine_and_cosine({prefix}cycles * row->position, &s, &c);")
+            if sin_2 in values:
+                lines += [
+                    "/* the double angle by s and c: sin 2x = 2 s c, cos 2x = 1 - 2 s s */",
+                    f"sum->torque += s * ({sin_1} + 2.0f * {sin_2} * c - 2.0f * {cos_2} * s);",
+                    f"sum->torque += {cos_1} * c + {cos_2};",
+                ]
+            else:
+                lines.append(f"sum->torque += {sin_1} * s + {cos_1} * c;")
             if f"{prefix}turned_sin_1" in values:
                 lines.append(f"sum->level_torque += {prefix}turned_sin_1 * s + {prefix}turned_cos_1 * c;")
         return CForm("\n".join(lines), values)
@@ -172,23 +182,49 @@ class PositionRipple(Effect):
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         stroke = max(float(np.ptp(motion.position)), 1e-12)
         fewest = _FEWEST_PERIODS * 2.0 * math.pi / stroke
-        found = (c for k, own in enumerate(self.directed, 1) for c in _coordinates(k, own))
+        found = (c for k, own in enumerate(self.directed, 1) for c in _coordinates(k, own, k in self.pure))
         return tuple(replace(c, lower=fewest) if c.name.endswith("cycles") else c for c in found)
 
     def form_of(self, values: Values) -> Effect:
-        return PositionRipple(tuple(f"{family}turned_sin_1" in values for family in _families(values)))
+        families = _families(values)
+        return PositionRipple(
+            tuple(f"{family}turned_sin_1" in values for family in families),
+            tuple(k for k, family in enumerate(families, 1) if f"{family}sin_2" not in values),
+        )
+
+    def plainer(
+        self, values: Values, model: Values, motion: Motion
+    ) -> tuple[Effect, dict[str, float]] | None:
+        """Without a second harmonic that is another family's line: the two would cancel each other, however
+        large they are."""
+        apart = 2.0 * math.pi / max(float(np.ptp(motion.position)), 1e-12)
+        families = _families(values)
+        pure, moved = set(self.pure), dict[str, float]()
+        for k, one in enumerate(families, 1):
+            for other in families:
+                if k in pure or other == one:
+                    continue
+                if abs(2.0 * values[f"{one}cycles"] - values[f"{other}cycles"]) < apart:
+                    pure.add(k)
+                    for part in ("sin", "cos"):
+                        name = f"{other}{part}_1"
+                        moved[name] = moved.get(name, values[name]) + values[f"{one}{part}_2"]
+        if pure == set(self.pure):
+            return None
+        return replace(self, pure=tuple(sorted(pure))), {f"{self.name}.{k}": v for k, v in moved.items()}
 
     def larger(self, motion: Motion) -> tuple[Effect, ...]:
         both = both_ways(motion.velocity)
         more: list[Effect] = []
         if len(self.directed) < _MOST_FAMILIES:
             more += [
-                PositionRipple((*self.directed, of_friction)) for of_friction in (False, True)[: 1 + both]
+                replace(self, directed=(*self.directed, of_friction))
+                for of_friction in (False, True)[: 1 + both]
             ]
         if both:
             for k, own in enumerate(self.directed):
                 if not own:
-                    more.append(PositionRipple((*self.directed[:k], True, *self.directed[k + 1 :])))
+                    more.append(replace(self, directed=(*self.directed[:k], True, *self.directed[k + 1 :])))
         return tuple(more)
 
     def starts(self, motion: Motion) -> list[dict[str, float]]:
@@ -268,7 +304,11 @@ def _families(values: Values) -> list[str]:
 
 def _parts(prefix: str, values: Values) -> list[tuple[str, str, str, str]]:
     """Names of sine and cosine strength, amplitude and phase of every line of a family."""
-    parts = [(f"sin_{k}", f"cos_{k}", f"amplitude_{k}", f"phase_{k}") for k in _HARMONICS]
+    parts = [
+        (f"sin_{k}", f"cos_{k}", f"amplitude_{k}", f"phase_{k}")
+        for k in _HARMONICS
+        if f"{prefix}sin_{k}" in values or f"{prefix}amplitude_{k}" in values
+    ]
     if f"{prefix}turned_sin_1" in values or f"{prefix}turned_amplitude_1" in values:
         parts.append(("turned_sin_1", "turned_cos_1", "turned_amplitude_1", "turned_phase_1"))
     return parts

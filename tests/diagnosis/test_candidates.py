@@ -13,8 +13,8 @@ from idtool.diagnosis import candidates
 from idtool.diagnosis.candidates import Start, best_start, try_effect
 from idtool.diagnosis.plausible import impossible
 from idtool.effects import registry
-from idtool.effects.torque_constant_saturation import per_torque
 from idtool.effects.hysteresis import Hysteresis
+from idtool.effects.torque_constant_saturation import per_torque
 from idtool.fit.joint import JointFit
 from idtool.fit.left_out import left_out_error
 from idtool.model.motion import since_reversal

@@ -106,10 +106,13 @@ def test_a_file_says_which() -> None:
         assert Hysteresis().to_values(parameters) == pytest.approx(values)
 
 
+MOTION = Motion(*np.zeros((5, 2)))
+
+
 @pytest.mark.parametrize(("part", "beside"), [(0.03, True), (0.05, False)])
 def test_what_is_small_beside_the_rest_is_an_element_of_its_own(part: float, beside: bool) -> None:
     model = {"coulomb": 0.1, "static": 0.15}
-    found = Hysteresis(True).plainer(PART | {"yield": part}, model)
+    found = Hysteresis(True).plainer(PART | {"yield": part}, model, MOTION)
     if beside:
         assert found is not None
         effect, others = found
@@ -117,7 +120,7 @@ def test_what_is_small_beside_the_rest_is_an_element_of_its_own(part: float, bes
         assert others == pytest.approx({"coulomb": 0.07, "static": 0.12})
     else:
         assert found is None
-    assert Hysteresis().plainer(VALUES, model) is None
+    assert Hysteresis().plainer(VALUES, model, MOTION) is None
 
 
 @pytest.mark.parametrize(("carried", "said"), [(1.1, None), (1.3, "it would be more than the friction")])

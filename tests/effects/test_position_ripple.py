@@ -61,6 +61,34 @@ def test_waves_are_counted_in_the_unit_of_the_file(
     assert error["rmse"] ** 2 < plain["rmse"] ** 2 - 0.9 * 0.25**2 / 2.0
 
 
+@pytest.mark.parametrize(("cycles", "twin"), [(10.9, True), (10.4, False)], ids=["twins", "apart"])
+def test_a_second_harmonic_that_another_family_has_goes(cycles: float, twin: bool) -> None:
+    """Lines that are less than a wave apart over the stroke could be of any size, and cancel each other."""
+    time = np.linspace(0.0, 2.0 * np.pi, 500)
+    motion = Motion(time, np.zeros(500, dtype=int), np.pi * np.sin(time), np.cos(time), -np.sin(time))
+    effect = PositionRipple((True, True))
+    values = {c.name: 0.01 * (k + 1) for k, c in enumerate(effect.active(motion))}
+    values |= {"cycles": 22.0, "family_2_cycles": cycles}
+    found = effect.plainer(values, {}, motion)
+    if not twin:
+        assert found is None
+        return
+    assert found is not None
+    plain, moved = found
+    assert plain == PositionRipple((True, True), pure=(2,))
+    assert moved == pytest.approx(
+        {
+            f"position_ripple.{part}_1": values[f"{part}_1"] + values[f"family_2_{part}_2"]
+            for part in ("sin", "cos")
+        }
+    )
+    assert "family_2_sin_2" not in {c.name for c in plain.active(motion)}
+    kept = {name: value for name, value in values.items() if name in {c.name for c in plain.active(motion)}}
+    assert plain.form_of(plain.to_values(plain.to_parameters(kept))) == plain
+    assert plain.plainer(kept, {}, motion) is None
+    assert all(more.pure == (2,) for more in plain.larger(motion))
+
+
 @pytest.mark.parametrize("coordinate", ["cycles", "family_2_cycles"])
 def test_slope_along_the_frequency_is_that_of_contribute(coordinate: str) -> None:
     """Of a family whose friction has the line too, and of one beside it."""
