@@ -308,7 +308,7 @@ class _Search:
         structure in it."""
         self.tell(FINAL)
         selection = found.selection
-        followed = [variable for shape in found.unnamed for variable in shape.follows]
+        followed = [variable for shape, told in found.unnamed.items() if told for variable in shape.follows]
         while True:
             final = _finished(selection, self.parts.recording)
             tests = test_residual(final, 0.0)

@@ -77,7 +77,7 @@ def remainder(
     Args:
         fit: any fit.
         tests: of its residual, if they are known.
-        unnamed: variables that a shape without a name was found to follow.
+        unnamed: variables that a shape without a name, large enough to matter, was found to follow.
     """
     matters = WORTH * fit.model.friction_sizes[0]
     found = test_residual(fit, DEPENDS) if tests is None else tests
@@ -94,7 +94,7 @@ def remainder(
     if fit.rmse <= most:
         return None
     # that there is something is certain then; what it follows may be told with less confidence
-    likely = [test for test in large if test.may_depend]
+    likely = [test for test in large if test.may_depend] or [t for t in found if t.variable in unnamed]
     if not likely and memory_of_noise(fit) is not None:
         return None
     above = 1.0 - (most / (_ABOVE_NOISE * fit.rmse)) ** 2

@@ -112,6 +112,18 @@ def left_with(torque: np.ndarray, share: float) -> tuple[JointFit, Remainder | N
     return other, remainder(other)
 
 
+def test_a_shape_that_was_found_is_what_is_left_follows() -> None:
+    """A bump at one place is in too few rows for a test of all: what was said to look like one follows the
+    position."""
+    fit, left = left_with(coloured(1.0), 0.1)
+    assert left is not None
+    assert left.depends_on == ()
+    told = remainder(fit, unnamed=["position"])
+    assert told is not None
+    assert told.depends_on == ("position",)
+    assert "depends on position" in told.note
+
+
 def coloured(memory_s: float) -> np.ndarray:
     """Normal noise that forgets within that time, per row."""
     time = static().fit.model.recording.motion.time
