@@ -400,19 +400,20 @@ class JointModel:
         """Noise of a filtered row over the prior's standard deviation of each start, shape (stretches,).
 
         Before a trial the bristle bent anywhere up to `bend`, which sliding forgets; in a rest the axis may
-        have moved as far as its position cannot show (`Recording.unseen`).
+        have moved as far as its position cannot show (`Recording.unseen`). A trial that begins in motion came
+        about as far since its last turn as it goes on before its first, so that it has not slid yet by
+        `bend` over that.
         """
         weight: Array = self.recording.once(("weight", bend), lambda: self._weight(bend))
         return weight
 
     def _weight(self, bend: float) -> Array:
         motion, unseen = self.recording.motion, self.recording.unseen
-        if motion.restart is None or motion.stretches == motion.trials:
-            return np.full(motion.stretches, self.filtered_noise / bend)
-        kept = np.exp(-2.0 * motion.travels / bend).tolist()
-        variance = np.empty(motion.stretches)
-        for k, starts_trial in enumerate(motion.first[motion.begins].tolist()):
-            variance[k] = bend**2 if starts_trial else variance[k - 1] * kept[k - 1] + unseen**2
+        variance = bend**2 * np.minimum(bend / np.maximum(self.recording.goes_on, bend), 1.0)
+        if motion.restart is not None and motion.stretches > motion.trials:
+            kept = np.exp(-2.0 * motion.travels / bend)
+            for k in np.flatnonzero(~motion.first[motion.begins]):
+                variance[k] = variance[k - 1] * kept[k - 1] + unseen**2
         return np.asarray(self.filtered_noise / np.sqrt(variance + _NO_BEND * bend**2))
 
     @cached_property

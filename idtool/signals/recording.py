@@ -153,6 +153,18 @@ class Recording:
         return np.asarray(np.where(moves, self.motion.velocity[begins], 0.0))
 
     @cached_property
+    def goes_on(self) -> Array:
+        """How far each trial that begins in motion goes before it turns, rad (m); 0 for other stretches,
+        shape (stretches,)."""
+        motion, far = self.motion, np.zeros(self.motion.stretches)
+        edges = np.append(np.flatnonzero(motion.begins), len(motion))
+        for k in np.flatnonzero(self.entering):
+            rows = slice(edges[k], edges[k + 1])
+            on = np.cumprod(motion.velocity[rows] * self.entering[k] > 0.0)
+            far[k] = np.abs(np.diff(motion.position[rows])) @ on[1:]
+        return far
+
+    @cached_property
     def moving(self) -> NDArray[np.bool_]:
         """Rows that are faster than the noise of a standing axis, for certain, (rows,)."""
         speed = np.abs(self.motion.velocity)
