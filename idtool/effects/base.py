@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -294,6 +294,10 @@ class Effect(ABC):
         """The same effect with one more member (another family of lines, a shape that bends more), each with
         all coordinates that it has now. Which of them data ask for is found as for any effect."""
         return ()
+
+    def needed(self, parameters: Collection[str]) -> tuple[str, ...]:
+        """Attributes of `Motion` that these parameters of a file cannot do without."""
+        return self.needs
 
     def form_of(self, values: Values) -> Effect:
         """The form of this effect that has these values."""

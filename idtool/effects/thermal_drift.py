@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import final
 
 import numpy as np
@@ -88,6 +89,9 @@ class ThermalDrift(Effect):
             return [{}]
         span = float(np.ptp(motion.time))
         return [{"log_time_constant": math.log(span * share)} for share in (0.05, 0.15, 0.5, 1.5)]
+
+    def needed(self, parameters: Collection[str]) -> tuple[str, ...]:
+        return ("temperature",) if "rate" in parameters else ()
 
     def untestable(self, motion: Motion) -> str | None:
         if motion.temperature is not None and not varies(motion.temperature, LEAST_SPAN_K):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import final
 
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
@@ -54,6 +55,9 @@ class TorqueConstantSaturation(Effect):
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         return self.coordinates[1:] if motion.torque_constant is None else self.coordinates[:1]
+
+    def needed(self, parameters: Collection[str]) -> tuple[str, ...]:
+        return ("torque_constant",) if "kappa" in parameters else ()
 
     def untestable(self, motion: Motion) -> str | None:
         if motion.of_voltage:

@@ -236,19 +236,13 @@ def model_of(recording: Recording, parameters: Parameters) -> tuple[JointModel, 
     constants: dict[str, dict[str, float]] = {}
     values: dict[str, float] = {}
     for effect, entry in zip(effects, parameters.effects, strict=True):
-        for need in effect.needs:
+        for need in effect.needed(entry.parameters):
             if getattr(recording.motion, need) is None:
                 raise InputError(
                     f"the effect {effect.name} needs {need.replace('_', ' ')}, which was not logged",
                     file=recording.sources[0],
-                    remedy="log that column, or remove the effect from the parameter file",
+                    remedy="log that, or remove the effect from the parameter file",
                 )
-        if "rate" in entry.parameters and recording.motion.temperature is None:
-            raise InputError(
-                f"the effect {effect.name} needs a temperature column, which was not logged",
-                file=recording.sources[0],
-                remedy="log the temperature, or remove the effect from the parameter file",
-            )
         # every number of the file is a constant here: nothing is fitted
         constants[effect.name] = effect.from_file(entry.values(), parameters.axis.kind)
     law: FrictionKind = "lugre" if parameters.has_bristle else "stribeck"
