@@ -9,6 +9,8 @@ from idtool.fit.joint import JointFit, solve
 
 #: Of the friction elements carry so much at most: what is left shows at which level the axis slides.
 _CARRIED = 0.98
+#: Evaluations for the fit at that level: stiction, of which so little is left, goes far and slowly.
+_SPENT = 200
 
 
 def told_by_its_level(fit: JointFit) -> JointFit:
@@ -27,5 +29,5 @@ def told_by_its_level(fit: JointFit) -> JointFit:
     values = {**fit.values, **{name: _CARRIED * fit.values[name] for name in yields}, "coulomb": carried}
     values["static"] = max(fit.values["static"], carried)
     x = fit.model.coordinates({name: values[name] for name in fit.model.names})
-    told = solve(fit.model, x, bend=fit.bend, held=frozenset(yields))
+    told = solve(fit.model, x, bend=fit.bend, most=_SPENT, held=frozenset(yields))
     return replace(told, held=frozenset())
