@@ -159,10 +159,14 @@ class _Search:
         bases = self._trained(starts)
         if self._weighed(bases[0]):
             bases = self._trained(bases)
-        first = begun(bases[0], self.library)
+        # beside the base model with which the search begins: it comes by the same fits again, which are kept
+        place = max(
+            k for k, base in enumerate(bases) if base.model.spec.friction == bases[0].model.spec.friction
+        )
+        first = begun(bases[place], self.library)
         one_by_one(first, self.library, self.tell, given=self.given, tolerance=self.tolerance)
         unnamed = _without_unnamed(first)
-        found = self._anew(bases, _Found(0, bases[0], first, unnamed)) or self._best_of(bases)
+        found = self._anew(bases, _Found(place, bases[place], first, unnamed)) or self._best_of(bases)
         found = self._anew(bases, found) or found
         for _ in range(_EXCHANGES):
             other = found.selection.copy()
