@@ -6,12 +6,10 @@ Sliding either way, mu + d while raising and mu - d while lowering is the same a
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from idtool.effects import registry
-from idtool.fit.joint import JointFit, refit
+from idtool.fit.joint import JointFit, pulled, refit
 from idtool.fit.model import JointModel
 
 _ALIKE, _APART = "load_dependent_friction", "drive_backdrive"
@@ -33,9 +31,9 @@ def allowing_for_sides(fit: JointFit) -> tuple[JointFit, str | None]:
     most = 0.5 * abs(mu * fit.x[mine])  # two standard errors
     if np.all(told < most):
         return fit, None
-    pull = np.zeros(len(fit.x)) if fit.pull is None else fit.pull.copy()
-    pull[mine] = np.where(most > np.abs(pull[mine]), most * np.sign(fit.x[mine]), pull[mine])
-    return replace(fit, pull=pull), (
+    by = np.zeros(len(fit.x))
+    by[mine] = most * np.sign(fit.x[mine])
+    return pulled(fit, by), (
         "friction under load may differ between raising and lowering, which here is the same as a gravity "
         f"that is up to {100.0 * abs(mu):.2g} % another; its interval allows for it, a known load tells."
     )

@@ -8,13 +8,11 @@ spring.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from idtool.diagnosis.candidates import without
 from idtool.diagnosis.remainder import Remainder
-from idtool.fit.joint import JointFit
+from idtool.fit.joint import JointFit, pulled
 
 _SPRING = "position_stiffness"
 #: Evaluations for the fit without it: gravity has far to go.
@@ -34,12 +32,11 @@ def allowing_for_springs(fit: JointFit, left: Remainder | None) -> tuple[JointFi
     if spring is None or fit.model.spec.gravity != "arm" or not unknown:
         return fit, None
     alone = without(fit, spring, most=_SPENT).values
-    pull = np.zeros(len(fit.x)) if fit.pull is None else fit.pull.copy()
+    by = np.zeros(len(fit.x))
     for i, name in enumerate(fit.model.names):
         if name.startswith(("gravity.", f"{_SPRING}.")):
-            moved = alone.get(name, 0.0) - fit.x[i]
-            pull[i] = moved if abs(moved) > abs(pull[i]) else pull[i]
-    return replace(fit, pull=pull), (
+            by[i] = alone.get(name, 0.0) - fit.x[i]
+    return pulled(fit, by), (
         "a spring whose shape is not known, since what is left follows the position, and the gravity of an "
         "arm are known by their sum alone; the intervals allow for that, a known load tells."
     )

@@ -353,6 +353,14 @@ def on_recording(fit: JointFit, model: JointModel) -> JointFit:
     )
 
 
+def pulled(fit: JointFit, by: Array) -> JointFit:
+    """The fit with intervals that cover a move of each number by so much, or by what they cover already if
+    that is more; shape (coordinates,)."""
+    if fit.pull is not None:
+        by = np.where(np.abs(by) > np.abs(fit.pull), by, fit.pull)
+    return replace(fit, pull=by)
+
+
 @kept
 def torque_of(fit: JointFit, effect: Effect) -> float:
     """Root mean square of what an effect adds to the predicted torque, rows that a fit uses."""

@@ -175,48 +175,31 @@ def test_names_come_before_shapes_that_have_none(
     assert diagnosing._as_good(OfSize(numbers, error), OfSize(8, 1.0)) == named
 
 
+@pytest.mark.parametrize("early", [False, True], ids=["what it found", "what comes in one by one"])
 @pytest.mark.parametrize(("anew", "taken"), [(1.19, True), (1.21, False)])
 def test_a_search_begins_anew_where_rows_count_otherwise_beside_what_it_found(
-    recording: Recording, anew: float, taken: bool, monkeypatch: pytest.MonkeyPatch
+    recording: Recording, anew: float, taken: bool, early: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """... and that is taken, unless it comes to something that is surely worse."""
+    """... and that is taken, unless it comes to something that is surely worse. The effects that come in one
+    by one may tell it before the search has ended."""
     few = thin(recording)
     fit = first_fit(few, Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),)))
     once, again = (diagnosing._Found(place, fit, begun(replace(fit), []), {}) for place in (0, 1))
-    results, weighed, gone_on = [once, again], [False, False, True], list[object]()
+    results, first, gone_on = [again] if early else [once, again], list[Selection](), list[object]()
+    weighed = [False, True, False] if early else [False, False, True]
     search = diagnosing._Search(split(recording), [], lambda _: None, False, 0.0)
+    monkeypatch.setattr(diagnosing, "one_by_one", lambda selection, *_, **options: first.append(selection))
     monkeypatch.setattr(search, "_best_of", lambda bases: results.pop(0))
     monkeypatch.setattr(search, "_weighed", lambda fit: weighed.pop(0))
     monkeypatch.setattr(search, "_select", lambda chosen: (gone_on.append(chosen), ({}, fit))[1])
     monkeypatch.setattr(diagnosing, "exchange", lambda *_: False)
     errors = {id(again.selection.fit): anew}
     monkeypatch.setattr(diagnosing, "left_out_error", lambda fit: errors.get(id(fit), 1.0))
-    assert search.found([fit]) is (again if taken else once)
-    assert gone_on == ([] if taken else [once.selection])
+    found, before = search.found([fit]), first[0] if early else once.selection
+    assert found is again if taken else found.selection is before
+    assert (found is once) == (not taken and not early)
+    assert gone_on == ([] if taken else [before])
     assert (results, weighed) == ([], [])
-
-
-@pytest.mark.parametrize(("anew", "taken"), [(1.19, True), (1.21, False)])
-def test_effects_that_come_in_one_by_one_tell_it_before_the_search_has_ended(
-    recording: Recording, anew: float, taken: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What they came to is gone on from where what begins anew is surely worse."""
-    few = thin(recording)
-    fit = first_fit(few, Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),)))
-    again = diagnosing._Found(1, fit, begun(replace(fit), []), {})
-    weighed, one_by_one, gone_on = [False, True, False], list[Selection](), list[object]()
-    search = diagnosing._Search(split(recording), [], lambda _: None, False, 0.0)
-    monkeypatch.setattr(diagnosing, "one_by_one", lambda first, *_, **options: one_by_one.append(first))
-    monkeypatch.setattr(search, "_best_of", lambda bases: again)
-    monkeypatch.setattr(search, "_weighed", lambda fit: weighed.pop(0))
-    monkeypatch.setattr(search, "_select", lambda chosen: (gone_on.append(chosen), ({}, fit))[1])
-    monkeypatch.setattr(diagnosing, "exchange", lambda *_: False)
-    errors = {id(again.selection.fit): anew}
-    monkeypatch.setattr(diagnosing, "left_out_error", lambda fit: errors.get(id(fit), 1.0))
-    found = search.found([fit])
-    assert found is again if taken else found.selection is one_by_one[0]
-    assert gone_on == ([] if taken else one_by_one)
-    assert weighed == []
 
 
 @pytest.mark.parametrize("better", [True, False])
