@@ -186,7 +186,8 @@ def bending_fits(spec: Spec, begin: Callable[[Spec], JointFit]) -> list[JointFit
     soft = begin(replace(spec, soft=True))
     if not worth_a_restart(soft):
         return [soft]
-    far = soft.presliding_scale > 0.9 * stiff.model.longest_bend
+    # one that bends farther than the stroke never slides: it is a spring, with a start that nobody knows
+    far = 0.9 * stiff.model.longest_bend < soft.presliding_scale < soft.model.scales.travel
     return [stiff, soft] if far and predicts_better(soft, _with_spring(stiff)) else [stiff]
 
 
