@@ -160,13 +160,11 @@ class _Search:
         if self._weighed(bases[0]):
             bases = self._trained(bases)
         # beside the base model with which the search begins: it comes by the same fits again, which are kept
-        place = max(
-            k for k, base in enumerate(bases) if base.model.spec.friction == bases[0].model.spec.friction
-        )
-        first = begun(bases[place], self.library)
+        place, base = _of_one_law(bases)[0][-1]
+        first = begun(base, self.library)
         one_by_one(first, self.library, self.tell, given=self.given, tolerance=self.tolerance)
         unnamed = _without_unnamed(first)
-        found = self._anew(bases, _Found(place, bases[place], first, unnamed)) or self._best_of(bases)
+        found = self._anew(bases, _Found(place, base, first, unnamed)) or self._best_of(bases)
         found = self._anew(bases, found) or found
         for _ in range(_EXCHANGES):
             other = found.selection.copy()
@@ -208,11 +206,9 @@ class _Search:
         best: _Found | None = None
         rival: Rival | None = None
         been: list[JointFit] = []
-        law = bases[0].model.spec.friction
+        alike, rigid = _of_one_law(bases)
         # the one to trust most comes last, and goes on only while it may do as well as the others
-        for place, base in reversed(list(enumerate(bases))):
-            if base.model.spec.friction != law:
-                continue
+        for place, base in reversed(alike):
             selection = begun(base, self.library)
             selection.others = tuple(been)
             unnamed, complete = self._select(selection, rival)
@@ -232,9 +228,8 @@ class _Search:
                 best = _Found(place, base, selection, unnamed)
             rival = Rival(fit) if done else rival
         assert best is not None
-        for place, base in enumerate(bases):
-            if base.model.spec.friction != law:
-                best = self._without_presliding(_Found(place, base, begun(base, self.library), {}), best)
+        for place, base in rigid:
+            best = self._without_presliding(_Found(place, base, begun(base, self.library), {}), best)
         return best
 
     def _without_presliding(self, rigid: _Found, best: _Found) -> _Found:
@@ -327,6 +322,15 @@ class _Search:
                 or simplify(selection, self.library, self.tell, final)
             ):
                 return final, tests, left and replace(left, looked_for=not self.given)
+
+
+def _of_one_law(
+    bases: Sequence[JointFit],
+) -> tuple[list[tuple[int, JointFit]], list[tuple[int, JointFit]]]:
+    """The fits of the first one's friction law, each with its place, and those without its presliding."""
+    law = bases[0].model.spec.friction
+    alike = [(k, base) for k, base in enumerate(bases) if base.model.spec.friction == law]
+    return alike, [(k, base) for k, base in enumerate(bases) if base.model.spec.friction != law]
 
 
 def _beats(other: JointFit, trusted: JointFit) -> bool:

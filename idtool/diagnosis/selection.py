@@ -111,13 +111,7 @@ def one_by_one(
     tolerance: float = 0.0,
 ) -> None:
     """As `extend`, with nothing that takes long where no single effect passes, and nothing dropped."""
-    for _ in range(_MOST_ROUNDS):
-        if good_enough(selection.fit, tolerance):
-            return
-        winner = next_effect(selection, _with_unnamed(library, given), tell)
-        if winner is None:
-            return
-        tell(f"{ACCEPTED} {winner.effect.title.lower()}")
+    _add(selection, _with_unnamed(library, given), tell, tolerance, plain=True)
 
 
 def _with_unnamed(library: Sequence[Effect], given: bool) -> tuple[Effect, ...]:
@@ -135,13 +129,17 @@ def _add(
     library: Sequence[Effect],
     tell: Callable[[str], None],
     tolerance: float,
-    rival: Rival | None,
+    rival: Rival | None = None,
+    *,
+    plain: bool = False,
 ) -> None:
-    """Round after round, until none finds an effect, or there is no hope."""
+    """Round after round, until none finds an effect (`plain`: no single one), or there is no hope."""
     for _ in range(_MOST_ROUNDS):
         if good_enough(selection.fit, tolerance):
             return
         winner = next_effect(selection, library, tell)
+        if winner is None and plain:
+            return
         if winner is None and rival is not None and rival.is_ahead(selection.fit):
             selection.hopeless = True  # what is tried where nothing passes turns nothing round
             return

@@ -297,9 +297,10 @@ def no_reversal(fit: JointFit) -> Shortcoming | None:
     if fit.model.spec.friction != "lugre":
         return None
     motion = fit.model.recording.motion
-    speed = np.abs(motion.velocity)
-    top = np.maximum.reduceat(speed, motion.starts)
-    if np.any(np.minimum.reduceat(speed, motion.starts) < _TURNS * top):
+    # of rows that are left out nothing shows
+    speed = np.where(fit.model.recording.usable, np.abs(motion.velocity), np.nan)
+    top = np.fmax.reduceat(speed, motion.starts)
+    if np.any(np.fmin.reduceat(speed, motion.starts) < _TURNS * top):
         return None
     run = run_command(fit.model.recording, "sine")
     return Shortcoming(

@@ -41,7 +41,7 @@ class Recording:
         usable: rows fit to be compared (not at rest, not saturated, no outlier, not faster than the
             sampling).
         at_rest: rows at which the axis stands: friction there is any torque below break-away, which no model
-            predicts; they are bounds on it (`idtool.fit.breakaway`).
+            predicts; they are bounds on it.
         experiment: name of the experiment of each trial.
         source: index of the log that each trial came from.
         noise: standard deviation of the torque's white noise at full rate, before `own_filter`.

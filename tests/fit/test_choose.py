@@ -13,8 +13,10 @@ from idtool import Log
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.fit import choose
-from idtool.fit.choose import choose_gravity, first_fits
-from idtool.fit.joint import JointFit
+from idtool.fit.choose import bending_fits, choose_gravity, first_fit, first_fits
+from idtool.fit.identifiability import no_reversal
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.model import JointModel
 from idtool.fit.restart import rises, rises_all_along
 from idtool.fit.spec import Spec
 from idtool.model.contribution import Contribution
@@ -143,6 +145,38 @@ def test_what_leaves_noise_alone_or_falls_needs_no_other_curve(
     (only,) = first_fits(recording, Spec("lugre", None, (), (registry.get("inertia"),)))
     assert not only.model.spec.falling
     assert only.values["static"] == pytest.approx(static, abs=0.01)
+
+
+@pytest.mark.parametrize(("share", "kept"), [(0.2, False), (0.8, True), (1.2, False)])
+def test_a_bristle_that_bends_farther_than_the_stroke_is_no_base_model(
+    share: float, kept: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It never slides, and holds what its start, which nobody knows, says."""
+    recording, spec = _turning(tmp_path, 0.1, 0.05), Spec("lugre", None, ())
+    stiff = first_fit(recording, spec)
+    model = JointModel.build(recording, replace(stiff.model.spec, soft=True))
+    bend = stiff.values["bristle_stiffness"] * stiff.presliding_scale
+    far = stiff.values | {"bristle_stiffness": bend / (share * model.scales.travel)}
+    soft = replace(stiff, model=model, x=model.coordinates(far))
+    assert soft.presliding_scale == pytest.approx(share * model.scales.travel, rel=1e-3)
+    monkeypatch.setattr(choose, "predicts_better", lambda one, other: True)
+    fits = bending_fits(spec, lambda spec: soft if spec.soft else stiff)
+    assert fits == ([stiff, soft] if kept else [stiff])
+
+
+def test_a_start_among_rows_that_are_left_out_shows_no_presliding(tmp_path: Path) -> None:
+    """Seen in a recording at one speed whose first rows, before an encoder slipped, are left out."""
+    rng, t = np.random.default_rng(0), 0.01 * np.arange(3000)
+    w = np.where(t < 5.0, np.sin(4.0 * t), 3.0 + 0.3 * np.sin(2.0 * t))
+    q = 0.01 * np.cumsum(w)
+    torque = 0.1 * np.tanh(w / 0.01) + 0.05 * w + 0.002 * rng.normal(size=len(t))
+    path = tmp_path / "log.csv"
+    pd.DataFrame({"time_s": t, "position_rad": q, "torque_nm": torque}).to_csv(path, index=False)
+    whole = record([Log.read(path)])
+    fit = first_fit(whole, Spec("lugre", None, ()))
+    assert no_reversal(fit) is None
+    late = replace(whole, usable=whole.usable & (t > 6.0))
+    assert no_reversal(refit(fit, JointModel.build(late, fit.model.spec))) is not None
 
 
 def swing(folder: Path, payloads: tuple[float, ...], per_payload: float) -> Recording:
