@@ -22,6 +22,10 @@ from testbench.regression import torque_of
 _SMOOTHED_S, _TURNING = 0.03, 0.02
 #: Waves of a ripple in half of the stroke.
 _FEWEST_WAVES, _MOST_WAVES = 3.0, 7.0
+#: A slipping spring yields after this share of half the stroke.
+_YIELD = 0.1
+#: Friction warms up within this share of the session.
+_WARM = 0.4
 
 
 @dataclass(frozen=True)
@@ -33,12 +37,18 @@ class Moved:
         speed: over the usual top speed.
         way: -1 or 1, and in between where it turns.
         viscous: viscous over Coulomb friction at the usual top speed.
+        torque: that was measured, N m (N).
+        gravity: the part of it that follows the sine and cosine of the angle, N m.
+        elapsed: time since the first row, over that of all.
     """
 
     place: Array
     speed: Array
     way: Array
     viscous: float
+    torque: Array
+    gravity: Array
+    elapsed: Array
 
 
 def moved(log: Log) -> Moved:
@@ -62,8 +72,26 @@ def moved(log: Log) -> Moved:
     way = np.tanh(speed / _TURNING)
     middle, half = (position.max() + position.min()) / 2.0, (position.max() - position.min()) / 2.0
     columns = [way, speed, np.gradient(speed), np.ones(len(speed)), np.sin(position), np.cos(position)]
-    coulomb, viscous, *_ = np.linalg.lstsq(np.column_stack(columns), torque_of(log), rcond=1e-8)[0]
-    return Moved((position - middle) / half, speed, way, max(viscous / abs(coulomb), 0.0))
+    torque, matrix = torque_of(log), np.column_stack(columns)
+    known = np.isfinite(torque)
+    coulomb, viscous, *others = np.linalg.lstsq(matrix[known], torque[known], rcond=1e-8)[0]
+    return Moved(
+        (position - middle) / half,
+        speed,
+        way,
+        max(viscous / abs(coulomb), 0.0),
+        torque,
+        matrix[:, 4:] @ np.array(others[2:]),
+        np.cumsum(np.concatenate([[0.0], np.clip(np.diff(time), 0.0, None)])),
+    )
+
+
+def _slips(m: Moved) -> Array:
+    """A spring that slips once it is bent by `_YIELD` of half the stroke, over what it holds then."""
+    bent, steps = np.zeros(len(m.place)), np.diff(m.place)
+    for k, step in enumerate(steps):
+        bent[k + 1] = min(max(bent[k] + step, -_YIELD), _YIELD)
+    return bent / _YIELD
 
 
 #: effect -> what it adds, of any size.
@@ -76,6 +104,10 @@ SHAPES: dict[str, Callable[[Moved, np.random.Generator], Array]] = {
     ),
     "position_dependent_friction": lambda m, rng: m.place * m.way,
     "nonlinear_viscous": lambda m, rng: m.way * m.speed**2,
+    "load_dependent_friction": lambda m, rng: m.way * np.abs(m.gravity),
+    "torque_constant_saturation": lambda m, rng: m.torque * np.abs(m.torque),
+    "hysteresis": lambda m, rng: _slips(m),
+    "thermal_drift": lambda m, rng: m.way * np.exp(-m.elapsed / (_WARM * m.elapsed[-1])),
 }
 
 
@@ -88,7 +120,7 @@ def planted(log: Log, effect: str, size: float, rng: np.random.Generator) -> Log
         size: rms of what is added, N m (N).
         rng: draws what its shape leaves open.
     """
-    shape = SHAPES[effect](moved(log), rng)
+    shape = np.nan_to_num(SHAPES[effect](moved(log), rng))
     added = size / float(np.sqrt(np.mean(shape**2))) * shape
     frame, constant = log.frame.copy(), log.axis.torque_constant
     for role in ("torque", "current"):

@@ -240,7 +240,7 @@ class _Search:
         """
         self.tell("looking once more without presliding")
         rival, selection = best.selection.fit, rigid.selection.copy()
-        next_effect(selection, self.library, self.tell)
+        one_by_one(selection, self.library, self.tell, given=self.given, tolerance=self.tolerance)
         if self._does_better(selection.fit, rival):
             rigid.unnamed, _ = self._select(selection, Rival(rival))
             rigid.selection = selection

@@ -27,7 +27,8 @@ def told_by_its_level(fit: JointFit) -> JointFit:
         return fit
     yields = [name for name in fit.model.names if name.startswith("hysteresis.yield")]
     values = {**fit.values, **{name: _CARRIED * fit.values[name] for name in yields}, "coulomb": carried}
-    values["static"] = max(fit.values["static"], carried)
+    if "static" in values:
+        values["static"] = max(values["static"], carried)
     x = fit.model.coordinates({name: values[name] for name in fit.model.names})
     told = solve(fit.model, x, bend=fit.bend, most=_SPENT, held=frozenset(yields))
     return replace(told, held=frozenset())

@@ -13,7 +13,7 @@ from idtool.model.motion import MOST_DELAY_S, Array, Motion
 from idtool.model.row import Row
 
 #: Delays from which a search starts, s: the torque is far from linear in a long one.
-_TRIED_S = (0.002, 0.006, 0.015, 0.035)
+_TRIED_S = (0.002, 0.006, 0.015, 0.035, 0.07)
 
 #: Share of the steps between samples that are of the fastest log.
 _FASTEST = 0.05

@@ -14,8 +14,8 @@ from idtool.model.row import Row
 
 Array = NDArray[np.float64]
 
-#: The latest that a servo reports its motion, s: two or three turns of a slow bus.
-MOST_DELAY_S = 0.05
+#: The latest that a motion is reported, s: five turns of a slow bus, or a topic of another computer.
+MOST_DELAY_S = 0.1
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from idtool.log.columns import Columns
 from idtool.log.effort import Effort, effort_of
 from idtool.log.repair import Repaired, repair
 from idtool.log.sensor_faults import resolution
-from idtool.model.motion import MOST_DELAY_S, Array, Motion
+from idtool.model.motion import Array, Motion
 from idtool.model.running import deviation, running_median
 from idtool.model.units import EffortUnit
 from idtool.parameters.axis import Axis, voltage_key
@@ -29,8 +29,9 @@ _FEWEST = 50
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
 _SPIKE = "outlier of the torque"
-#: A trial that lasts so many times the longest delay does not miss its ends.
-_LONG = 20.0
+#: How late a servo on a slow bus reports its motion, s: two or three turns. A trial that lasts so many times
+#: that does not miss its ends.
+_LATE_S, _LONG = 0.05, 20.0
 
 
 def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
@@ -232,7 +233,7 @@ def _beside_the_unseen(motion: Motion) -> NDArray[np.bool_]:
     rows = motion.ends - motion.starts
     since = motion.time - np.repeat(motion.time[motion.starts], rows)
     left = np.repeat(motion.time[motion.ends - 1], rows) - motion.time
-    return (np.minimum(since, left) < MOST_DELAY_S) & (since + left > _LONG * MOST_DELAY_S)
+    return (np.minimum(since, left) < _LATE_S) & (since + left > _LONG * _LATE_S)
 
 
 def _usable_rows(
