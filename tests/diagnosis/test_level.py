@@ -9,7 +9,8 @@ import pytest
 from idtool.diagnosis.candidates import best_start, try_effect
 from idtool.diagnosis.level import told_by_its_level
 from idtool.effects.hysteresis import Hysteresis
-from idtool.fit.joint import JointFit
+from idtool.fit.joint import JointFit, refit
+from idtool.fit.model import JointModel
 from idtool.fit.results import static_parameters
 from tests.diagnosis.conftest import LEVEL
 
@@ -32,6 +33,17 @@ def test_a_coulomb_level_below_what_elements_carry_is_that(carried: JointFit) ->
     assert high - low < 0.05 * LEVEL
     assert told.values["hysteresis.yield"] < told.values["coulomb"]
     assert told.sse < 1.02 * carried.sse
+    assert told.outcome.converged
+
+
+def test_a_curve_without_a_level_at_rest_has_one_to_slide_at(carried: JointFit) -> None:
+    """Coulomb friction beside an element: seen in a recording of a cable-driven joint."""
+    model = carried.model
+    plain = JointModel.build(model.recording, replace(model.spec, friction="coulomb"), model.constants)
+    fit = refit(carried, plain)
+    values = {**fit.values, "hysteresis.yield": LEVEL, "coulomb": 0.9 * LEVEL}
+    told = told_by_its_level(replace(fit, x=plain.coordinates(values)))
+    assert told.values["hysteresis.yield"] == pytest.approx(LEVEL, rel=0.03)
     assert told.outcome.converged
 
 

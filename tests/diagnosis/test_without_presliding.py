@@ -26,13 +26,13 @@ def _goals(gain: float, time: Array) -> list[Array]:
     ]
 
 
-def _log(position: Array, time: Array, rng: np.random.Generator) -> Log:
+def _log(position: Array, time: Array, rng: np.random.Generator, late: float = _LATE_S) -> Log:
     velocity = np.gradient(position, _STEP_S)
     load = _WEIGHT * np.sin(position)
     friction = (0.05 + _SHARE * np.abs(load)) * np.tanh(velocity / 0.02) + 0.4 * velocity
     torque = 0.045 * np.gradient(velocity, _STEP_S) + load + friction
     noise = rng.normal(size=(2, len(time)))
-    torque = np.interp(time - _LATE_S, time, torque) + 0.02 * noise[0]
+    torque = np.interp(time - late, time, torque) + 0.02 * noise[0]
     read = {"time_s": time, "position_rad": position + 2e-4 * noise[1], "torque_nm": torque}
     return Log(pd.DataFrame({"trial": 0, **read}), Axis("rotary"))
 
@@ -70,3 +70,15 @@ def test_turns_tell_drive_and_backdrive_from_another_gravity(found: Identificati
     """... and no row shows them here."""
     why = {one["name"]: one["why"] for one in found.diagnosis["candidates"]}
     assert "only turns tell it from friction under load" in why["drive_backdrive"]
+
+
+def test_readings_of_another_computer_may_be_very_late() -> None:
+    """One effect alone does not make up for a bristle that bends for two."""
+    rng, time = np.random.default_rng(2), np.arange(0.0, 6.0, _STEP_S)
+    logs = [_log(position, time, rng, late=0.07) for gain in (0.4, 0.8) for position in _goals(gain, time)]
+    found = identify(logs)
+    named = {effect["name"] for effect in found.diagnosis["effects"]}
+    assert named == {"inertia", "load_dependent_friction", "transport_delay"}
+    entry = found.parameters.effect("transport_delay")
+    assert entry is not None
+    assert entry.parameters["delay"].value == pytest.approx(-0.07, abs=_STEP_S)
