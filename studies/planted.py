@@ -21,7 +21,7 @@ from idtool.importing import import_recording
 from idtool.log import Log
 from idtool.verbs.identify import identify
 from studies.measured import BY_NAME, default_folder
-from testbench.planted import SHAPES, planted
+from testbench.planted import EFFECTS, LATE_S, planted
 from testbench.recordings import Recording
 from testbench.regression import STANDS_FOR, moving, regress
 
@@ -37,10 +37,11 @@ RECORDINGS = (
     "cicese_break",
     "servo_triangle",
 )
-#: Names that are true for what is added: at one speed an offset and an asymmetry are one thing.
+#: Names that are true too: at one speed an offset and an asymmetry are one thing.
 _ALSO = {
     "torque_offset": {"direction_asymmetry"},
     "direction_asymmetry": {"torque_offset"},
+    "load_dependent_friction": {"drive_backdrive"},
 }
 
 
@@ -84,23 +85,27 @@ class Outcome:
 def outcomes(recording: Recording, folder: Path, share: float) -> Iterable[Outcome]:
     """Every effect in one recording."""
     log = import_recording(folder / recording.file, **recording.options).log
-    before, plain = _named(log, recording), regress(moving(log, {}), recording.gravity)
+    (before, _), plain = _named(log, recording), regress(moving(log, {}), recording.gravity)
     known = {term.name for term in plain.found}
-    for effect in SHAPES:
+    for effect in EFFECTS:
         rng = np.random.default_rng(zlib.crc32(f"{recording.name} {effect}".encode()))
         spoilt = planted(log, effect, share * plain.coulomb, rng)
         told = {effect, *_ALSO.get(effect, ())}
         terms = regress(moving(spoilt, {}), recording.gravity).found
         seen = any(told & set(STANDS_FOR[term.name]) for term in terms if term.name not in known)
-        yield Outcome(recording.name, effect, before, _named(spoilt, recording), seen)
+        after, testable = _named(spoilt, recording)
+        if effect in testable:
+            yield Outcome(recording.name, effect, before, after, seen)
 
 
-def _named(log: Log, recording: Recording) -> frozenset[str]:
+def _named(log: Log, recording: Recording) -> tuple[frozenset[str], frozenset[str]]:
+    """What is named, and what these rows can show."""
     try:
-        effects = identify([log], friction=recording.friction).diagnosis["effects"]
+        found = identify([log], friction=recording.friction).diagnosis
     except FfcIdError:
-        return frozenset()
-    return frozenset(effect["name"] for effect in effects) - {"inertia"}
+        return frozenset(), frozenset(EFFECTS)
+    testable = {one["name"] for one in found["candidates"] if not one["why"].startswith("not testable")}
+    return frozenset(one["name"] for one in found["effects"]) - {"inertia"}, frozenset(testable)
 
 
 def page(found: list[Outcome], share: float) -> str:
@@ -114,14 +119,15 @@ def page(found: list[Outcome], share: float) -> str:
         "",
         f"Made by `make study-planted`. Each effect is added at {100 * share:.0f} % (rms) of the Coulomb",
         "level to a recording of [measured.md](measured.md), by a plain formula of the measured motion",
-        "(`testbench/planted.py`). Counted is what was not named before; a column of the regression sees an",
-        "effect if it joined since. Nothing is tuned to these.",
+        f"(`testbench/planted.py`); a delay is of {1000 * LATE_S:.0f} ms. Counted is what was not named",
+        "before and what the rows can show; a column of the regression sees an effect if it joined since.",
+        "Nothing is tuned to these.",
         "",
         "| effect | named | of these, seen by the regression too | seen by the regression, not named |"
         " something else named since |",
         "|---|---:|---:|---:|---:|",
     ]
-    for effect in (*SHAPES, ""):
+    for effect in (*EFFECTS, ""):
         own = [one for one in new if effect in ("", one.effect)]
         named = [one for one in own if one.named]
         lines.append(

@@ -22,6 +22,9 @@ from testbench.regression import torque_of
 _SMOOTHED_S, _TURNING = 0.03, 0.02
 #: Waves of a ripple in half of the stroke.
 _FEWEST_WAVES, _MOST_WAVES = 3.0, 7.0
+_EFFORT = ("torque", "current")
+#: How late a torque may be read: a topic of another computer, s.
+LATE_S = 0.05
 #: A slipping spring yields after this share of half the stroke.
 _YIELD = 0.1
 #: Friction warms up within this share of the session.
@@ -111,21 +114,42 @@ SHAPES: dict[str, Callable[[Moved, np.random.Generator], Array]] = {
 }
 
 
+#: What can be planted.
+EFFECTS = (*SHAPES, "transport_delay")
+
+
 def planted(log: Log, effect: str, size: float, rng: np.random.Generator) -> Log:
     """A log with an effect added to its torque.
 
     Args:
         log: with a position.
-        effect: of `SHAPES`.
+        effect: of `EFFECTS`; a delay is of `LATE_S`, whatever the size.
         size: rms of what is added, N m (N).
         rng: draws what its shape leaves open.
     """
+    if effect == "transport_delay":
+        return late(log, LATE_S)
     shape = np.nan_to_num(SHAPES[effect](moved(log), rng))
     added = size / float(np.sqrt(np.mean(shape**2))) * shape
     frame, constant = log.frame.copy(), log.axis.torque_constant
-    for role in ("torque", "current"):
+    for role in _EFFORT:
         if (values := log.column(role)) is not None:
             scale = 1.0 if role == "torque" else constant
             assert scale is not None
             frame[columns_of(log.axis.kind)[role]] = values + added / scale
+    return replace(log, rows=frame)
+
+
+def late(log: Log, seconds: float) -> Log:
+    """A log whose torque was read so much later than its time says."""
+    frame = log.frame.copy()
+    time, trial = frame["time_s"].to_numpy(float), frame["trial"].to_numpy()
+    for role in _EFFORT:
+        if (values := log.column(role)) is not None:
+            column = columns_of(log.axis.kind)[role]
+            for number in np.unique(trial):
+                rows = np.flatnonzero((trial == number) & np.isfinite(values))
+                frame.loc[frame.index[rows], column] = np.interp(
+                    time[rows] - seconds, time[rows], values[rows]
+                )
     return replace(log, rows=frame)

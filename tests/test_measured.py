@@ -13,6 +13,7 @@ from idtool.importing import import_recording
 from idtool.verbs.identification import Identification
 from idtool.verbs.predict import predict
 from testbench.emps import counted, models
+from testbench.planted import late
 from testbench.regression import held_out, moving, relative
 
 
@@ -108,3 +109,15 @@ def test_quick_starts_and_stops_are_a_part_of_the_recording(measured: Path) -> N
         trial_by="run",
     )
     assert _error_on_moving_rows(recording.log) < 15.0
+
+
+def test_a_robot_s_joint_whose_torque_is_read_late(measured: Path) -> None:
+    """UR10e, joint 3, its torque 50 ms later: beside a bristle that bends for both, neither the delay
+    nor the friction under load is found."""
+    log = import_recording(measured / "ur10e" / "joint_3.csv.gz", torque_constant=1.0).log
+    found = identify([late(log, 0.05)])
+    named = {effect["name"] for effect in found.diagnosis["effects"]}
+    assert named >= {"transport_delay", "load_dependent_friction"}
+    delay = found.parameters.effect("transport_delay")
+    assert delay is not None
+    assert delay.values()["delay"] == pytest.approx(-0.05, abs=0.01)

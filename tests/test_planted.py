@@ -8,7 +8,7 @@ import pytest
 
 from idtool.log import Log
 from idtool.parameters.axis import Axis
-from testbench.planted import SHAPES, planted
+from testbench.planted import EFFECTS, LATE_S, SHAPES, planted
 from testbench.regression import STANDS_FOR, moving, regress, torque_of
 
 
@@ -29,11 +29,27 @@ def swinging(effort: str) -> Log:
 
 @pytest.mark.parametrize("effort", ["torque_nm", "current_a"])
 @pytest.mark.parametrize("effect", list(SHAPES))
-def test_what_is_planted_has_its_size_and_is_found_by_least_squares(effect: str, effort: str) -> None:
+def test_what_is_planted_has_its_size(effect: str, effort: str) -> None:
     log = swinging(effort)
-    spoilt = planted(log, effect, 0.1, np.random.default_rng(1))
-    added = torque_of(spoilt) - torque_of(log)
+    added = torque_of(planted(log, effect, 0.1, np.random.default_rng(1))) - torque_of(log)
     assert np.sqrt(np.mean(added**2)) == pytest.approx(0.1)
+
+
+#: Those of which the regression has a column on an axis without a load.
+_COLUMNS = [
+    "torque_offset",
+    "direction_asymmetry",
+    "position_stiffness",
+    "position_ripple",
+    "position_dependent_friction",
+    "nonlinear_viscous",
+]
+
+
+@pytest.mark.parametrize("effect", _COLUMNS)
+def test_what_is_planted_is_found_by_least_squares(effect: str) -> None:
+    log = swinging("torque_nm")
+    spoilt = planted(log, effect, 0.1, np.random.default_rng(1))
     before, after = (regress(moving(one, {}), False).found for one in (log, spoilt))
     constant = {"torque_offset", "direction_asymmetry"}
     true = constant if effect in constant else {effect}
@@ -46,3 +62,24 @@ def test_a_log_without_a_position_is_refused() -> None:
     blind = Log(log.frame.rename(columns={"position_rad": "velocity_rad_s"}), log.axis)
     with pytest.raises(ValueError, match="position"):
         planted(blind, "torque_offset", 0.1, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("effort", ["torque_nm", "current_a"])
+def test_a_late_torque_is_that_of_earlier_rows_of_its_trial(effort: str) -> None:
+    log, rows = swinging(effort), round(LATE_S / 0.005)
+    before, after = torque_of(log), torque_of(planted(log, "transport_delay", 0.1, np.random.default_rng(0)))
+    for number in range(6):
+        trial = slice(2000 * number, 2000 * (number + 1))
+        assert after[trial][rows:] == pytest.approx(before[trial][:-rows])
+        assert after[trial][:rows] == pytest.approx(before[trial][0])
+
+
+def test_what_slips_follows_the_way_and_not_the_speed() -> None:
+    log = swinging("torque_nm")
+    shape = torque_of(planted(log, "hysteresis", 0.1, np.random.default_rng(0))) - torque_of(log)
+    position = log.column("position")
+    assert position is not None
+    still = np.abs(np.diff(position)) < 1e-12
+    assert np.all(np.diff(shape)[still] == pytest.approx(0.0, abs=1e-9))
+    assert np.max(shape) == pytest.approx(-np.min(shape))
+    assert set(EFFECTS) > set(SHAPES)

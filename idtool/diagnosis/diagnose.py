@@ -25,7 +25,7 @@ from idtool.diagnosis.pruning import (
 )
 from idtool.diagnosis.remainder import Remainder, memory_of_noise, remainder
 from idtool.diagnosis.residual import DEPENDS, ResidualTest, test_residual
-from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, next_effect, one_by_one
+from idtool.diagnosis.selection import absorbed, begun, extend, good_enough, one_by_one
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sides import allowing_for_sides
 from idtool.diagnosis.sliding import outdoes
@@ -235,12 +235,14 @@ class _Search:
     def _without_presliding(self, rigid: _Found, best: _Found) -> _Found:
         """The better of what was found beside presliding and of what is found beside none.
 
-        A bristle may bend for what the model lacks. All machines have presliding, so that the law without it
-        has to predict better with fewer numbers, or surely; others are looked for once one effect does so.
+        A bristle may bend for what the model lacks: an effect without it has to do more than the bristle did.
+        All machines have presliding, so that the law without it has to predict better with fewer numbers, or
+        surely.
         """
         self.tell("looking once more without presliding")
         rival, selection = best.selection.fit, rigid.selection.copy()
-        one_by_one(selection, self.library, self.tell, given=self.given, tolerance=self.tolerance)
+        path = [best.base, *best.selection.steps]
+        one_by_one(selection, self.library, self.tell, given=self.given, tolerance=self.tolerance, path=path)
         if self._does_better(selection.fit, rival):
             rigid.unnamed, _ = self._select(selection, Rival(rival))
             rigid.selection = selection

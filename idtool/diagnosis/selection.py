@@ -109,9 +109,22 @@ def one_by_one(
     *,
     given: bool = False,
     tolerance: float = 0.0,
+    path: Sequence[JointFit] = (),
 ) -> None:
-    """As `extend`, with nothing that takes long where no single effect passes, and nothing dropped."""
-    _add(selection, _with_unnamed(library, given), tell, tolerance, plain=True)
+    """As `extend`, with nothing that takes long where no single effect passes, and nothing dropped; `path`:
+    where another selection came by. One that predicts no better than that did a round before goes no
+    further."""
+    for _ in range(_MOST_ROUNDS):
+        if good_enough(selection.fit, tolerance):
+            return
+        winner = next_effect(selection, _with_unnamed(library, given), tell)
+        if winner is None:
+            return
+        tell(f"{ACCEPTED} {winner.effect.title.lower()}")
+        selection.steps.append(selection.fit)
+        before = path[min(len(selection.steps), len(path)) - 1] if path else None
+        if before is not None and left_out_error(selection.fit) >= left_out_error(before):
+            return
 
 
 def _with_unnamed(library: Sequence[Effect], given: bool) -> tuple[Effect, ...]:
@@ -129,17 +142,13 @@ def _add(
     library: Sequence[Effect],
     tell: Callable[[str], None],
     tolerance: float,
-    rival: Rival | None = None,
-    *,
-    plain: bool = False,
+    rival: Rival | None,
 ) -> None:
-    """Round after round, until none finds an effect (`plain`: no single one), or there is no hope."""
+    """Round after round, until none finds an effect, or there is no hope."""
     for _ in range(_MOST_ROUNDS):
         if good_enough(selection.fit, tolerance):
             return
         winner = next_effect(selection, library, tell)
-        if winner is None and plain:
-            return
         if winner is None and rival is not None and rival.is_ahead(selection.fit):
             selection.hopeless = True  # what is tried where nothing passes turns nothing round
             return

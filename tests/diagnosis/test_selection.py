@@ -14,7 +14,7 @@ from idtool.diagnosis import diagnose as diagnosis
 from idtool.diagnosis import selection
 from idtool.diagnosis.candidates import Start, best_start, try_effect
 from idtool.diagnosis.diagnose import diagnose
-from idtool.diagnosis.state import Candidate, Trial
+from idtool.diagnosis.state import Candidate, Selection, Trial
 from idtool.effects import registry
 from idtool.effects.base import Coordinate, Effect, Values
 from idtool.fit.joint import JointFit, refit
@@ -253,3 +253,28 @@ def test_what_came_in_for_another_effect_makes_room_for_it(offset_axis: JointFit
     assert not chosen.candidates["like_an_offset"].accepted
     assert "took its place" in chosen.candidates["like_an_offset"].why
     assert chosen.fit.values["torque_offset.offset"] == pytest.approx(0.03, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("errors", "rounds"), [((0.9, 0.7, 0.5), 3), ((1.1, 0.5, 0.4), 1), ((0.9, 0.85, 0.4), 2), ((0.9,), 1)]
+)
+def test_a_search_goes_on_while_it_is_ahead_of_where_another_was_a_round_before(
+    errors: tuple[float, ...], rounds: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other came from an error of 1 by one of 0.8 to one of 0.6."""
+    known = {f"other {k}": 1.0 - 0.2 * k for k in range(3)} | {f"round {k}": e for k, e in enumerate(errors)}
+    found = Selection("begin", {})  # type: ignore[arg-type]
+
+    def next_effect(chosen: Selection, library: object, tell: object) -> Trial | None:
+        done = len(chosen.steps)
+        if done == len(errors):
+            return None
+        chosen.fit = f"round {done}"  # type: ignore[assignment]
+        return Trial(registry.get("torque_offset"), chosen.fit, 0.0)
+
+    monkeypatch.setattr(selection, "next_effect", next_effect)
+    monkeypatch.setattr(selection, "good_enough", lambda fit, tolerance: False)
+    monkeypatch.setattr(selection, "left_out_error", known.__getitem__)
+    path = [f"other {k}" for k in range(3)]
+    selection.one_by_one(found, [], lambda _: None, path=path)  # type: ignore[arg-type]
+    assert len(found.steps) == rounds
