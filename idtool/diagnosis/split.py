@@ -59,9 +59,16 @@ def split(recording: Recording) -> Split:
         held_out = _interior(recording)
         if held_out:
             return Split(recording, held_out, False)
-    fold = _blocks(recording)
+    fold, rows = _blocks(recording)
     compared = np.unique(fold[recording.row])  # a short one may have no filtered row
     held_out = tuple(compared[2::_EVERY].tolist())
+    if not held_out or fold[-1] + 1 < _LEAST_TRIALS:
+        raise InputError(
+            f"{np.count_nonzero(recording.usable)} rows in motion are too few to hold any out",
+            file=recording.sources[0],
+            remedy=f"record {_LEAST_TRIALS * rows} such rows at least, or fit without looking for "
+            "effects (`ffc-id fit-motion`)",
+        )
     return Split(replace(recording, fold=fold), held_out, True)
 
 
@@ -77,8 +84,8 @@ def _interior(recording: Recording) -> tuple[int, ...]:
     return tuple(sorted(held_out))
 
 
-def _blocks(recording: Recording) -> NDArray[np.intp]:
-    """Number of the block of time of each row: as many rows to compare in each, none of two trials."""
+def _blocks(recording: Recording) -> tuple[NDArray[np.intp], int]:
+    """Number of the block of time of each row, none of two trials, and how many rows to compare are one."""
     motion = recording.motion
     # a block must be long against the filter, and there must be enough of them to hold one out
     per_block = max(int(recording.usable.sum()) // _BLOCKS, 4 * recording.filter.taps)
@@ -90,11 +97,4 @@ def _blocks(recording: Recording) -> NDArray[np.intp]:
         count = max(int(inside[-1] + 1) // per_block, 1)
         fold[begin:end] = offset + np.minimum(inside * count // max(int(inside[-1]) + 1, 1), count - 1)
         offset += count
-    if offset < _LEAST_TRIALS:
-        raise InputError(
-            f"{np.count_nonzero(recording.usable)} rows in motion are too few to hold any out",
-            file=recording.sources[0],
-            remedy=f"record {_LEAST_TRIALS * per_block} such rows at least, or fit without looking for "
-            "effects (`ffc-id fit-motion`)",
-        )
-    return fold
+    return fold, per_block
