@@ -91,9 +91,10 @@ def repair(log: Log, columns: Columns, effort: Effort, *, every_row: bool = Fals
         every_row: leave no trials out.
 
     Raises:
-        InputError: a sensor is stuck on most of the rows, the axis never moves, or the clock is none of a
-            servo.
+        InputError: a reading of a frame is no number (a file is asked when it is read), a sensor is stuck on
+            most of the rows, the axis never moves, or the clock is none of a servo.
     """
+    _refuse_no_numbers(log, columns)
     refuse_odd_clock(log, columns.time, columns.first)
     work = _Repair(log, columns, effort)
     work.refuse_dead_encoder()
@@ -108,6 +109,22 @@ def repair(log: Log, columns: Columns, effort: Effort, *, every_row: bool = Fals
     contradictions = work.contradictions()
     work.faulty[SATURATED] = sensor_faults.clipped(work.columns.effort)
     return work.finished(short, twice, contradictions, every_row=every_row)
+
+
+def _refuse_no_numbers(log: Log, columns: Columns) -> None:
+    """
+    Raises:
+        InputError: time, position, velocity or effort of a row is none.
+    """
+    for role in ("time", "position", "velocity", "effort"):
+        values = getattr(columns, role)
+        if values is not None and len(bad := np.flatnonzero(~np.isfinite(values))):
+            raise InputError(
+                f"{len(bad)} of its rows hold no number as {role}, this one first",
+                file=log.source,
+                place=log.place(int(bad[0])),
+                remedy="correct or delete those rows",
+            )
 
 
 class _Repair:

@@ -101,9 +101,12 @@ def falls(torque: Array, motion: Motion) -> float:
     return float(-0.5 * np.polyfit(np.log(frequency), np.log(power), 1)[0])
 
 
-def noise_before(own: OwnFilter, torque: Array, motion: Motion) -> float:
-    """Standard deviation of the white noise that the log shows filtered."""
+def noise_before(own: OwnFilter, torque: Array, motion: Motion) -> float | None:
+    """Standard deviation of the white noise that the log shows filtered; None where its trials are too short
+    to show any."""
     frequency, power = _typical_power(torque, motion, _FROM_BELOW)
+    if not len(power):
+        return None
     return float(np.sqrt(np.quantile(power / own.gain(frequency) ** 2, _LOUDER)))
 
 

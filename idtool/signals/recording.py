@@ -267,7 +267,8 @@ class Recording:
 
     def through(self, own: OwnFilter) -> Recording:
         """The same, where the torque went through a low-pass before it was logged."""
-        return replace(self, own_filter=own, noise=noise_before(own, self.torque, self.motion))
+        noise = noise_before(own, self.torque, self.motion)
+        return replace(self, own_filter=own, noise=self.noise if noise is None else noise)
 
 
 def _middle(operator: SparseRows) -> NDArray[np.intp]:

@@ -18,6 +18,7 @@ from idtool.io.read_file import read_bytes
 from idtool.log import Log, LogWriter, columns_of
 from idtool.log.clock import gap_cuts
 from idtool.parameters.axis import Axis
+from idtool.signals import record
 
 AXIS = '# [axis]\n# kind = "rotary"\n# torque_constant_nm_per_a = 2.67\n'
 HEAD = '# ffc-id-log = 1\n# experiment = "sweep"\n' + AXIS
@@ -353,3 +354,13 @@ def test_a_gap_that_hides_a_reversal_begins_a_trial(
     moments = 0.01 * np.arange(len(way)) + 0.2 * (np.arange(len(way)) >= 46)
     found = gap_cuts(moments, np.arange(len(way)) == 0, 1e-3 * way, None)
     assert found.tolist() == [cut and k == 46 for k in range(len(way))]
+
+
+@pytest.mark.parametrize("column", ["time_s", "position_rad", "torque_nm"])
+def test_a_frame_with_a_reading_that_is_no_number_is_refused(column: str) -> None:
+    """A file is asked when it is read; a frame of one's own was not, and a fit fell over it."""
+    time = 0.01 * np.arange(600)
+    frame = pd.DataFrame({"time_s": time, "position_rad": np.sin(time), "torque_nm": np.cos(time)})
+    frame.loc[7, column] = np.nan
+    with pytest.raises(InputError, match=r"row 8: 1 of its rows hold no number"):
+        record([Log(frame.assign(trial=0), Axis("rotary"))])

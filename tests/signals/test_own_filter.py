@@ -154,3 +154,11 @@ def test_what_hides_more_noise_than_was_read_is_no_filter(
     monkeypatch.setattr(identification, "gain_in_evidence", lambda *_: 100.0)
     found = identify(session(7, "sine"), friction="coulomb")
     assert (found.recording.own_filter is not None) == taken
+
+
+def test_trials_too_short_to_show_noise_tell_none() -> None:
+    """A log of many short trials, thinned: what was known of its noise stays."""
+    time = 0.01 * np.arange(400)
+    trial = np.arange(400) // 20
+    motion = Motion(time, trial, np.sin(time), np.cos(time), -np.sin(time))
+    assert noise_before(OwnFilter(5.0, 4.0), np.cos(time), motion) is None
