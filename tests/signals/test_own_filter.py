@@ -16,6 +16,7 @@ from idtool.fit.model import JointModel
 from idtool.fit.own_filter import behind_own_filter
 from idtool.fit.spec import Spec
 from idtool.log import Log
+from idtool.model.motion import Motion
 from idtool.signals import record
 from idtool.signals.own_filter import OwnFilter, falls, noise_before
 from idtool.signals.thin import thin
