@@ -79,7 +79,8 @@ def best_start(fit: JointFit, effect: Effect) -> Start:
     motion = model.recording.motion
     has = {name.partition(".")[2] for name in model.names if name.startswith(f"{effect.name}.")}
     coordinates = [c for c in effect.active(motion) if c.name not in has]
-    null = {**effect.constants(motion), **{c.name: c.null for c in coordinates}}
+    nothing = {c.name: c.null for c in coordinates}
+    null = {**effect.constants(motion), **nothing}
     if has:
         known = next(e for e in model.spec.effects if e.name == effect.name)
         null |= model.effect_values(fit.x, known)
@@ -103,7 +104,7 @@ def best_start(fit: JointFit, effect: Effect) -> Start:
             _own_share(background, waves_of(frequency * of, part=part)) < _APART
             or beats_with_motion(motion, frequency)
         ):
-            return Start(0.0, 1.0, starts[0])
+            return Start(0.0, 1.0, nothing | starts[0])
     best: tuple[Score, dict[str, float]] | None = None
     others: list[tuple[float, dict[str, float]]] = []
     for start in starts:
@@ -131,7 +132,7 @@ def best_start(fit: JointFit, effect: Effect) -> Start:
         if best is None or result.gain > best[0].gain:
             best = (result, found)
     if best is None:
-        return Start(0.0, 1.0, dict(starts[0]))
+        return Start(0.0, 1.0, nothing | starts[0])
     chance = background.chance(best[0].left, best[0].columns)
     share = float(background.residual @ background.residual) / whole
     ranked = [found for _, found in sorted(others, key=lambda one: -one[0])]

@@ -29,6 +29,8 @@ _FEWEST = 50
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
 _SPIKE = "outlier of the torque"
+#: No torque is known to more than so small a share of it, be it a calculated one.
+_LEAST_NOISE = 1e-7
 #: How late a servo on a slow bus reports its motion, s: two or three turns. A trial that lasts so many times
 #: that does not miss its ends.
 _LATE_S, _LONG = 0.05, 20.0
@@ -87,6 +89,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     motion = replace(motion, restart=at_rest & ~np.append(at_rest[1:] & ~motion.first[1:], False))
     rate = lowpass.common_rate(motion, np.asarray(source)[rows.trial])
     bandwidth, noise = lowpass.bandwidth_and_noise(calm, motion, rate)
+    noise = max(noise, _LEAST_NOISE * float(np.sqrt(np.mean(calm**2))))
     return Recording(
         axis,
         motion,

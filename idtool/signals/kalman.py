@@ -182,7 +182,11 @@ def _forward(
         if first[k]:
             read = noise[0] > 0.0, noise[1] > 0.0
             m = (readings[k, 0] if read[0] else 0.0, readings[k, 1] if read[1] else 0.0, 0.0)
-            q_variance, w_variance = 9.0 * noise[0] if read[0] else 1e-12, 9.0 * noise[1] if read[1] else 1.0
+            q_variance, w_variance = 9.0 * noise[0] if read[0] else 1e-12, 9.0 * noise[1]
+            if not read[1]:  # as fast as the first two positions say, or faster than a robot
+                w_variance = 1.0
+                if read[0] and k + 1 < time.shape[0] and not first[k + 1] and time[k + 1] > time[k]:
+                    w_variance += ((readings[k + 1, 0] - readings[k, 0]) / (time[k + 1] - time[k])) ** 2
             P = (q_variance, 0.0, 0.0, w_variance, 0.0, max(jerk[k], 1e-6))
         else:
             m, P = _over_step(m, P, time[k] - time[k - 1], jerk[k])

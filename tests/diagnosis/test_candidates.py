@@ -161,3 +161,15 @@ def test_a_motor_gives_no_more_torque_per_ampere_at_high_current(
     why = impossible(trial.fit, effect)
     assert (why is None) == possible
     assert possible or "cannot be" in str(why)
+
+
+def test_a_start_that_is_not_scored_has_all_that_its_effect_needs(
+    slipping: JointFit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A wave that beats with the motion is tried all the same in the place of one that looks like it."""
+    monkeypatch.setattr(candidates, "beats_with_motion", lambda motion, frequency: True)
+    fit, wave = replace(slipping), registry.get("external_periodic")
+    start = best_start(fit, wave)
+    assert start.gain == 0.0
+    assert set(start.values) == {c.name for c in wave.active(fit.model.recording.motion)}
+    assert try_effect(fit, wave, start).fit.sse <= 1.01 * fit.sse

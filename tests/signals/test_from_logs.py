@@ -44,3 +44,21 @@ def test_the_ends_of_a_long_trial_depend_on_motion_nobody_logged(seconds: float,
     assert np.count_nonzero(~usable) == left_out
     if left_out:
         assert usable[5:-5].all()
+
+
+def test_a_trial_that_begins_in_fast_motion_does_not_begin_with_a_jerk() -> None:
+    """Without a column of the speed: a motor of 100 rad/s was read to start from a speed of a robot, and a
+    prediction of its first rows was nine times the largest torque that was measured."""
+    time = STEP * np.arange(600)
+    rows = {"trial": 0, "time_s": time, "position_rad": 100.0 * time + np.sin(time), "torque_nm": 1.0 + time}
+    motion = record([Log(pd.DataFrame(rows), Axis())]).motion
+    assert motion.velocity[:5] == pytest.approx(100.0 + np.cos(time[:5]), abs=0.5)
+    assert np.max(np.abs(motion.acceleration)) < 10.0
+
+
+def test_a_calculated_torque_has_the_noise_of_its_digits() -> None:
+    """A weight is never over nothing: what is known without noise would divide by zero."""
+    time = STEP * np.arange(2000)
+    frame = pd.DataFrame({"trial": 0, "time_s": time, "position_rad": np.sin(time), "torque_nm": 2.0 + time})
+    size = float(np.sqrt(np.mean((2.0 + time) ** 2)))
+    assert record([Log(frame, Axis())]).noise == pytest.approx(1e-7 * size)

@@ -40,7 +40,10 @@ def dense(time, readings, variances, first, jerk) -> tuple[np.ndarray, np.ndarra
         if first[k]:
             q, w = variances[k]
             mean = np.array([readings[k, 0] if q > 0 else 0.0, readings[k, 1] if w > 0 else 0.0, 0.0])
-            prior = np.linalg.inv(np.diag([9 * q if q > 0 else 1e-12, 9 * w if w > 0 else 1.0, jerk[k]]))
+            fast = 1.0
+            if q > 0 and k + 1 < ROWS and not first[k + 1]:
+                fast += ((readings[k + 1, 0] - readings[k, 0]) / (time[k + 1] - time[k])) ** 2
+            prior = np.linalg.inv(np.diag([9 * q if q > 0 else 1e-12, 9 * w if w > 0 else fast, jerk[k]]))
             precision[mine, mine] += prior
             shift[mine] += prior @ mean
         else:
