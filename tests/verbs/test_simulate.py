@@ -150,3 +150,11 @@ def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert code == 0
     assert float(said.split()[1]) == pytest.approx(1.2, rel=0.01)
     assert Parameters.read(file).axis.extra["torque_constant_stderr"] > 0.0
+
+
+def test_an_axis_that_runs_away_is_said_to() -> None:
+    """Friction that falls with the square of the speed drives it beyond all numbers."""
+    falls = EffectEntry("nonlinear_viscous", {"quadratic": Parameter(-10.0)})
+    found = simulate(SWING.log(seconds=10.0, noise=0.0), replace(TRUTH, effects=(*TRUTH.effects, falls)))
+    assert any("runs away" in note for note in found.notes)
+    assert not any("runs away" in note for note in simulate(SWING.log(seconds=10.0), TRUTH).notes)
