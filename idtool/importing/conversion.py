@@ -106,12 +106,17 @@ def named_unit(text: str, role: str, kind: Kind) -> Unit | None:
 
 
 def given_unit(text: str, role: str, kind: Kind) -> Unit:
-    """The unit of `--unit ROLE=TEXT`: a name, a number of SI units, `0.229rpm` or `count:4096`.
+    """The unit of `--unit ROLE=TEXT`: a name, a number of SI units, `0.229rpm` or `count:4096`; with a minus
+    the column is turned round.
 
     Raises:
         UsageError: no such unit; the sentence lists those that fit.
     """
     what = dimension(role, kind)
+    if text.strip().startswith("-"):
+        turned = given_unit(text.strip()[1:], role, kind)
+        if turned.offset == 0.0:
+            return Unit(text, -turned.factor)
     counts = _COUNTS.match(text.strip().lower())
     if counts and what in ("angle", "angular velocity", "duty") and float(counts[1]) > 0:
         return Unit(text, (1.0 if what == "duty" else _TURN) / float(counts[1]))

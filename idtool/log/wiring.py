@@ -275,7 +275,8 @@ def _power(
     if mean + _CERTAIN * error < 0 and -mean > _SHARE * float(np.mean(np.abs(torque * w))):
         return [
             "the torque pushes along with the motion, so that friction would drive the axis: "
-            f'"{read_from}" or the position is inverted, or something else moved the axis'
+            f'"{read_from}" or the position is inverted (`ffc-id import --unit '
+            f"{read_from.partition('_')[0]}=-1` turns it round), or something else moved the axis"
         ]
     one_way = max(float(np.mean(torque > 0)), float(np.mean(torque < 0))) > _ONE_SIGN
     if one_way and abs(mean) < _NO_POWER * float(np.mean(np.abs(torque * w))):

@@ -161,7 +161,7 @@ def test_a_duty_of_the_wrong_sign_is_named_as_the_duty() -> None:
     frame = {"trial": 0, "time_s": time, "position_rad": swing + 0.03 * noise[0]}
     frame |= {"duty": noise[1] - 0.3 * torque, "supply_voltage_v": 7.4 + 0.0 * time}
     (said,) = record([Log(pd.DataFrame(frame), Axis())]).wiring[0]
-    assert '"duty" or the position is inverted' in said
+    assert '"duty" or the position is inverted (`ffc-id import --unit duty=-1` turns it round)' in said
 
 
 def test_a_log_of_an_axis_that_stands_still_says_so() -> None:
