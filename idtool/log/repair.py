@@ -112,7 +112,8 @@ def repair(log: Log, columns: Columns, effort: Effort, *, every_row: bool = Fals
 
 
 def _refuse_no_numbers(log: Log, columns: Columns) -> None:
-    """
+    """What was read from a file holds numbers alone; a frame of one's own may not.
+
     Raises:
         InputError: time, position, velocity or effort of a row is none.
     """
