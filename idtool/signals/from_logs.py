@@ -29,8 +29,8 @@ _FEWEST = 50
 #: A torque sample further than this many standard deviations from its neighbours is an outlier.
 _OUTLIER = 8.0
 _SPIKE = "outlier of the torque"
-#: No torque is known to more than so small a share of it, be it a calculated one.
-_LEAST_NOISE = 1e-7
+#: No torque is known to less than so small a share of it: a calculated one has the noise of its last digits.
+_LEAST_NOISE = 1e-12
 #: How late a servo on a slow bus reports its motion, s: two or three turns. A trial that lasts so many times
 #: that does not miss its ends.
 _LATE_S, _LONG = 0.05, 20.0

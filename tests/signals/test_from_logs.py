@@ -61,4 +61,4 @@ def test_a_calculated_torque_has_the_noise_of_its_digits() -> None:
     time = STEP * np.arange(2000)
     frame = pd.DataFrame({"trial": 0, "time_s": time, "position_rad": np.sin(time), "torque_nm": 2.0 + time})
     size = float(np.sqrt(np.mean((2.0 + time) ** 2)))
-    assert record([Log(frame, Axis())]).noise == pytest.approx(1e-7 * size)
+    assert record([Log(frame, Axis())]).noise == pytest.approx(1e-12 * size)
