@@ -42,7 +42,7 @@ class Moved:
         viscous: viscous over Coulomb friction at the usual top speed.
         torque: that was measured, N m (N).
         gravity: the part of it that follows the sine and cosine of the angle, N m.
-        elapsed: time since the first row, over that of all.
+        elapsed: time since the first row, s; a clock that begins anew with a trial goes on.
     """
 
     place: Array

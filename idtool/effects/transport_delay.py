@@ -9,9 +9,11 @@ import numpy as np
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import DELAY
 from idtool.model.jit import jit
-from idtool.model.motion import MOST_DELAY_S, Array, Motion
+from idtool.model.motion import Array, Motion
 from idtool.model.row import Row
 
+#: The latest that a motion is reported, s: five turns of a slow bus, or a topic of another computer.
+_MOST_S = 0.1
 #: Delays from which a search starts, s: the torque is far from linear in a long one.
 _TRIED_S = (0.002, 0.006, 0.015, 0.035, 0.07)
 
@@ -35,11 +37,9 @@ class TransportDelay(Effect):
     look_alikes = ("inertia", "compliance")
     citation = "Ljung 1999, chapter 4"
     parameters = (
-        EffectParameter(
-            "delay", "time", "how much later the motion is reported", -MOST_DELAY_S, MOST_DELAY_S
-        ),
+        EffectParameter("delay", "time", "how much later the motion is reported", -_MOST_S, _MOST_S),
     )
-    coordinates = (Coordinate("delay", lower=-MOST_DELAY_S, upper=MOST_DELAY_S, increment=1e-4),)
+    coordinates = (Coordinate("delay", lower=-_MOST_S, upper=_MOST_S, increment=1e-4),)
 
     at = staticmethod(at)
 

@@ -14,9 +14,6 @@ from idtool.model.row import Row
 
 Array = NDArray[np.float64]
 
-#: The latest that a motion is reported, s: five turns of a slow bus, or a topic of another computer.
-MOST_DELAY_S = 0.1
-
 
 @dataclass(frozen=True)
 class Motion:

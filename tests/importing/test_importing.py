@@ -17,7 +17,6 @@ from scipy.io import savemat
 
 from idtool.errors import InputError, UsageError
 from idtool.importing import Imported, import_recording
-from idtool.importing.conversion import given_unit
 from idtool.log import Log
 from tests.importing.test_names import NAMES
 
@@ -485,17 +484,3 @@ def test_a_role_without_a_unit_is_said_to_be_presumed(tmp_path: Path) -> None:
         assert not any(
             "presumed" in note for note in import_recording(file, mapping=mapping, units=units).notes
         )
-
-
-@pytest.mark.parametrize(
-    ("text", "role", "factor"),
-    [
-        ("-A", "current", -1.0),
-        ("-2.69mA", "current", -2.69e-3),
-        ("-1", "torque", -1.0),
-        ("-deg", "position", -math.pi / 180),
-    ],
-)
-def test_a_minus_before_a_unit_turns_the_column_round(text: str, role: str, factor: float) -> None:
-    """It was taken for one of the marks in which spellings of a unit differ, and told nobody."""
-    assert given_unit(text, role, "rotary").factor == pytest.approx(factor)
