@@ -63,6 +63,7 @@ RICHER: dict[str, dict[str, dict[str, float]]] = {
         "position_dependent_friction": NUMBERS["position_dependent_friction"]
         | {f"slope_{k}": 0.2 * (-0.7) ** k for k in range(3, 9)}
     },
+    "drag_beyond_what_was_moved": {"nonlinear_viscous": NUMBERS["nonlinear_viscous"] | {"fastest": 0.15}},
     "two_elements": {"hysteresis": NUMBERS["hysteresis"] | {"stiffness_2": 0.1, "yield_2": 0.01}},
     "payload_that_is_accelerated": {"inertia": NUMBERS["inertia"] | {"per_payload": 0.05}},
     "part_of_the_friction": {"hysteresis": NUMBERS["hysteresis"] | {"of_friction": 1.0}},

@@ -1,4 +1,4 @@
-"""The files of the study of hand guiding: those of the law that its machines follow."""
+"""The files of the study of hand guiding: what `identify` makes of a session of its machines."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ import pytest
 from testbench.guided_machines.machines import file_of, random_machine
 
 
-def test_the_file_of_a_soft_machine_holds_its_bristle(tmp_path: Path) -> None:
+def test_the_file_of_a_machine_holds_its_bristle_and_its_ripple(tmp_path: Path) -> None:
     """Identification also offers a law without presliding, by which no hand would be felt below it."""
-    machine = random_machine(np.random.default_rng(1), 0)
-    file = file_of(machine, 0, tmp_path)
+    rng = np.random.default_rng(1)
+    machine = [random_machine(rng, number) for number in range(14)][13]
+    file, truth = file_of(machine, 0, tmp_path), machine.plant
     assert file.provenance["friction_law"] == "lugre"
-    truth = machine.plant.coulomb / machine.plant.presliding
-    assert file.dynamic["bristle_stiffness"].value == pytest.approx(truth, rel=0.3)
-    assert file.static["coulomb"].value == pytest.approx(machine.plant.coulomb, rel=0.1)
+    assert file.static["coulomb"].value == pytest.approx(truth.coulomb, rel=0.1)
+    stiffness = max(truth.coulomb, truth.static) / truth.presliding
+    assert file.dynamic["bristle_stiffness"].value == pytest.approx(stiffness, rel=0.3)
+    (ripple,) = (effect.values() for effect in file.effects if effect.name == "position_ripple")
+    assert ripple["cycles"] == pytest.approx(truth.ripple_cycles, rel=0.01)
+    assert ripple["amplitude_1"] == pytest.approx(truth.ripple, rel=0.1)
+    assert file_of(machine, 0, tmp_path) == file  # kept

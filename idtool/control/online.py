@@ -137,6 +137,12 @@ class OnlineModel:
         return next((values["inertia"] for effect, values in self._inside if effect.name == "inertia"), 0.0)
 
     @property
+    def late(self) -> float:
+        """By how much position and velocity lag the current by the file, s; 0 where the current is late."""
+        delay = next((v["delay"] for effect, v in self._inside if effect.name == "transport_delay"), 0.0)
+        return max(delay, 0.0)
+
+    @property
     def bristle(self) -> float:
         """Deflection z, rad (m)."""
         return self._bristle

@@ -114,8 +114,9 @@ class Remainder:
         step: time since the sample before, s.
     """
 
-    def __init__(self, model: OnlineModel, period: float) -> None:
-        self._model, self._period = model, period
+    def __init__(self, model: OnlineModel, period: float, in_time: bool = False) -> None:
+        """`in_time`: the speed is that of now, however late it is read, and no current waits for it."""
+        self._model, self._period, self._in_time = model, period, in_time
         self._line = DelayLine()
         self.clear()
 
@@ -152,7 +153,9 @@ class Remainder:
         )
         motor = load.arriving(self._model.torque_constant * sample.current)
         carried = load.total
-        if load.delay > 0.0:  # the motion is reported late: compare it with the current of then
+        if (
+            load.delay > 0.0 and not self._in_time
+        ):  # the motion is reported late: compare it with the current of then
             motor = self._line.delayed(sample.time, motor, load.delay)
         elif load.delay < 0.0:
             carried = self._line.delayed(sample.time, carried, -load.delay)

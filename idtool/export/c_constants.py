@@ -232,7 +232,13 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
     torques["COMES"], torques["STEADY"] = kernel.COMES, kernel.STEADY
     torques["STOP_VARIANCE"] = float(k["stop_torque"]) ** 2 + float(k["stop_noise"]) ** 2
     shares = read(
-        *("virtual", "follows", "velocity_gain", "hand_filter"),
+        *(
+            "virtual",
+            "follows",
+            "velocity_gain",
+            "hand_filter",
+            *(("reports",) if k["reports"] < 1.0 else ()),
+        ),
         ZERO_SHARE="zero_time",
         USUAL_SHARE="usual_time",
         LEAST_SHARE="least_time",

@@ -239,7 +239,9 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
     """What the templates read."""
     kind = parameters.axis.kind
     used = frozenset().union(*(effect.adds for effect in effects))
-    reach = max((effect.form.looks_back_s for effect in effects), default=0.0)
+    light = isinstance(c.law, AdmittanceLaw)
+    late = light and c.model.late > 0.0
+    reach = 0.0 if late else max((effect.form.looks_back_s for effect in effects), default=0.0)
     length = min(math.ceil(reach / (_FASTEST * c.period)) + 2, _LONGEST_LINE) if reach else 0
     window = max(2, round(sensing._REST_WINDOW_S / c.period) + 1)
     friction = "LuGre friction" if parameters.dynamic else "Stribeck friction"
@@ -253,7 +255,8 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "delay_length": length,
         "window": window,
         "period_us": microseconds(c.period),
-        "light": isinstance(c.law, AdmittanceLaw),
+        "light": light,
+        "late": late,
         "limits_speed": math.isfinite(c.limits.guided_speed),
         "limits_energy": math.isfinite(c.limits.energy),
         "limits_idle": math.isfinite(c.limits.idle_s),

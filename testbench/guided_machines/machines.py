@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from idtool import Log, Parameters
-from idtool.effects import registry
 from idtool.experiment.recipe import read_recipe
-from idtool.fit.joint import refit
-from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Rig, Sample, Trajectory, TrialSetup
-from idtool.signals import record
-from idtool.signals.thin import thin
-from idtool.verbs.identification import parameters_of
-from idtool.verbs.identify import begin
+from idtool.verbs.identify import identify
 from testbench.guided_machines import plant
 from testbench.guided_machines.plant import ELASTO_PLASTIC, LUGRE, MAXWELL, Plant
 from testbench.plants import SESSION, TORQUE_CONSTANT, recorded
@@ -154,30 +148,18 @@ def session_of(machine: Machine, seed: int) -> list[Log]:
 
 
 def file_of(machine: Machine, seed: int, cache: Path) -> Parameters:
-    """The parameter file of a joint fit to a session of the machine, with the inertia and the difference
-    between the directions; kept in `cache`.
+    """The parameter file that `identify` makes of a session of the machine; kept in `cache`.
 
     Args:
         machine: on which the session is recorded.
         seed: of its noise.
         cache: folder of the files.
     """
-    path = cache / f"{machine.name}-{seed}-fitted.toml"
+    path = cache / f"{machine.name}-{seed}.toml"
     if not path.exists():
         cache.mkdir(parents=True, exist_ok=True)
-        _fitted(session_of(machine, seed)).write(path)
+        identify(session_of(machine, seed)).parameters.write(path)
     return Parameters.read(path)
-
-
-def _fitted(logs: list[Log]) -> Parameters:
-    recording = thin(record(logs))
-    starts = begin(recording, "lugre", "auto")[0]
-    # a softer bristle comes last, where it predicts better, but for a law without presliding
-    start = [fit for fit in starts if fit.model.spec.friction == starts[0].model.spec.friction][-1]
-    effects = tuple(registry.get(name) for name in ("inertia", "direction_asymmetry"))
-    whole = replace(start.model.spec, effects=effects)
-    zero = {"inertia.inertia": 0.0, "direction_asymmetry.asymmetry": 0.0}
-    return parameters_of(refit(start, JointModel.build(recording, whole), zero))
 
 
 def on_a_day(rng: np.random.Generator, machine: Machine, payload_off: float) -> Plant:

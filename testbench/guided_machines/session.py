@@ -51,11 +51,23 @@ class Run:
 
 
 @numba.njit(cache=True)
+def _earlier(signal: Array, k: int, delay: float) -> float:
+    """What a signal was so long before period k, its latest; before the first it was as in the first."""
+    back = k - max(delay, 0.0) / PERIOD
+    if back >= k:
+        return float(signal[k])
+    before = int(max(back, 0.0))
+    share = max(back, 0.0) - before
+    return float(signal[before] + share * (signal[before + 1] - signal[before]))
+
+
+@numba.njit(cache=True)
 def _run(
     p: Plant, body: Array, past: Array, script: Array, noise: Array, n: Array, m: Array, c: Any, s: Any,
     payload: float, start: float,
 ) -> tuple[Array, Array]:  # fmt: skip
     count = len(script)
+    carried = np.empty(count)
     truth, felt = np.empty((plant.KEPT, count * PER)), np.empty((count, 6))
     before = command = start
     last = 0.0
@@ -70,12 +82,24 @@ def _run(
         if script[k, plant.TARE] > 0.0:
             kernel.tare(c, s)
         change = kernel.watch(c, s, w)
-        gravity, elastic, damping, rest, _, saturation, gain, _, _, kept = carry(
-            n, m, (k + 1) * PERIOD, PERIOD, q, s.seen, change / PERIOD, payload, 0.0, 0.0, math.nan, q - last
+        gravity, elastic, damping, rest, _, saturation, gain, delay, _, kept = carry(
+            n,
+            m,
+            (k + 1) * PERIOD,
+            PERIOD,
+            q,
+            s.seen,
+            change / PERIOD,
+            payload,
+            0.0,
+            0.0,
+            math.nan,
+            q - last,
         )
         last = q
         motor = c.torque_constant * current
-        plain = gravity + elastic + damping + rest - motor * (1.0 + gain - saturation * abs(motor))
+        carried[k] = gravity + elastic + damping + rest
+        plain = _earlier(carried, k, -delay) - motor * (1.0 + gain - saturation * abs(motor))
         raw = kernel.act(c, s, q, w, current, plain, elastic, damping, kept)
         command = min(max(raw, c.low), c.high)
         felt[k] = np.array([command, s.raw, s.hand, float(s.state), s.dead, s.w])
@@ -91,7 +115,6 @@ def session(file: Parameters, p: Plant, script: Script, seed: int, start: float 
     """Run a script; `start`: where the axis stands, rad."""
     law = controller_of(file).law
     assert isinstance(law, AdmittanceLaw)
-    assert not law.model.uses("transport_delay")
     rng = np.random.default_rng(seed)
     body, past = plant.at_rest(p, start, float(rng.uniform(-0.9, 0.9)))
     rows = script.table()

@@ -25,6 +25,7 @@ AXIS = {
     "resolution": 0.0015,
     "low": -1.0,
     "high": 1.0,
+    "reports": 1.0,
     "zero_most": 0.1,
     "start_torque": 0.014,
     "stop_torque": 0.02,

@@ -191,8 +191,8 @@ def test_a_linear_axis_has_it_too() -> None:
     assert law.status.external_torque == pytest.approx(20.0, rel=0.3)
 
 
-def declared(machine: Machine) -> Parameters:
-    """A file that says what the machine is, as far as a file can."""
+def declared(machine: Machine, delay: float = 0.0) -> Parameters:
+    """A file that says what the machine is, as far as a file can, and how late the motion is read."""
     p, kilogram = machine.plant, machine.per_payload
 
     def pick(**values: float) -> dict[str, Parameter]:
@@ -209,7 +209,10 @@ def declared(machine: Machine) -> Parameters:
             coulomb=p.coulomb, static=p.static, stribeck_velocity=p.stribeck_velocity, viscous=p.viscous
         ),
         dynamic=bristle,
-        effects=(EffectEntry("inertia", {"inertia": Parameter(p.inertia)}),),
+        effects=(
+            EffectEntry("inertia", {"inertia": Parameter(p.inertia)}),
+            *([EffectEntry("transport_delay", {"delay": Parameter(delay)})] if delay else []),
+        ),
         controller=Controller(2.05, 7.0, PERIOD, mode="light"),
     )
 
@@ -232,16 +235,17 @@ def run_of(number: int, scenario: str, arm: Arm = ARM) -> tuple[Run, dict[str, f
     return run, judge(run, arm) | alone(run)
 
 
-@pytest.mark.parametrize("number", [0, 1])
-def test_the_study_runs_what_the_controller_runs(number: int) -> None:
+@pytest.mark.parametrize(("number", "delay"), [(0, 0.0), (1, 0.0), (1, 0.013), (1, -0.013)])
+def test_the_study_runs_what_the_controller_runs(number: int, delay: float) -> None:
     """Sample by sample, on the plant of the study, until after the first push."""
     one, script = machine(number), SCENARIOS["kind"][0](Arm())
     p, rows = one.on(PAYLOAD_KG), script.table()[:900]
-    run = session(declared(one), p, script, 3)
+    file = declared(one, delay)
+    run = session(file, p, script, 3)
     rng = np.random.default_rng(3)
     body, past = plant.at_rest(p, 0.0, float(rng.uniform(-0.9, 0.9)))
     noise = rng.standard_normal((len(script.table()), 3))
-    law, truth = controller_of(declared(one)), np.empty((plant.KEPT, 10))
+    law, truth = controller_of(file), np.empty((plant.KEPT, 10))
     before = command = 0.0
     commands = []
     for k, row in enumerate(rows):
@@ -296,6 +300,17 @@ def test_unkind_hands(number: int) -> None:
     assert trembling["tremble"] < 3.0
     _, breath = run_of(number, "breathing")
     assert max(breath[f"wander_{n:g}"] for n in (0.4, 0.6, 1.2)) < 30.0
+
+
+def test_a_file_that_knows_how_late_the_motion_is_read_holds_no_hand_up() -> None:
+    """The current tells of a hand at once: if it waited for the motion, a trembling hand would stop it."""
+    one = machine(4)
+    p, delay = one.on(PAYLOAD_KG), one.plant.motion_delay
+    assert (delay > 0.015, one.plant.current_delay) == (True, 0.0)
+    for scenario, figure, most in (("trembling", "false_stops", 0.0), ("kind", "stop", 30.0)):
+        script, judge, start = SCENARIOS[scenario]
+        run = session(declared(one, delay), p, script(ARM), 4, start)
+        assert judge(run, ARM)[figure] <= most
 
 
 def test_a_tare_that_finds_another_payload_says_which() -> None:

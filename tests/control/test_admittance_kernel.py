@@ -46,6 +46,19 @@ def test_the_speed_is_what_was_asked_for_late_and_a_share_of_what_is_measured() 
     assert s["seen"] == pytest.approx(0.1 + change)
 
 
+def test_a_reading_that_is_late_is_compared_with_what_was_told_then() -> None:
+    """Told 0.1 rad/s more, it follows by 0.1 (1 - e^-0.4), of which readings 20 ms late show a share."""
+    c, s = law(GUIDING, w=0.2, nominal=0.1, reported=0.1, seen=0.1)
+    c["reports"] = 1.0 - math.exp(-0.5)
+    nominal = 0.1 * (1.0 - math.exp(-0.4))
+    shown = 0.1 + nominal * (1.0 - math.exp(-0.5))
+    assert kernel.watch(c, s, shown) == pytest.approx(nominal)  # as was told: nothing is learned of it
+    assert s["reported"] == pytest.approx(shown)
+    s["state"] = STOPPING  # how a brake brings it to rest is the drive's: nothing is carried forward
+    kernel.watch(c, s, 0.0)
+    assert s["reported"] == s["nominal"] > 0.0
+
+
 def test_before_a_tare_two_standard_deviations_are_left_to_the_hand() -> None:
     c, s = law(elastic=0.05, damping=-0.1)
     expected = 2.0 * math.sqrt(0.02**2 + (0.2 * 0.05) ** 2 + (0.25 * 0.1) ** 2)

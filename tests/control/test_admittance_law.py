@@ -9,7 +9,7 @@ import pytest
 
 from idtool.control import ForceFreeController
 from idtool.control.admittance.law import AdmittanceLaw, AdmittanceSettings, _axis
-from idtool.control.guard import Limits
+from idtool.control.guard import Limits, Measurement
 from idtool.control.online import OnlineModel
 
 from .double import BENCH, parameters
@@ -129,3 +129,21 @@ def test_the_friction_at_rest_is_as_uncertain_as_the_fit_of_both_levels() -> Non
     assert stribeck(**both | {"static": small}) == pytest.approx(small, rel=2e-3)
     assert stribeck(coulomb=small, static=small) == pytest.approx(math.sqrt(2.0) * small, rel=2e-3)
     assert stribeck(**both | {"static": 100.0}) == pytest.approx(0.22 * coulomb)
+
+
+def law_of(**effects: dict[str, float]) -> AdmittanceLaw:
+    found = ForceFreeController(parameters(BENCH, **effects), 0.01, mode="light").law
+    assert isinstance(found, AdmittanceLaw)
+    return found
+
+
+def test_the_current_does_not_wait_for_a_motion_that_is_reported_late() -> None:
+    """A hand that leaves shows in the current at once; how late the speed is read is the observer's."""
+    late, plain = law_of(transport_delay={"delay": 0.02}), law_of()
+    early = law_of(transport_delay={"delay": -0.02})
+    assert late.constants["reports"] == pytest.approx(1.0 - math.exp(-0.5))
+    assert plain.constants["reports"] == early.constants["reports"] == 1.0
+    for law in (late, plain):
+        for k in range(3):
+            law.raw_command(Measurement(0.01 * k, 0.3, 0.0, 0.1 * (k == 2)))
+    assert late.raw == plain.raw

@@ -183,7 +183,7 @@ def recorded_at(period: float) -> Samples:
 @pytest.mark.parametrize("clocked", [True, False], ids=["clock", "counted"])
 def test_other_periods(period: float, clocked: bool, tmp_path: Path) -> None:
     """Times of the law are whole periods in C and sums of them in Python."""
-    file = light(transport_delay={"delay": 0.012}, inertia={"inertia": INERTIA})
+    file = light(transport_delay={"delay": 0.02}, inertia={"inertia": INERTIA})
     samples = replace(recorded_at(period), clocked=clocked)
     program = compile_c(file, tmp_path, period_s=period)
     c, python = run_c(program, samples), run_python(file, samples, period_s=period)

@@ -69,7 +69,7 @@ CONSTANTS: dict[str, Constant] = {
 #: What an axis brings beside; see `constants_of`.
 _AXIS = (
     "period", "torque_constant", "gain", "noise", "servo_time", "speed", "rest_speed", "resolution",
-    "low", "high", "zero_most", "start_torque", "stop_torque", "refuse",
+    "low", "high", "reports", "zero_most", "start_torque", "stop_torque", "refuse",
     "settle_periods", "still_periods", "brake_periods",
     "tare_turn", "tare_top", "tare_cycle", "tare_part", "tare_apart", "tare_middle",
 )  # fmt: skip
@@ -81,7 +81,7 @@ RECORD = np.dtype((np.record, [(name, "f8") for name in (*CONSTANTS, *_AXIS)] + 
 
 def share(time: float, period: float) -> float:
     """Of a first-order filter, per period."""
-    return 1.0 - math.exp(-period / time)
+    return 1.0 - math.exp(-period / time) if time > 0.0 else 1.0
 
 
 def constants_of(axis: dict[str, Any]) -> Any:

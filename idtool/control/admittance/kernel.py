@@ -57,7 +57,7 @@ _NUMBERS = (
     "raw", "hand", "least", "least_1", "least_2", "dead", "zero", "zero_before", "zero_variance",
     "bias", "unexplained", "usual",
     "elastic", "damping", "plain", "correction",
-    "position", "seen", "nominal", "w", "x", "way", "lead", "anchor", "fast",
+    "position", "seen", "nominal", "reported", "w", "x", "way", "lead", "anchor", "fast",
     "fade", "square", "weight", "tare_sum", "load",
 )  # fmt: skip
 _TABLES = {"learned": (4,), "spread": (4, 4), "information": (4, 4), "moment": (4,), "means": (PARTS,)}
@@ -91,7 +91,7 @@ def begin(c: Any, s: Any, position: float) -> None:
     s.grip = MAY_HOLD
     s.since = s.pushed = s.limited = s.turn = 0
     s.raw = s.hand = s.dead = s.zero = s.zero_before = s.zero_variance = s.bias = s.correction = 0.0
-    s.seen = s.nominal = s.w = s.tare_sum = s.usual = 0.0
+    s.seen = s.nominal = s.reported = s.w = s.tare_sum = s.usual = 0.0
     forget_push(s)
     s.position = position
     s.x = s.anchor = min(max(position, c.low), c.high)
@@ -100,10 +100,14 @@ def begin(c: Any, s: Any, position: float) -> None:
 @jit()
 def watch(c: Any, s: Any, velocity: float) -> float:
     """Update the observer of the speed; its change. What the axis was told to do is smooth and in time, what
-    it is measured to do is neither."""
+    it is measured to do is neither: a reading is as late as the file says, and is compared with what was told
+    then. How a brake brings the axis to rest is the drive's."""
     nominal = c.follows * (s.w - s.nominal)
     s.nominal += nominal
-    change = nominal + c.velocity_gain * (velocity - s.seen - nominal)
+    s.reported += c.reports * (s.nominal - s.reported)
+    if s.state != GUIDING and s.state != TARING:
+        s.reported = s.nominal
+    change = nominal + c.velocity_gain * ((velocity - s.seen) + (s.nominal - nominal - s.reported))
     s.seen += change
     return float(change)
 
@@ -338,7 +342,7 @@ def tare(c: Any, s: Any) -> bool:
     s.state = TARING
     s.since = s.part = 0
     s.way = -1.0 if s.anchor > c.tare_middle else 1.0
-    s.w = s.nominal = 0.0
+    s.w = s.nominal = s.reported = 0.0
     s.x = s.anchor
     s.zero_before = s.zero
     s.zero = s.bias = 0.0

@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from idtool.control.admittance import kernel
-from idtool.control.admittance.constants import CONSTANTS, constants_of
+from idtool.control.admittance.constants import CONSTANTS, constants_of, share
 from idtool.control.admittance.states import GUIDING, ORDER, RESTING
 from idtool.control.guard import Limits, Measurement
 from idtool.control.law import Law
@@ -83,7 +83,7 @@ class AdmittanceLaw(Law):
         self.constants = constants_of(_axis(model, limits, period, resolution, self.rest_speed, settings))
         self._constants, self._states = np.array([self.constants]), np.zeros(1, kernel.STATE)
         self._s: Any = self._states[0]
-        self._remainder = Remainder(model, period)
+        self._remainder = Remainder(model, period, in_time=True)
         self._load()
         self.reset()
 
@@ -194,6 +194,7 @@ def _axis(
         "resolution": resolution,
         "low": limits.position_min,
         "high": limits.position_max,
+        "reports": share(model.late, period),
         # friction may be above the file's: its level and what that may be off by
         "zero_most": model.friction_bound * (1.0 + CONSTANTS["coverage"].value * settings.level),
         "start_torque": settings.start_torque,
