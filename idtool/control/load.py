@@ -36,6 +36,7 @@ from idtool.effects import (
     transport_delay,
 )
 from idtool.effects.base import Effect, Values
+from idtool.effects.hysteresis import carried_of_friction, stiffness_of_friction
 from idtool.model.contribution import (
     BRISTLE_CHANGE,
     DELAY,
@@ -65,7 +66,10 @@ _SMALL = 1e-5
 ARM, GRAVITY_1, GRAVITY_2 = range(3)
 COULOMB, STATIC, STRIBECK, VISCOUS, SIGMA0, SIGMA1, FLOOR = range(3, 10)
 TORQUE_CONSTANT = 10
-_EFFECTS, _HEAD = 11, 3
+#: How many effects, the first ones, hold a part of the friction levels in place of the bristle: what share of
+#: the level, and the travel over which they yield.
+HOLDING, HELD_SHARE, HELD_REACH = 11, 12, 13
+_EFFECTS, _HEAD = 14, 3
 
 # Entries of `memory`: what outlives a sample, what all effects added at the last one, what they add now, what
 # those of them add that are not compiled, and the memory of each that is.
@@ -165,9 +169,15 @@ def numbers_of(
         n[SIGMA0] = max(n[COULOMB], n[STATIC], 1e-9) / _RIGID_PRESLIDING
     n[FLOOR] = least_level(n[COULOMB], n[STATIC])
     n[TORQUE_CONSTANT] = torque_constant
+    holding = [(e, v) for e, v in effects if e.name == "hysteresis" and carried_of_friction(v) > 0.0]
+    n[HOLDING], n[HELD_REACH] = len(holding), 1.0
+    for _, values in holding:
+        level = carried_of_friction(values)
+        n[HELD_SHARE] = min(level / max(n[COULOMB], 1e-9), 1.0)
+        n[HELD_REACH] = level / stiffness_of_friction(values)
     own: list[float] = []
     place = _OWN
-    for effect, values in effects:
+    for effect, values in [*holding, *(one for one in effects if one not in holding)]:
         numbers = effect.numbers(values)
         own += [_NAMES.index(effect.name), len(numbers), place, *numbers]
         place += effect.memory
@@ -200,15 +210,20 @@ def _level(n: Array, velocity: float, change: float, torque: float, static: floa
 
 
 @jit()
-def _sum_up(n: Array, m: Array, row: Row) -> None:
-    """Ask every effect; their memory is moved on."""
+def _sum_up(n: Array, m: Array, row: Row) -> float:
+    """Ask every effect; their memory is moved on. Returns what holds a part of the friction levels."""
     total = m[SUM:OUTSIDE]
     total[:] = m[OUTSIDE:_OWN]
-    k = _EFFECTS
+    outside, held = total[TORQUE], 0.0
+    k, asked = _EFFECTS, 0
     while k < len(n):
         which, numbers, place = int(n[k]), k + _HEAD, int(n[k + 2])
         k = numbers + int(n[k + 1])
         _add(which, row, n[numbers:k], m[place:], total)
+        asked += 1
+        if asked == n[HOLDING]:
+            held = total[TORQUE] - outside
+    return held
 
 
 @jit()
@@ -305,7 +320,7 @@ def carry(
         n[TORQUE_CONSTANT],
         0,
     )
-    _sum_up(n, m, row)
+    held = _sum_up(n, m, row)
     total = m[SUM:OUTSIDE]
     level = _level(
         n,
@@ -315,9 +330,12 @@ def carry(
         total[STATIC_CHANGE],
         total[EXPONENT_CHANGE],
     )
-    decay = 1.0
+    kept = 1.0
     if m[BEGUN] != 0.0:
-        decay = _advance_bristle(n, m, step, velocity, travel)
+        kept = _advance_bristle(n, m, step, velocity, travel)
+        if n[HOLDING] > 0.0:
+            way = abs(velocity) * step if math.isnan(travel) else abs(travel)
+            kept += n[HELD_SHARE] * (math.exp(-min(way / n[HELD_REACH], 700.0)) - kept)
     m[BEGUN] = 1.0
     m[LAST_VELOCITY] = velocity
     m[LAST_SUM:SUM] = total
@@ -325,7 +343,7 @@ def carry(
     z = m[BRISTLE]
     rate = velocity - n[SIGMA0] / level * abs(velocity) * z
     passed = 1.0 + total[BRISTLE_CHANGE]
-    elastic = passed * n[SIGMA0] * z
+    elastic = passed * n[SIGMA0] * z + held
     damping = passed * n[SIGMA1] * rate + n[VISCOUS] * (1.0 + total[VISCOUS_CHANGE]) * velocity
     saturation, gain = total[SATURATION], total[GAIN_CHANGE]
-    return load, elastic, damping, total[TORQUE], level, saturation, gain, total[DELAY], z, decay
+    return load, elastic, damping, total[TORQUE] - held, level, saturation, gain, total[DELAY], z, kept

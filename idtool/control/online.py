@@ -32,8 +32,9 @@ class Load:
 
     Attributes:
         gravity: gravity torque.
-        elastic, damping: LuGre friction: what the deflected bristle holds, and what goes with speed.
-        effects: additive effects, inertia among them.
+        elastic, damping: friction: what the deflected bristle holds, and what carries a part of its level for
+            it; and what goes with speed.
+        effects: other additive effects, inertia among them.
         level: friction level g at the present speed, effects included.
         saturation: relative loss of motor torque per torque, 1/(N m).
         gain: relative change of the motor's torque.
@@ -135,6 +136,19 @@ class OnlineModel:
     def inertia(self) -> float:
         """Inertia of the file, kg m^2 (kg); 0 where it has none."""
         return next((values["inertia"] for effect, values in self._inside if effect.name == "inertia"), 0.0)
+
+    @property
+    def held(self) -> tuple[float, float]:
+        """What share of the friction level an effect holds in place of the bristle, 0 where none does, and the
+        travel over which it yields, rad (m)."""
+        share, reach = self._numbers[[compiled.HELD_SHARE, compiled.HELD_REACH]].tolist()
+        return share, reach
+
+    @property
+    def presliding_stiffness(self) -> float:
+        """What friction holds per travel before it slips, N m/rad (N/m)."""
+        share, reach = self.held
+        return self.bristle_stiffness + share * self.coulomb / reach
 
     @property
     def late(self) -> float:

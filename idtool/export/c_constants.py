@@ -125,6 +125,9 @@ def _axis(parameters: Parameters, c: ForceFreeController, used: frozenset[str]) 
         "LEVEL_FLOOR": least_level(model.coulomb, model.static),
         "FRICTION_BOUND": model.friction_bound,
     }
+    share, reach = model.held
+    if share > 0.0:
+        friction |= {"HELD_SHARE": share, "PER_HELD_REACH": 1.0 / reach}
     # where the exponent is the square, its parts are that of the speed in these units
     parts = 1.0 if "exponent_change" in used else math.sqrt(2.0**24 / math.log(2.0))
     friction["PER_SPEED"] = parts / model.stribeck_velocity
@@ -277,6 +280,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         "LEAVE_SAMPLES": kernel.LEAVE_SAMPLES,
         "SETTLE": _counted(k["settle_periods"], c.period),
         "STILL": _counted(k["still_periods"], c.period),
+        "STEADY_PERIODS": _counted(k["steady_periods"], c.period),
         "BRAKE": _counted(k["brake_periods"], c.period),
         "TARE_TURN": round(2**32 / cycle),  # in 1/2^32 of a turn per sample
         "TARE_PART": round(float(k["tare_part"])),

@@ -232,7 +232,8 @@ def _effects(parameters: Parameters, controller: ForceFreeController) -> list[Ef
                 remedy=f"leave it out with --without {entry.name}",
             )
         result.append(EffectInC.build(effect, form))
-    return result
+    # one that holds a part of the friction comes first: see `idtool.control.load`
+    return sorted(result, key=lambda one: not (controller.model.held[0] and one.name == "hysteresis"))
 
 
 def _context(parameters: Parameters, c: ForceFreeController, effects: list[EffectInC]) -> dict[str, Any]:
@@ -256,6 +257,7 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "window": window,
         "period_us": microseconds(c.period),
         "light": light,
+        "holds": c.model.held[0] > 0.0,
         "late": late,
         "limits_speed": math.isfinite(c.limits.guided_speed),
         "limits_energy": math.isfinite(c.limits.energy),

@@ -1,8 +1,8 @@
 """Study of hand guiding: `make study-teach` writes docs/teach.md.
 
 Machines are drawn, a session is recorded on each, `identify` makes a file of it, effects and all, and `tune`
-gives its gain for 1.9 N at 19.2 mm/s. Then each machine has several days: friction off by up to 30 %, the payload by up to 0.02 kg,
-another hand. On every day every hand comes.
+gives its gain for 1.9 N at 19.2 mm/s. Then each machine has several days: friction off by up to 30 %, the
+payload by up to 0.02 kg, another hand. On every day every hand comes.
 """
 
 from __future__ import annotations

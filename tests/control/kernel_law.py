@@ -33,6 +33,7 @@ AXIS = {
     "settle_periods": 20.0,
     "still_periods": 5.0,
     "brake_periods": 4.0,
+    "steady_periods": 100.0,
     "tare_turn": 2.0 * math.pi / 80,
     "tare_top": 0.4,
     "tare_cycle": 80.0,

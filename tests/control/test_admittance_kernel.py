@@ -164,15 +164,20 @@ def test_in_a_tare_what_was_learned_waits_outside() -> None:
 
 
 def test_two_samples_beyond_what_a_rest_may_be_wrong_by_start_a_motion() -> None:
-    """The bound at rest is root(0.02^2 + 0.01^2) = 0.0224, the starting torque 0.014 beyond it."""
+    """The bound at rest is root(0.02^2 + 0.01^2) = 0.0224, the starting torque 0.014 beyond it; once a hand is
+    known to be gone it is the floor of 0.018 of a motion."""
     for hand, starts in ((0.0363, False), (0.0365, True), (-0.0365, True)):
-        c, s = law(hand=hand, anchor=0.3, w=0.4, grip=GONE)
+        c, s = law(hand=hand, anchor=0.3, w=0.4)
         assert kernel.rest(c, s) == 0.3
         assert (s["state"], s["pushed"]) == (RESTING, int(starts))
         kernel.rest(c, s)
         assert s["state"] == (GUIDING if starts else RESTING)
         if starts:
             assert (s["x"], s["w"], s["way"], s["grip"]) == (0.3, 0.0, math.copysign(1.0, hand), MAY_HOLD)
+    for grip, variance, starts in ((GONE, 0.0, True), (SEEMS_GONE, 0.0, False), (GONE, 1e-4, False)):
+        c, s = law(hand=0.0325, grip=grip, zero_variance=variance)
+        kernel.rest(c, s)
+        assert s["pushed"] == starts
     c, s = law(hand=0.0365, dead=0.03)  # a less certain model leaves more
     kernel.rest(c, s)
     assert s["pushed"] == 0
@@ -244,6 +249,32 @@ def test_the_zero_then_follows_over_half_a_minute() -> None:
     assert s["zero"] == pytest.approx(0.004 - 0.02 * 0.01 / 30.0)
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_what_stays_as_it_is_for_a_second_is_taken_once_and_starts_nothing_should_it_leave(
+    sign: float,
+) -> None:
+    """A hundred samples within one noise of what is usual; of 0.03 N m no more than the dead zone's 0.018."""
+    c, s = law(raw=sign * 0.03, hand=sign * 0.03, usual=sign * 0.03, since=98)
+    s["hand"] = sign * 0.0405  # more than a noise away: it counts anew
+    kernel.rest(c, s)
+    assert (s["since"], s["grip"]) == (0, MAY_HOLD)
+    s["since"], s["hand"] = 98, sign * 0.0395
+    kernel.rest(c, s)
+    assert (s["since"], s["grip"]) == (99, MAY_HOLD)
+    zero, s["usual"] = float(s["zero"]), sign * 0.03
+    kernel.rest(c, s)
+    assert s["grip"] == GONE
+    assert s["zero"] - zero == pytest.approx(-sign * 0.018, rel=0.01)
+    zero = float(s["zero"])
+    for _ in range(300):
+        kernel.rest(c, s)
+    assert abs(s["zero"] - zero) < 0.003  # the half minute's
+    for unknown in ({"outcome": kernel.TOUCHED}, {"zero_variance": 1.0}):
+        c, s = law(raw=0.03, hand=0.03, usual=0.03, since=99, **unknown)
+        kernel.rest(c, s)
+        assert s["grip"] == MAY_HOLD
+
+
 def test_a_zero_that_is_not_known_asks_more_of_a_hand() -> None:
     c, s = law(hand=0.05, zero_variance=1e-3)
     kernel.rest(c, s)
@@ -254,10 +285,10 @@ def test_a_zero_that_is_not_known_asks_more_of_a_hand() -> None:
 
 
 def test_held_from_outside_it_starts_on_nothing_that_was_felt() -> None:
-    _, s = law(GUIDING, w=1.0, hand=1.0, pushed=1, least=1.0, least_1=1.0, least_2=1.0)
+    _, s = law(GUIDING, w=1.0, hand=1.0, pushed=1, since=50, least=1.0, least_1=1.0, least_2=1.0)
     kernel.hold(s)
     assert s["state"] == RESTING
-    assert not any(s[name] for name in ("w", "hand", "pushed", "least", "least_1", "least_2"))
+    assert not any(s[name] for name in ("w", "hand", "pushed", "since", "least", "least_1", "least_2"))
 
 
 @pytest.mark.parametrize(("torque", "certain"), [(0.05, 0.03), (-0.05, -0.03), (0.02, 0.0), (-0.01, 0.0)])

@@ -71,6 +71,13 @@ def test_friction_bounds_what_a_rest_may_hide() -> None:
     assert axis(load=0.0)["prior"][0] > 0.0
 
 
+def test_elements_that_hold_friction_are_bent_by_a_stop_too() -> None:
+    elements = {"stiffness": 4.0, "yield": 0.03, "of_friction": 1.0}
+    model = OnlineModel(parameters(BENCH, hysteresis=elements))
+    found = _axis(model, Limits(), 0.01, 0.0005, 0.05, SETTINGS)
+    assert found["stop_torque"] == pytest.approx(1.5 * 0.0005 * (8.0 + 4.0))
+
+
 def test_times_are_whole_periods_and_one_at_least() -> None:
     found = axis()
     assert (found["settle_periods"], found["still_periods"], found["brake_periods"]) == (20, 5, 4)

@@ -105,6 +105,37 @@ def test_agrees_with_the_batch_model(values: dict[str, float], case: str) -> Non
     assert model.bristle == pytest.approx(wanted.bristle[-1], rel=1e-9)
 
 
+@pytest.mark.parametrize("first", [True, False])
+def test_what_holds_a_part_of_the_friction_is_friction(first: bool) -> None:
+    """Elements of 0.03 and 0.01 N m that yield over 0.01 and 0.02 rad, and a load of 0.05 N m beside them."""
+    elements = {"stiffness": 3.0, "yield": 0.03, "stiffness_2": 0.5, "yield_2": 0.01, "of_friction": 1.0}
+    both = {"hysteresis": elements, "torque_offset": {"offset": 0.05}}
+    names = sorted(both, reverse=not first)
+    model = OnlineModel(parameters(BENCH, **{name: both[name] for name in names}))
+    plain = OnlineModel(parameters(BENCH))
+    level = 0.04 / BENCH["coulomb"]
+    assert model.held == pytest.approx((level, 0.04 / 3.5))
+    assert plain.held[0] == 0.0
+    assert model.presliding_stiffness == pytest.approx(BENCH["bristle_stiffness"] + 3.5)
+    assert plain.presliding_stiffness == BENCH["bristle_stiffness"]
+    for k in range(2):
+        load = model.update(Instant(0.01 * k, 0.01, 0.001 * k, 0.1 * k, travel=0.001 * k))
+    assert load.effects == pytest.approx(0.05)
+    bristle = BENCH["bristle_stiffness"] * model.bristle
+    assert load.elastic == pytest.approx(bristle + 3.5 * 0.001)
+    # what a rest was wrong by fades with both, each as it slips
+    own = np.exp(-BENCH["bristle_stiffness"] * 0.001 / model_level(model, 0.1))
+    assert load.kept == pytest.approx(own + level * (np.exp(-0.001 * 3.5 / 0.04) - own))
+
+
+def model_level(model: OnlineModel, speed: float) -> float:
+    """The level that is left to the bristle, N m."""
+    share = (speed / model.stribeck_velocity) ** 2
+    return float(
+        model.coulomb + (model.static - model.coulomb) * np.exp(-share) - model.held[0] * model.coulomb
+    )
+
+
 @pytest.mark.parametrize("speed", [1e-7, -3e-6, 2e-5])
 def test_a_creeping_bristle_bends_by_what_the_axis_travels(speed: float) -> None:
     """So slowly that an exponential would lose the digits."""

@@ -50,6 +50,7 @@ CONSTANTS: dict[str, Constant] = {
     "stop_noise": _C(1.0, "noises", "and so much at least", _STUDY),
     "zero_samples": _C(12.0, "1", "samples of a rest that the zero is the mean of", "noise / 3.5"),
     "zero_time": _C(30.0, "s", "the zero then follows so slowly", "a servo warms within minutes"),
+    "steady": _C(1.0, "s", "what stays within a noise for so long is the model's", _STUDY),
     "usual_time": _C(2.0, "s", "what is felt at rest is usual after so long", _STUDY),
     "bias_time": _C(2.5, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
     "bias_most": _C(1.0, "noises", "and up to so much, less than `floor`", _STUDY),
@@ -70,7 +71,7 @@ CONSTANTS: dict[str, Constant] = {
 _AXIS = (
     "period", "torque_constant", "gain", "noise", "servo_time", "speed", "rest_speed", "resolution",
     "low", "high", "reports", "zero_most", "start_torque", "stop_torque", "refuse",
-    "settle_periods", "still_periods", "brake_periods",
+    "settle_periods", "still_periods", "brake_periods", "steady_periods",
     "tare_turn", "tare_top", "tare_cycle", "tare_part", "tare_apart", "tare_middle",
 )  # fmt: skip
 

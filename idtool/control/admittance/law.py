@@ -182,7 +182,7 @@ def _axis(
     turn = 2.0 * math.pi / cycle
     middle = 0.5 * (limits.position_min + limits.position_max)
     apart = (_APART + _NOISE_APART / math.sqrt(part)) * settings.noise / model.torque_constant
-    stop = CONSTANTS["stop_counts"].value * resolution * model.bristle_stiffness
+    stop = CONSTANTS["stop_counts"].value * resolution * model.presliding_stiffness
     return {
         "period": period,
         "torque_constant": model.torque_constant,
@@ -205,6 +205,7 @@ def _axis(
         "settle_periods": max(1, round(settings.settle / period)),
         "still_periods": max(1, round(CONSTANTS["still"].value / period)),
         "brake_periods": max(1, round(CONSTANTS["brake"].value / period)),
+        "steady_periods": max(1, round(CONSTANTS["steady"].value / period)),
         "tare_turn": turn,
         "tare_top": reach * turn / period,
         "tare_cycle": cycle,

@@ -34,10 +34,18 @@ MAY_HOLD, SEEMS_GONE, GONE = range(3)
 GRIP_TRANSITIONS: dict[str, tuple[tuple[str, str], ...]] = {
     "may hold": (
         ("seems gone", "guiding: the least torque of late falls by `seems` within two samples"),
-        ("gone", "guiding or resting: the torque falls by `left` within a sample; or a tare is used"),
+        (
+            "gone",
+            "guiding or resting: the torque falls by `left` within a sample; resting: it stays as it is for"
+            " `steady`; or a tare is used",
+        ),
     ),
     "seems gone": (
-        ("gone", "guiding: the torque falls by `left` within a sample; or a tare is used"),
+        (
+            "gone",
+            "guiding: the torque falls by `left` within a sample; resting: it stays as it is for `steady`; or a"
+            " tare is used",
+        ),
         (
             "may hold",
             "guiding: three samples push on as one that starts; or a motion starts, a tare is refused",
