@@ -288,7 +288,7 @@ def carry(
     tilt_beta: float,
     temperature: float,
     travel: float,
-) -> tuple[float, float, float, float, float, float, float, float, float, float]:
+) -> tuple[float, float, float, float, float, float, float, float, float, float, float]:
     """Advance the bristle over the step that ends now and return what the motor carries.
 
     Args:
@@ -298,8 +298,8 @@ def carry(
 
     Returns:
         Gravity, elastic and damping share of the friction, additive effects, friction level (N m or N);
-        saturation (per N m), change of the motor's gain, delay (s), deflection z (rad or m), and the share of
-        it before that the step's travel kept.
+        saturation (per N m), change of the motor's gain, delay (s), deflection z (rad or m); the share of a
+        deflection before that the step's travel kept, and by how much of its torque one is felt at this speed.
     """
     upright = gravity_of(n, position, payload)
     load = upright if n[ARM] != 0.0 else upright * (math.cos(tilt_alpha) * math.cos(tilt_beta))
@@ -344,6 +344,8 @@ def carry(
     rate = velocity - n[SIGMA0] / level * abs(velocity) * z
     passed = 1.0 + total[BRISTLE_CHANGE]
     elastic = passed * n[SIGMA0] * z + held
+    # a bristle that is bent slips, and what damps it acts on the slip too
+    felt = max(1.0 - (1.0 - n[HELD_SHARE]) * n[SIGMA1] * abs(velocity) / level, -1.0)
     damping = passed * n[SIGMA1] * rate + n[VISCOUS] * (1.0 + total[VISCOUS_CHANGE]) * velocity
     saturation, gain = total[SATURATION], total[GAIN_CHANGE]
-    return load, elastic, damping, total[TORQUE] - held, level, saturation, gain, total[DELAY], z, kept
+    return load, elastic, damping, total[TORQUE] - held, level, saturation, gain, total[DELAY], z, kept, felt

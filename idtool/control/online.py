@@ -40,6 +40,7 @@ class Load:
         gain: relative change of the motor's torque.
         delay: by how much position and velocity lag the current, s.
         kept: share of the bristle's deflection that outlived the travel since the sample before.
+        felt: torque of a deflection that nobody saw, over what it is at rest.
     """
 
     gravity: float = 0.0
@@ -51,6 +52,7 @@ class Load:
     gain: float = 0.0
     delay: float = 0.0
     kept: float = 1.0
+    felt: float = 1.0
 
     @property
     def friction(self) -> float:
@@ -225,6 +227,7 @@ class OnlineModel:
             load.delay,
             self._bristle,
             load.kept,
+            load.felt,
         ) = compiled.carry(self._numbers, self._memory, *now)
         return load
 

@@ -82,7 +82,7 @@ def _run(
         if script[k, plant.TARE] > 0.0:
             kernel.tare(c, s)
         change = kernel.watch(c, s, w)
-        gravity, elastic, damping, rest, _, saturation, gain, delay, _, kept = carry(
+        gravity, elastic, damping, rest, _, saturation, gain, delay, _, kept, bent = carry(
             n,
             m,
             (k + 1) * PERIOD,
@@ -100,7 +100,7 @@ def _run(
         motor = c.torque_constant * current
         carried[k] = gravity + elastic + damping + rest
         plain = _earlier(carried, k, -delay) - motor * (1.0 + gain - saturation * abs(motor))
-        raw = kernel.act(c, s, q, w, current, plain, elastic, damping, kept)
+        raw = kernel.act(c, s, q, w, current, plain, elastic, damping, kept, bent)
         command = min(max(raw, c.low), c.high)
         felt[k] = np.array([command, s.raw, s.hand, float(s.state), s.dead, s.w])
     return truth, felt

@@ -56,7 +56,7 @@ _COUNTS = ("state", "since", "moved", "pushed", "grip", "outcome", "limited", "p
 _NUMBERS = (
     "raw", "hand", "least", "least_1", "least_2", "dead", "zero", "zero_before", "zero_variance",
     "bias", "unexplained", "usual",
-    "elastic", "damping", "plain", "correction",
+    "elastic", "damping", "plain", "felt", "correction",
     "position", "seen", "nominal", "reported", "w", "x", "way", "lead", "anchor", "fast",
     "fade", "square", "weight", "tare_sum", "load",
 )  # fmt: skip
@@ -125,7 +125,7 @@ def uncertainty(c: Any, s: Any) -> float:
 
 
 @jit()
-def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: float) -> None:
+def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: float, felt: float) -> None:
     """Update the estimate of the hand.
 
     Args:
@@ -133,8 +133,9 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
         plain: torque of the model less that of the motor.
         elastic, damping: the model's friction torques.
         kept: share of the bristle's deflection that outlived the travel since the last sample.
+        felt: torque of one that nobody saw, over what it is at rest.
     """
-    s.elastic, s.damping, s.plain = elastic, damping, plain
+    s.elastic, s.damping, s.plain, s.felt = elastic, damping, plain, felt
     if s.state == TARING:  # hands are off, and what was learned is learned anew
         s.fade *= kept
         s.zero_before *= kept
@@ -144,7 +145,7 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
     s.zero *= kept
     if s.state == RESTING:
         s.zero_before *= kept
-    s.correction = s.learned[LOAD] + s.learned[LEVEL] * elastic + s.learned[DAMPING] * damping + s.zero
+    s.correction = s.learned[LOAD] + s.learned[LEVEL] * elastic + s.learned[DAMPING] * damping + s.zero * felt
     if s.state == GUIDING:
         s.correction += s.bias
     s.raw = plain + s.correction
@@ -224,7 +225,7 @@ def rest(c: Any, s: Any) -> float:
     if math.copysign(1.0, s.hand) * (s.hand - s.usual) <= COMES * c.start_torque:
         least += STEADY * sure
     s.pushed = s.pushed + 1 if abs(s.hand) > least else 0
-    if s.pushed >= START_SAMPLES:
+    if s.pushed >= (START_SAMPLES if s.zero_variance == 0.0 else 2 * START_SAMPLES):
         s.state = GUIDING
         s.grip = MAY_HOLD
         s.x = s.anchor
@@ -323,6 +324,7 @@ def brake(c: Any, s: Any, velocity: float) -> float:
         s.anchor = min(max(s.position, c.low), c.high)
         s.pushed = 0
         s.hand = 0.0
+        s.seen = s.nominal = s.reported = 0.0  # what stands has no speed, whatever the observer still remembers
         forget_push(s)
         open_zero(c, s)
         return float(s.anchor)
@@ -394,7 +396,7 @@ def sweep(c: Any, s: Any, motor: float) -> float:
     if s.since % SAMPLES_PER_SUM == 1:
         late = c.tare_late * s.damping
         weight = SAMPLES_PER_SUM / (c.tare_noise * c.tare_noise + late * late)
-        row = (c.prior[0], c.prior[1] * s.elastic, c.prior[2] * s.damping, c.prior[3] * s.fade)
+        row = (c.prior[0], c.prior[1] * s.elastic, c.prior[2] * s.damping, c.prior[3] * s.fade * s.felt)
         for j in range(4):
             s.moment[j] -= weight * row[j] * s.plain
             for k in range(4):
@@ -471,12 +473,12 @@ def invert(a: Any) -> None:
 @jit()
 def act(
     c: Any, s: Any, position: float, velocity: float, current: float,
-    plain: float, elastic: float, damping: float, kept: float,
+    plain: float, elastic: float, damping: float, kept: float, felt: float,
 ) -> float:  # fmt: skip
     """One sample: the command before its limits."""
     s.limited = 0
     s.position = position
-    sense(c, s, plain, elastic, damping, kept)
+    sense(c, s, plain, elastic, damping, kept, felt)
     if s.state == GUIDING:
         return guide(c, s, velocity)
     if s.state == STOPPING:
@@ -502,10 +504,10 @@ def watch_in(c: Any, s: Any, velocity: float) -> tuple[float, float]:
 @jit()
 def act_in(
     c: Any, s: Any, position: float, velocity: float, current: float,
-    plain: float, elastic: float, damping: float, kept: float,
+    plain: float, elastic: float, damping: float, kept: float, felt: float,
 ) -> float:  # fmt: skip
     """As `act`."""
-    return act(c[0], s[0], position, velocity, current, plain, elastic, damping, kept)
+    return act(c[0], s[0], position, velocity, current, plain, elastic, damping, kept, felt)
 
 
 @jit()

@@ -94,7 +94,7 @@ class AdmittanceLaw(Law):
         kernel.reset(self.constants, state)
         kernel.begin(self.constants, state, 0.0)
         kernel.watch_in(self._constants, states, 0.0)
-        kernel.act_in(self._constants, states, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+        kernel.act_in(self._constants, states, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
         kernel.tare(self.constants, state)
         kernel.hold_in(states)
 
@@ -161,7 +161,7 @@ class AdmittanceLaw(Law):
         load = self.model.load
         command = kernel.act_in(
             self._constants, self._states, sample.position, sample.velocity, sample.current,
-            plain, load.elastic, load.damping, load.kept,
+            plain, load.elastic, load.damping, load.kept, load.felt,
         )  # fmt: skip
         self._tell()
         return float(command)

@@ -229,7 +229,7 @@ def uncertainty_after_tare(parameters: Parameters, speed: float, period: float) 
         now = 0.5 * law.settings.tare_travel * (1.0 - math.cos(angle))
         pace = float(c["tare_top"]) * math.sin(angle)
         load = model.update(Instant(k * period, period, now, pace, travel=now - place))
-        kernel.act(c, s, now, pace, 0.0, 0.0, load.elastic, load.damping, load.kept)
+        kernel.act(c, s, now, pace, 0.0, 0.0, load.elastic, load.damping, load.kept, load.felt)
         place, k = now, k + 1
     s["unexplained"] = _UNEXPLAINED * law.settings.noise
     # and a push of a second at the speed, in which the bristle is deflected
