@@ -69,8 +69,8 @@ def test_before_a_tare_two_standard_deviations_are_left_to_the_hand() -> None:
     assert kernel.uncertainty(c, s) == pytest.approx(0.018)  # the floor
 
 
-def sensed(c: Any, s: Any, plain: float, kept: float = 1.0) -> float:
-    kernel.sense(c, s, plain, 0.05, 0.1, kept)
+def sensed(c: Any, s: Any, plain: float, kept: float = 1.0, felt: float = 1.0) -> float:
+    kernel.sense(c, s, plain, 0.05, 0.1, kept, felt)
     return float(s["raw"])
 
 

@@ -201,9 +201,11 @@ def swept(
         hand = touch[2] if touch[0] <= k < touch[1] else 0.0
         wrong = load + TRUE["level"] * elastic + TRUE["damping"] * damping
         plain = -wrong + hand + left * (-1.0) ** (k // 2)
-        place = kernel.act(c, s, float(s["x"]), w, (wrong - hand) / 2.0, plain, elastic, damping, 0.99)
+        felt = 1.0 - 2.0 * abs(w)
+        motor = (wrong - hand) / 2.0
+        place = kernel.act(c, s, float(s["x"]), w, motor, plain, elastic, damping, 0.99, felt)
         path.append(place)
-        heard.append((1.0, elastic, damping, 0.99 ** (k + 1), -plain))
+        heard.append((1.0, elastic, damping, 0.99 ** (k + 1) * felt, -plain))
         if s["state"] != TARING:
             return s, path, np.array(heard)
     raise AssertionError("it never ends")
@@ -271,8 +273,8 @@ def test_each_state_does_its_own_and_nothing_else() -> None:
     """One sample without a hand, in every state."""
     for state, command in ((RESTING, 0.2), (STARTING, 0.2), (STOPPING, 0.2 + 0.006 * 0.3)):
         c, s = law(state, limited=1)
-        assert kernel.act(c, s, 0.2, 0.3, 0.0, 0.0, 0.0, 0.0, 1.0) == pytest.approx(command)
+        assert kernel.act(c, s, 0.2, 0.3, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0) == pytest.approx(command)
         assert (s["state"], s["limited"]) == (state, 0)
     c, s = law(GUIDING, hand=0.2, way=1.0)
-    kernel.act(c, s, 0.2, 0.0, 0.0, 0.2, 0.0, 0.0, 1.0)
+    kernel.act(c, s, 0.2, 0.0, 0.0, 0.2, 0.0, 0.0, 1.0, 1.0)
     assert s["w"] > 0.0

@@ -48,7 +48,7 @@ def walked(mode: str, seed: int, steps: int = 6000) -> tuple[set[tuple[State, St
 
 @pytest.mark.parametrize("mode", LAWS)
 def test_every_change_of_state_is_in_the_tables_and_every_row_is_walked(mode: str) -> None:
-    walks = [walked(mode, seed) for seed in range(6)]
+    walks = [walked(mode, seed) for seed in (*range(6), 34)]  # the last comes by the rarest row
     assert set().union(*(states for states, _ in walks)) == legal(mode)
     names = list(GRIP_TRANSITIONS)
     named = {(names[a], names[b]) for _, grips in walks for a, b in grips}

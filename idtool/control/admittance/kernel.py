@@ -324,7 +324,7 @@ def brake(c: Any, s: Any, velocity: float) -> float:
         s.anchor = min(max(s.position, c.low), c.high)
         s.pushed = 0
         s.hand = 0.0
-        s.seen = s.nominal = s.reported = 0.0  # what stands has no speed, whatever the observer still remembers
+        s.seen = s.nominal = s.reported = 0.0  # what stands has no speed, whatever the observer remembers
         forget_push(s)
         open_zero(c, s)
         return float(s.anchor)
@@ -438,7 +438,8 @@ def learn(c: Any, s: Any) -> None:
     s.load = c.prior[LOAD] * found[LOAD]
     if s.outcome == USED and left > c.tare_left * c.tare_left:
         s.outcome = NOT_EXPLAINED
-    if s.outcome == USED and abs(s.load) > c.refuse:
+    sure = abs(s.load) - c.coverage * c.prior[LOAD] * math.sqrt(s.information[LOAD, LOAD])
+    if s.outcome == USED and sure > c.refuse:
         s.outcome = OTHER_LOAD
     if s.outcome != USED:
         s.zero = s.zero_before
