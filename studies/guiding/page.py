@@ -142,25 +142,34 @@ The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned light
     T_v dw/dt = K_c dead(tau_hand, D) - w,   w = 0 once f = dead(filtered tau_hand, D) does not push its way
     q_d = x + T w,   dx/dt = w
 
+- **Speed.** w and the model's friction are of the speed that an observer tells: what the axis was told to do,
+  with its lag, drawn to what is read. Where the file knows by how much motion is read late, a reading is
+  compared with what was told when it was true, so that the current, which tells of a hand at once, waits for
+  nothing. What stands has no speed.
 - **Learned.** A tare moves the axis 9 mm to and fro twice and finds load o, friction level b, damping v and
   the bristle's unknown start by least squares, with the file's standard errors and the tolerance of the
-  payload as their prior. It is not used if its two cycles differ (something touched the axis), if more is
-  left than the model explains, if a hand is felt when it begins, or if it finds more load than the tolerance
-  of the payload that was told (0.04 kg): the note then says so.
+  payload as their prior. A start that nobody saw fades with the travel, and while the bristle slips what
+  damps it takes off some of it: 1 - sigma1 |w| / g. What carries a part of the friction level in the
+  bristle's place (hysteresis) is scaled with the level. A tare is not used if its two cycles differ
+  (something touched the axis), if more is left than the model explains, if a hand is felt when it begins, or
+  if it finds more load than the tolerance of the payload that was told (0.04 kg) and two standard deviations:
+  the note then says so.
 - **Model uncertainty.** D is two standard deviations of the model at this very motion: the covariance of o,
   b, v, and what the tare could not explain. It is at least 1.8 noises of the current. It is taken at every
   other sample, in turns with the lead T, and at rest it is that of the last motion.
 - **Zero.** At rest the bristle of a stiff axis may hold what no encoder count shows: one count is 0.2 to
   0.4 N. If the hand was seen to leave, what is felt in the next 12 samples is that, up to the bound B of a
-  stop. If it eased off, nothing is taken, as it may lean there still. B is two standard deviations of what a
-  rest may be wrong by: 1.5 counts, what the tare left, and the standard errors of the file's two friction
-  levels, since a stop goes from one to the other.
-- **Start.** A motion starts beyond max(D, B) and 1.4 noises: what a hand that leaves takes away, or what a
-  stop leaves, is less. That is the hysteresis: more to start than D to go on, in force and not in time.
-  Two standard deviations are exceeded at one rest in twenty, and an error of the model is there as long as
-  the axis rests; a hand comes. So what starts a motion has to be 2.8 noises beyond the mean of the last two
-  seconds as well, or beyond three standard deviations, 1.5 max(D, B), and 1.4 noises. A hand that rises by
-  less than 0.3 N/s is such a steady one, and so is a load.
+  stop. If it eased off, it may lean there still, and nothing is taken until it has stayed within a noise for a
+  second; then no more than D, which starts no motion should it have been a hand, and only after a tare. B is
+  two standard deviations of what a rest may be wrong by: 1.5 counts, what the tare left, and the standard
+  errors of the file's two friction levels, since a stop goes from one to the other.
+- **Start.** A motion starts 1.4 noises beyond D, once the zero is taken, and beyond max(D, B) before: what a
+  hand that leaves takes away, or what a stop leaves, is less. That is the hysteresis: more to start than D to
+  go on, in force and not in time. Two standard deviations are exceeded at one rest in twenty, and an error of
+  the model is there as long as the axis rests; a hand comes. So what starts a motion has to be 2.8 noises
+  beyond the mean of the last two seconds as well, or half of D (of max(D, B)) more. A hand that rises by less
+  than 0.3 N/s is such a steady one, and so is a load. Two samples in a row start a motion, four until the zero
+  is taken, in which the drive settles.
 - **Bias.** While guided, a steady torque is taken for bias, with 2.5 s, up to one noise. A zero-mean hand so
   wanders little; a steady one pushes that much more.
 - **Release.** A torque that falls by two thirds from one sample to the next, or by half of the least that
@@ -199,8 +208,8 @@ matter of stability, not of passivity: its gain margins are what `tune` computes
 elasto-plastic and Maxwell-slip friction that differs between the directions and along the stroke, a gear
 ripple, Runge-Kutta of 0.2 ms, a drive that is a sampled cascade with a limit of acceleration, readings in a
 DYNAMIXEL's counts that come up to 20 ms late (on two axes of five the current comes in time), a hand with
-mass and skin. A session is recorded on each machine and a file fitted to it; `tune --hand-force {least}`
-gives the gain ({asked}).
+mass and skin. A session is recorded on each machine and `identify` makes a file of it, with whatever effects
+it finds there; `tune --hand-force {least}` gives the gain ({asked}).
 Then come the days: friction level and friction that goes with speed off by up to 30 % each, the payload by
 up to 20 g, a hand of 200 to 2000 N/m. {axes} axes are such days; on each, every hand below comes, after a
 tare.

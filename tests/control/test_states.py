@@ -29,7 +29,8 @@ def walked(mode: str, seed: int, steps: int = 6000) -> tuple[set[tuple[State, St
     for _ in range(steps):
         stopping = states[-1] is State.STOPPING  # which is short
         rarely = 0.04 if stopping else 0.003
-        if random.random() < (0.2 if stopping else 0.03):
+        # a tare is seldom left alone, or none was ever used
+        if random.random() < (0.2 if stopping else 0.003 if states[-1] is State.TARING else 0.03):
             hand = PUSH * random.choice([0.0, 0.0, 0.0, 0.6, 1.0, -1.0])
         if random.random() < (2.0 * rarely if down else 0.03):
             down = not down
@@ -48,7 +49,7 @@ def walked(mode: str, seed: int, steps: int = 6000) -> tuple[set[tuple[State, St
 
 @pytest.mark.parametrize("mode", LAWS)
 def test_every_change_of_state_is_in_the_tables_and_every_row_is_walked(mode: str) -> None:
-    walks = [walked(mode, seed) for seed in (*range(6), 34)]  # the last comes by the rarest row
+    walks = [walked(mode, seed) for seed in range(6)]
     assert set().union(*(states for states, _ in walks)) == legal(mode)
     names = list(GRIP_TRANSITIONS)
     named = {(names[a], names[b]) for _, grips in walks for a, b in grips}

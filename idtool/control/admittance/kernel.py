@@ -135,7 +135,11 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
         kept: share of the bristle's deflection that outlived the travel since the last sample.
         felt: torque of one that nobody saw, over what it is at rest.
     """
-    s.elastic, s.damping, s.plain, s.felt = elastic, damping, plain, felt
+    s.elastic, s.damping, s.plain = elastic, damping, plain
+    if (
+        s.state != GUIDING or s.turn != 0
+    ):  # a slow change: a small board has time for the uncertainty or for it
+        s.felt = felt
     if s.state == TARING:  # hands are off, and what was learned is learned anew
         s.fade *= kept
         s.zero_before *= kept
@@ -145,7 +149,9 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
     s.zero *= kept
     if s.state == RESTING:
         s.zero_before *= kept
-    s.correction = s.learned[LOAD] + s.learned[LEVEL] * elastic + s.learned[DAMPING] * damping + s.zero * felt
+    s.correction = (
+        s.learned[LOAD] + s.learned[LEVEL] * elastic + s.learned[DAMPING] * damping + s.zero * s.felt
+    )
     if s.state == GUIDING:
         s.correction += s.bias
     s.raw = plain + s.correction
