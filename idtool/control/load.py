@@ -299,7 +299,7 @@ def carry(
     Returns:
         Gravity, elastic and damping share of the friction, additive effects, friction level (N m or N);
         saturation (per N m), change of the motor's gain, delay (s), deflection z (rad or m); the share of a
-        deflection before that the step's travel kept, and by how much of its torque one is felt at this speed.
+        deflection before that the step's travel kept, and the share of its torque that is felt at this speed.
     """
     upright = gravity_of(n, position, payload)
     load = upright if n[ARM] != 0.0 else upright * (math.cos(tilt_alpha) * math.cos(tilt_beta))

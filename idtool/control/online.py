@@ -141,8 +141,8 @@ class OnlineModel:
 
     @property
     def held(self) -> tuple[float, float]:
-        """What share of the friction level an effect holds in place of the bristle, 0 where none does, and the
-        travel over which it yields, rad (m)."""
+        """What share of the friction level an effect holds in place of the bristle, 0 where none does, and
+        the travel over which it yields, rad (m)."""
         share, reach = self._numbers[[compiled.HELD_SHARE, compiled.HELD_REACH]].tolist()
         return share, reach
 

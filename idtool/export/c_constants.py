@@ -8,6 +8,7 @@ from typing import Any
 
 from idtool.control import button, enabling, guard, law, paper, rest_load, sensing
 from idtool.control.admittance import AdmittanceLaw, kernel
+from idtool.control.admittance.constants import SAMPLES_PER_SUM
 from idtool.control.force_free import ForceFreeController
 from idtool.control.paper import PaperLaw
 from idtool.errors import InputError
@@ -268,8 +269,9 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         _group(
             "law: tare",
             **read("tare_middle", "tare_top", "tare_apart"),
-            TARE_VARIANCE=float(k["tare_noise"]) ** 2 / kernel.SAMPLES_PER_SUM,
-            TARE_LATE=float(k["tare_late"]) / math.sqrt(kernel.SAMPLES_PER_SUM),
+            TARE_VARIANCE=float(k["tare_noise"]) ** 2 / SAMPLES_PER_SUM,
+            TARE_LATE=float(k["tare_late"]) / math.sqrt(SAMPLES_PER_SUM),
+            TARE_TURNS=float(k["tare_turns"]) / math.sqrt(SAMPLES_PER_SUM),
             TARE_LEFT=float(k["tare_left"]) ** 2,
             **(read("refuse") if math.isfinite(k["refuse"]) else {}),
         ),

@@ -153,23 +153,24 @@ The published law needs 5.56 N for 19.2 mm/s and vibrates when it is tuned light
   bristle's place (hysteresis) is scaled with the level. A tare is not used if its two cycles differ
   (something touched the axis), if more is left than the model explains, if a hand is felt when it begins, or
   if it finds more load than the tolerance of the payload that was told (0.04 kg) and two standard deviations:
-  the note then says so.
+  the note then says so. Samples in which friction turns count less, as readings are late; and what differs
+  from one sample to the next is noise, of a speed in steps too, and not what the model leaves unexplained.
 - **Model uncertainty.** D is two standard deviations of the model at this very motion: the covariance of o,
   b, v, and what the tare could not explain. It is at least 1.8 noises of the current. It is taken at every
   other sample, in turns with the lead T, and at rest it is that of the last motion.
 - **Zero.** At rest the bristle of a stiff axis may hold what no encoder count shows: one count is 0.2 to
   0.4 N. If the hand was seen to leave, what is felt in the next 12 samples is that, up to the bound B of a
-  stop. If it eased off, it may lean there still, and nothing is taken until it has stayed within a noise for a
-  second; then no more than D, which starts no motion should it have been a hand, and only after a tare. B is
-  two standard deviations of what a rest may be wrong by: 1.5 counts, what the tare left, and the standard
+  stop. If it eased off, it may lean there still, and nothing is taken until it has stayed within a noise for
+  a second; then no more than D, which starts no motion should it have been a hand, and only after a tare. B
+  is two standard deviations of what a rest may be wrong by: 1.5 counts, what the tare left, and the standard
   errors of the file's two friction levels, since a stop goes from one to the other.
 - **Start.** A motion starts 1.4 noises beyond D, once the zero is taken, and beyond max(D, B) before: what a
   hand that leaves takes away, or what a stop leaves, is less. That is the hysteresis: more to start than D to
   go on, in force and not in time. Two standard deviations are exceeded at one rest in twenty, and an error of
   the model is there as long as the axis rests; a hand comes. So what starts a motion has to be 2.8 noises
-  beyond the mean of the last two seconds as well, or half of D (of max(D, B)) more. A hand that rises by less
-  than 0.3 N/s is such a steady one, and so is a load. Two samples in a row start a motion, four until the zero
-  is taken, in which the drive settles.
+  beyond the mean of the last two seconds as well, or half of D (of max(D, B)) more. A hand that rises by
+  less than 0.3 N/s is such a steady one, and so is a load. Two samples in a row start a motion, four until
+  the zero is taken, in which the drive settles.
 - **Bias.** While guided, a steady torque is taken for bias, with 2.5 s, up to one noise. A zero-mean hand so
   wanders little; a steady one pushes that much more.
 - **Release.** A torque that falls by two thirds from one sample to the next, or by half of the least that

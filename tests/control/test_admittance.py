@@ -239,18 +239,17 @@ def run_of(number: int, scenario: str, arm: Arm = ARM) -> tuple[Run, dict[str, f
 def test_the_study_runs_what_the_controller_runs(number: int, delay: float) -> None:
     """Sample by sample, on the plant of the study, until after the first push."""
     one, script = machine(number), SCENARIOS["kind"][0](Arm())
-    p, rows = one.on(PAYLOAD_KG), script.table()[:900]
+    p, rows = one.on(PAYLOAD_KG), script.table()
     file = declared(one, delay)
     run = session(file, p, script, 3)
     rng = np.random.default_rng(3)
     body, past = plant.at_rest(p, 0.0, float(rng.uniform(-0.9, 0.9)))
-    noise = rng.standard_normal((len(script.table()), 3))
+    noise = rng.standard_normal((len(rows), 3))
     law, truth = controller_of(file), np.empty((plant.KEPT, 10))
     before = command = 0.0
     commands = []
-    for k, row in enumerate(rows):
-        after = rows[min(k + 1, len(rows) - 1)]
-        plant.advance(p, body, past, row, after, before, command, False, STEPS, truth, 0)
+    for k, row in enumerate(rows[:900]):
+        plant.advance(p, body, past, row, rows[k + 1], before, command, False, STEPS, truth, 0)
         before = command
         q, w, current = plant.reading(p, body, past, noise[k], 5)
         if row[plant.TARE]:

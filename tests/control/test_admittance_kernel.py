@@ -164,8 +164,8 @@ def test_in_a_tare_what_was_learned_waits_outside() -> None:
 
 
 def test_two_samples_beyond_what_a_rest_may_be_wrong_by_start_a_motion() -> None:
-    """The bound at rest is root(0.02^2 + 0.01^2) = 0.0224, the starting torque 0.014 beyond it; once a hand is
-    known to be gone it is the floor of 0.018 of a motion."""
+    """The bound at rest is root(0.02^2 + 0.01^2) = 0.0224, the starting torque 0.014 beyond it; once a hand
+    is known to be gone it is the floor of 0.018 of a motion."""
     for hand, starts in ((0.0363, False), (0.0365, True), (-0.0365, True)):
         c, s = law(hand=hand, anchor=0.3, w=0.4)
         assert kernel.rest(c, s) == 0.3

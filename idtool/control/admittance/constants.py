@@ -30,6 +30,9 @@ class Constant:
     source: str
 
 
+#: A tare learns from one sample in so many, which counts for all of them: a small board has no time for more.
+SAMPLES_PER_SUM = 2
+
 _SCAN = "scan over the margins of `tuning` on identified axes: the greatest gain at both margins"
 _STUDY = "docs/teach.md"
 
@@ -64,6 +67,7 @@ CONSTANTS: dict[str, Constant] = {
     "tracking_time": _C(0.15, "s", "tracking-error limit, over the speed", "three lags of the servo"),
     "tare_noise": _C(3.0, "noises", "errors of a tare are alike: each sample counts as this", _STUDY),
     "tare_late": _C(0.5, "1", "and what comes late, as a share of the damping", "20 ms of 40 ms"),
+    "tare_turns": _C(0.02, "s", "and what a turn of the friction may be late by", "readings of 20 ms"),
     "tare_left": _C(4.0, "noises", "a tare that leaves more than this is not used", _STUDY),
 }
 
@@ -101,4 +105,5 @@ def constants_of(axis: dict[str, Any]) -> Any:
         record[name] = share(CONSTANTS[name].value, period)
     for name in ("zero_time", "bias_time"):
         record[name] = period / CONSTANTS[name].value
+    record["tare_turns"] = CONSTANTS["tare_turns"].value / (SAMPLES_PER_SUM * period)
     return record

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from idtool.control.admittance.constants import SAMPLES_PER_SUM
 from idtool.control.admittance.states import (
     GONE,
     GUIDING,
@@ -43,8 +44,6 @@ LEAVE_SAMPLES = 3
 #: Cycles of a tare, and the samples after them, at rest, in which a small board solves for what they taught.
 CYCLES = 2
 SOLVE_SAMPLES = 9
-#: A tare learns from one sample in so many, which counts for all of them: a small board has no time for more.
-SAMPLES_PER_SUM = 2
 #: What a tare came to.
 USED, TOUCHED, NOT_EXPLAINED, OTHER_LOAD = range(4)
 LOAD, LEVEL, DAMPING, BRISTLE = range(4)
@@ -58,7 +57,7 @@ _NUMBERS = (
     "bias", "unexplained", "usual",
     "elastic", "damping", "plain", "felt", "correction",
     "position", "seen", "nominal", "reported", "w", "x", "way", "lead", "anchor", "fast",
-    "fade", "square", "weight", "tare_sum", "load",
+    "fade", "square", "rough", "last_plain", "last_elastic", "weight", "tare_sum", "load",
 )  # fmt: skip
 _TABLES = {"learned": (4,), "spread": (4, 4), "information": (4, 4), "moment": (4,), "means": (PARTS,)}
 #: What the law remembers. A record, so that the numbers have names without the compiler too.
@@ -242,8 +241,8 @@ def rest(c: Any, s: Any) -> float:
 
 @jit()
 def steady(c: Any, s: Any) -> float:
-    """What a rest takes for its zero though no hand was seen to leave: what has stayed as it is for `steady`, and
-    no more than what starts no motion should it have been a hand, once a tare has told how much that is."""
+    """What a rest takes for its zero though no hand was seen to leave: what has stayed as it is for `steady`,
+    and no more than what starts no motion should it have been a hand, once a tare told how much that is."""
     if s.grip == GONE or s.outcome != USED:
         return 0.0
     s.since = s.since + 1 if abs(s.hand - s.usual) <= c.noise else 0
@@ -372,7 +371,8 @@ def tare(c: Any, s: Any) -> bool:
     s.zero_before = s.zero
     s.zero = s.bias = 0.0
     s.fade = 1.0
-    s.square = s.weight = s.tare_sum = 0.0
+    s.last_plain, s.last_elastic = s.plain, s.elastic
+    s.square = s.rough = s.weight = s.tare_sum = 0.0
     s.outcome = USED
     for j in range(4):
         s.moment[j] = 0.0
@@ -401,13 +401,17 @@ def sweep(c: Any, s: Any, motor: float) -> float:
         return float(s.anchor)
     if s.since % SAMPLES_PER_SUM == 1:
         late = c.tare_late * s.damping
-        weight = SAMPLES_PER_SUM / (c.tare_noise * c.tare_noise + late * late)
+        turns = c.tare_turns * (s.elastic - s.last_elastic)
+        s.last_elastic = s.elastic
+        weight = SAMPLES_PER_SUM / (c.tare_noise * c.tare_noise + late * late + turns * turns)
         row = (c.prior[0], c.prior[1] * s.elastic, c.prior[2] * s.damping, c.prior[3] * s.fade * s.felt)
         for j in range(4):
             s.moment[j] -= weight * row[j] * s.plain
             for k in range(4):
                 s.information[j, k] += weight * row[j] * row[k]
         s.square += weight * s.plain * s.plain
+        s.rough += weight * (s.plain - s.last_plain) ** 2
+        s.last_plain = s.plain
         s.weight += weight
     # an axis repeats itself, a hand does not: each part is compared with that of the cycle before, but for
     # the first, to which the axis came from rest
@@ -455,7 +459,9 @@ def learn(c: Any, s: Any) -> None:
     for j in range(3):
         s.learned[j] = c.prior[j] * found[j]
     s.zero = s.zero_before = c.prior[BRISTLE] * found[BRISTLE] * s.fade
-    s.unexplained = math.sqrt(max(left - c.noise * c.noise, 0.0))
+    # what differs from one sample to the next is noise, of a speed that is read in steps too
+    noise = max(c.noise * c.noise, 0.5 * s.rough / s.weight)
+    s.unexplained = math.sqrt(max(left - noise, 0.0))
     for j in range(4):
         for k in range(4):
             s.spread[j, k] = s.information[j, k]

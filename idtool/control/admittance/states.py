@@ -43,8 +43,8 @@ GRIP_TRANSITIONS: dict[str, tuple[tuple[str, str], ...]] = {
     "seems gone": (
         (
             "gone",
-            "guiding: the torque falls by `left` within a sample; resting: it stays as it is for `steady`; or a"
-            " tare is used",
+            "guiding: the torque falls by `left` within a sample; resting: it stays as it is for `steady`;"
+            " or a tare is used",
         ),
         (
             "may hold",
