@@ -280,6 +280,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
     counts = {
         "START_SAMPLES": kernel.START_SAMPLES,
         "LEAVE_SAMPLES": kernel.LEAVE_SAMPLES,
+        "STRAYS": kernel.STRAYS,
         "SETTLE": _counted(k["settle_periods"], c.period),
         "STILL": _counted(k["still_periods"], c.period),
         "STEADY_PERIODS": _counted(k["steady_periods"], c.period),

@@ -255,9 +255,12 @@ def test_what_stays_as_it_is_for_a_second_is_taken_once_and_starts_nothing_shoul
 ) -> None:
     """A hundred samples within one noise of what is usual; of 0.03 N m no more than the dead zone's 0.018."""
     c, s = law(raw=sign * 0.03, hand=sign * 0.03, usual=sign * 0.03, since=98)
-    s["hand"] = sign * 0.0405  # more than a noise away: it counts anew
+    s["hand"] = sign * 0.0405  # more than a noise away takes four back
     kernel.rest(c, s)
-    assert (s["since"], s["grip"]) == (0, MAY_HOLD)
+    assert (s["since"], s["grip"]) == (94, MAY_HOLD)
+    s["since"] = 3
+    kernel.rest(c, s)
+    assert s["since"] == 0
     s["since"], s["hand"] = 98, sign * 0.0395
     kernel.rest(c, s)
     assert (s["since"], s["grip"]) == (99, MAY_HOLD)

@@ -39,6 +39,8 @@ START_SAMPLES = 2
 COMES = 2.0
 #: One that was there all the time has to be so much more beyond what a rest may be wrong by.
 STEADY = 0.5
+#: What is not within a noise of what is usual takes back so many samples that were.
+STRAYS = 4
 #: A hand that seems to leave has left, unless it pushes as one that starts for so many samples.
 LEAVE_SAMPLES = 3
 #: Cycles of a tare, and the samples after them, at rest, in which a small board solves for what they taught.
@@ -245,7 +247,7 @@ def steady(c: Any, s: Any) -> float:
     and no more than what starts no motion should it have been a hand, once a tare told how much that is."""
     if s.grip == GONE or s.outcome != USED:
         return 0.0
-    s.since = s.since + 1 if abs(s.hand - s.usual) <= c.noise else 0
+    s.since = s.since + 1 if abs(s.hand - s.usual) <= c.noise else max(s.since - STRAYS, 0)
     if s.since < c.steady_periods:
         return 0.0
     s.grip = GONE
