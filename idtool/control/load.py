@@ -9,7 +9,7 @@ handed in through `memory` (see `online`): slower, and the same.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +36,6 @@ from idtool.effects import (
     transport_delay,
 )
 from idtool.effects.base import Effect, Values
-from idtool.effects.hysteresis import carried_of_friction, stiffness_of_friction
 from idtool.model.contribution import (
     BRISTLE_CHANGE,
     DELAY,
@@ -152,7 +151,7 @@ def compiled(effect: str) -> bool:
 
 
 def numbers_of(
-    parameters: Parameters, effects: Iterable[tuple[Effect, Values]], torque_constant: float
+    parameters: Parameters, effects: Sequence[tuple[Effect, Values]], torque_constant: float
 ) -> Array:
     """`numbers` of a file with these effects (values of the fit: `Effect.to_values`). Float64."""
     n = np.zeros(_EFFECTS)
@@ -169,15 +168,14 @@ def numbers_of(
         n[SIGMA0] = max(n[COULOMB], n[STATIC], 1e-9) / _RIGID_PRESLIDING
     n[FLOOR] = least_level(n[COULOMB], n[STATIC])
     n[TORQUE_CONSTANT] = torque_constant
-    holding = [(e, v) for e, v in effects if e.name == "hysteresis" and carried_of_friction(v) > 0.0]
-    n[HOLDING], n[HELD_REACH] = len(holding), 1.0
-    for _, values in holding:
-        level = carried_of_friction(values)
-        n[HELD_SHARE] = min(level / max(n[COULOMB], 1e-9), 1.0)
-        n[HELD_REACH] = level / stiffness_of_friction(values)
+    held = [effect.holds(values) for effect, values in effects]
+    level = sum(part for part, _ in held)
+    n[HOLDING] = sum(part > 0.0 for part, _ in held)
+    n[HELD_SHARE] = min(level / max(n[COULOMB], 1e-9), 1.0)
+    n[HELD_REACH] = level / sum(per_travel for _, per_travel in held) if level > 0.0 else 1.0
     own: list[float] = []
     place = _OWN
-    for effect, values in [*holding, *(one for one in effects if one not in holding)]:
+    for effect, values in sorted(effects, key=lambda one: one[0].holds(one[1])[0] <= 0.0):
         numbers = effect.numbers(values)
         own += [_NAMES.index(effect.name), len(numbers), place, *numbers]
         place += effect.memory

@@ -140,9 +140,13 @@ class OnlineModel:
         return next((values["inertia"] for effect, values in self._inside if effect.name == "inertia"), 0.0)
 
     @property
+    def holding(self) -> int:
+        """How many effects hold a part of the friction level in place of the bristle."""
+        return int(self._numbers[compiled.HOLDING])
+
+    @property
     def held(self) -> tuple[float, float]:
-        """What share of the friction level an effect holds in place of the bristle, 0 where none does, and
-        the travel over which it yields, rad (m)."""
+        """What share of the friction level they hold, and the travel over which they yield, rad (m)."""
         share, reach = self._numbers[[compiled.HELD_SHARE, compiled.HELD_REACH]].tolist()
         return share, reach
 

@@ -232,6 +232,11 @@ class Effect(ABC):
         """As `contribute` (or `resume`) at `values`, in C; None if the effect cannot be put on a board."""
         return None
 
+    def holds(self, values: Values) -> tuple[float, float]:
+        """What it carries of the friction level in place of the bristle, N m (N), and what that holds per
+        travel before it slips, N m/rad (N/m): a controller scales it with the friction that it learns."""
+        return 0.0, 0.0
+
     def constants(self, motion: Motion) -> dict[str, float]:
         """Numbers that the data set once (a reference temperature) and no fit varies."""
         return {}

@@ -93,6 +93,10 @@ class Hysteresis(Effect):
         elements = zip(_yields(values), reaches(values), strict=True)
         return values.get("of_friction", 0.0), *(number for element in elements for number in element)
 
+    def holds(self, values: Values) -> tuple[float, float]:
+        per_travel = (slips / reach for slips, reach in zip(_yields(values), reaches(values), strict=True))
+        return carried_of_friction(values), values.get("of_friction", 0.0) * sum(per_travel)
+
     def acts_on(self, values: Values) -> tuple[int, ...]:
         return (TORQUE, LEVEL_TORQUE) if values.get("of_friction") else (TORQUE,)
 
@@ -191,9 +195,3 @@ def reaches(values: Values) -> list[float]:
 def carried_of_friction(values: Values) -> float:
     """What the elements carry of the friction levels, N m (N)."""
     return values.get("of_friction", 0.0) * sum(_yields(values))
-
-
-def stiffness_of_friction(values: Values) -> float:
-    """What those that carry it hold per travel before they slip, N m/rad (N/m)."""
-    per_travel = (slips / reach for slips, reach in zip(_yields(values), reaches(values), strict=True))
-    return values.get("of_friction", 0.0) * sum(per_travel)

@@ -220,20 +220,21 @@ def _without(parameters: Parameters, names: Sequence[str]) -> Parameters:
 
 def _effects(parameters: Parameters, controller: ForceFreeController) -> list[EffectInC]:
     """The effects that the controller compensates, in C."""
-    result = []
+    first, others = list[EffectInC](), list[EffectInC]()
     for entry in parameters.effects:
         if not controller.model.uses(entry.name):
             continue
         effect = registry.get(entry.name)
-        form = effect.in_c(effect.from_file(entry.values(), parameters.axis.kind))
+        values = effect.from_file(entry.values(), parameters.axis.kind)
+        form = effect.in_c(values)
         if form is None:
             raise InputError(
                 f"effect {entry.name} has no C form",
                 remedy=f"leave it out with --without {entry.name}",
             )
-        result.append(EffectInC.build(effect, form))
-    # one that holds a part of the friction comes first: see `idtool.control.load`
-    return sorted(result, key=lambda one: not (controller.model.held[0] and one.name == "hysteresis"))
+        # what holds a part of the friction comes first: see `idtool.control.load`
+        (first if effect.holds(values)[0] > 0.0 else others).append(EffectInC.build(effect, form))
+    return first + others
 
 
 def _context(parameters: Parameters, c: ForceFreeController, effects: list[EffectInC]) -> dict[str, Any]:
@@ -257,7 +258,7 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "window": window,
         "period_us": microseconds(c.period),
         "light": light,
-        "holds": c.model.held[0] > 0.0,
+        "holds": c.model.holding,
         "late": late,
         "limits_speed": math.isfinite(c.limits.guided_speed),
         "limits_energy": math.isfinite(c.limits.energy),
