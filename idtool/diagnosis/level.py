@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from idtool.effects.hysteresis import carried_of_friction
 from idtool.fit.joint import JointFit, solve
 
 #: Of the friction elements carry so much at most: what is left shows at which level the axis slides.
@@ -22,7 +21,7 @@ def told_by_its_level(fit: JointFit) -> JointFit:
     element = next((one for one in fit.model.spec.effects if one.name == "hysteresis"), None)
     if element is None:
         return fit
-    carried = carried_of_friction(fit.model.effect_values(fit.x, element))
+    carried, _ = element.holds(fit.model.effect_values(fit.x, element))
     if carried <= _CARRIED * fit.values["coulomb"]:
         return fit
     yields = [name for name in fit.model.names if name.startswith("hysteresis.yield")]

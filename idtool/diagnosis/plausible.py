@@ -10,7 +10,7 @@ from idtool.diagnosis.evidence import chance_of
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import SETTLED, since_turn
 from idtool.effects.base import Effect
-from idtool.effects.hysteresis import carried_of_friction, reaches
+from idtool.effects.hysteresis import reaches
 from idtool.effects.torque_constant_saturation import per_torque
 from idtool.fit.identifiability import brief, stribeck_seen
 from idtool.fit.joint import JointFit, added_by, torque_of
@@ -111,7 +111,7 @@ def _shows_in_sliding(fit: JointFit, effect: Effect) -> bool:
     friction = fit.model.friction(fit.x)
     (element,) = (e for e in fit.model.spec.effects if e.name == "hysteresis")
     values = fit.model.effect_values(fit.x, element)
-    own = max(friction.coulomb, friction.static) - carried_of_friction(values)
+    own = max(friction.coulomb, friction.static) - element.holds(values)[0]
     # the element slips on when it has turned round, a reach back and one on
     settled = since_turn(fit) > max(SETTLED * own / friction.bristle_stiffness, 2.0 * max(reaches(values)))
     return bool(settled.any()) and chance_of(fit, effect, settled) < CHANCE

@@ -94,8 +94,9 @@ class Hysteresis(Effect):
         return values.get("of_friction", 0.0), *(number for element in elements for number in element)
 
     def holds(self, values: Values) -> tuple[float, float]:
-        per_travel = (slips / reach for slips, reach in zip(_yields(values), reaches(values), strict=True))
-        return carried_of_friction(values), values.get("of_friction", 0.0) * sum(per_travel)
+        share, slips = values.get("of_friction", 0.0), _yields(values)
+        per_travel = (level / reach for level, reach in zip(slips, reaches(values), strict=True))
+        return share * sum(slips), share * sum(per_travel)
 
     def acts_on(self, values: Values) -> tuple[int, ...]:
         return (TORQUE, LEVEL_TORQUE) if values.get("of_friction") else (TORQUE,)
@@ -190,8 +191,3 @@ def _yields(values: Values) -> list[float]:
 def reaches(values: Values) -> list[float]:
     """Travel over which each element yields, rad (m)."""
     return [math.exp(values[name]) for name in ("log_reach", "log_reach_2") if name in values]
-
-
-def carried_of_friction(values: Values) -> float:
-    """What the elements carry of the friction levels, N m (N)."""
-    return values.get("of_friction", 0.0) * sum(_yields(values))

@@ -83,19 +83,8 @@ def _run(
             kernel.tare(c, s)
         change = kernel.watch(c, s, w)
         gravity, elastic, damping, rest, _, saturation, gain, delay, _, kept, bent = carry(
-            n,
-            m,
-            (k + 1) * PERIOD,
-            PERIOD,
-            q,
-            s.seen,
-            change / PERIOD,
-            payload,
-            0.0,
-            0.0,
-            math.nan,
-            q - last,
-        )
+            n, m, (k + 1) * PERIOD, PERIOD, q, s.seen, change / PERIOD, payload, 0.0, 0.0, math.nan, q - last
+        )  # fmt: skip
         last = q
         motor = c.torque_constant * current
         carried[k] = gravity + elastic + damping + rest

@@ -137,9 +137,8 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
         felt: torque of one that nobody saw, over what it is at rest.
     """
     s.elastic, s.damping, s.plain = elastic, damping, plain
-    if (
-        s.state != GUIDING or s.turn != 0
-    ):  # a slow change: a small board has time for the uncertainty or for it
+    # a slow change: a small board has time for the uncertainty or for it
+    if s.state != GUIDING or s.turn != 0:
         s.felt = felt
     if s.state == TARING:  # hands are off, and what was learned is learned anew
         s.fade *= kept
