@@ -167,8 +167,8 @@ class _Search:
         found = self._anew(bases, _Found(place, base, first, unnamed)) or self._best_of(bases)
         found = self._anew(bases, found) or found
         for _ in range(_EXCHANGES):
-            other = found.selection.copy()
-            if not exchange(other, self.library, self.tell):
+            other = exchange(found.selection, self.library, self.tell)
+            if other is None:
                 break
             unnamed, _ = self._select(other)
             if not in_its_place(other.fit, found.selection.fit):

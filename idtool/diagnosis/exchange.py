@@ -1,4 +1,4 @@
-"""Second thoughts on the order in which effects came in: another one in the place of each."""
+"""Second thoughts on the order in which effects came in: others in the place of each."""
 
 from __future__ import annotations
 
@@ -7,7 +7,16 @@ from dataclasses import replace
 
 from idtool.diagnosis.candidates import Start, best_start, ties, try_effect, without
 from idtool.diagnosis.pruning import drop
-from idtool.diagnosis.selection import ALPHA, BEHIND, accept, completed, passing, simplest_of_best, to_score
+from idtool.diagnosis.selection import (
+    ALPHA,
+    BEHIND,
+    accept,
+    completed,
+    one_by_one,
+    passing,
+    simplest_of_best,
+    to_score,
+)
 from idtool.diagnosis.shapes import Unnamed
 from idtool.diagnosis.sliding import doubtful
 from idtool.diagnosis.state import Selection, Trial
@@ -20,17 +29,22 @@ from idtool.fit.restart import worth_a_restart
 _EXCHANGED = 2
 
 
-def exchange(selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]) -> bool:
-    """Put another effect in the place of one that came in while others were missing, where that predicts
-    better, or as well with fewer numbers (sequential replacement: Miller, Subset Selection in Regression,
-    2002, ch. 3); whether it did."""
+def exchange(
+    selection: Selection, library: Sequence[Effect], tell: Callable[[str], None]
+) -> Selection | None:
+    """The selection with others in the place of an effect that came in while they were missing, where that
+    predicts better, or as well with fewer numbers (sequential replacement: Miller, Subset Selection in
+    Regression, 2002, ch. 3); None where nothing does. One lag can stand for two others, so that for a lag
+    the search goes on without it."""
     fit = selection.fit
     if not worth_a_restart(fit):
-        return False
+        return None
     better: list[tuple[Effect, Selection, Trial]] = []
     for effect in fit.model.spec.effects:
         if effect.name == "inertia" or isinstance(effect, Unnamed):
             continue
+        if effect.is_lag and (found := _without_lag(selection, effect, library, tell)):
+            return found
         lacking = Selection(without(fit, effect), {})
         for other, start in _promising(lacking, fit, effect, library):
             tell(f"trying {other.title.lower()} in place of {effect.title.lower()}")
@@ -43,10 +57,11 @@ def exchange(selection: Selection, library: Sequence[Effect], tell: Callable[[st
         better.remove((effect, lacking, trial))
         full = completed(trial.fit)
         if in_its_place(full, fit):
-            drop(selection, effect, lacking.fit, f"{trial.effect.title.lower()} does better in its place")
-            accept(selection, replace(trial, fit=full))
-            return True
-    return False
+            found = selection.copy()
+            drop(found, effect, lacking.fit, f"{trial.effect.title.lower()} does better in its place")
+            accept(found, replace(trial, fit=full))
+            return found
+    return None
 
 
 def _promising(
@@ -62,6 +77,17 @@ def _promising(
         and (1.0 - start.gain) * lacking.fit.sse < BEHIND * fit.sse
     ]
     return sorted(found, key=lambda one: one[1].p_value)[:_EXCHANGED]
+
+
+def _without_lag(
+    selection: Selection, lag: Effect, library: Sequence[Effect], tell: Callable[[str], None]
+) -> Selection | None:
+    """What the search comes to where it goes on without a lag, if that does better in its place."""
+    tell(f"looking for what {lag.title.lower()} may stand for")
+    other = selection.copy()
+    drop(other, lag, without(selection.fit, lag), "others do better in its place")
+    one_by_one(other, [effect for effect in library if effect.name != lag.name], tell)
+    return other if in_its_place(other.fit, selection.fit) else None
 
 
 def in_its_place(one: JointFit, other: JointFit) -> bool:

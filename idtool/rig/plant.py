@@ -24,6 +24,8 @@ from idtool.model.jit import jit
 from idtool.model.motion import Array
 from idtool.rig.plant_file import STEP_S
 
+#: What `run` notes of a sample.
+READINGS = 6
 #: Steps of history that a delayed reading may reach back (0.2 s).
 HISTORY = 2048
 
@@ -296,8 +298,8 @@ def run(
         mode: VELOCITY_MODE or POSITION_MODE.
         hand: torque of a hand, towards +q, N m.
         steps: steps per period.
-        out: time, position, velocity, current, temperature at the end of each period,
-            shape (5, samples). Position and velocity are older than the current by the delay.
+        out: time, position, velocity, current, temperature and the winding's own velocity at the end of each
+            period, shape (READINGS, samples). Position and velocity are older than the rest by the delay.
     """
     back = p.delay / STEP_S
     whole = int(back)
@@ -317,6 +319,7 @@ def run(
         out[2, k] = (1.0 - part) * history[1, one] + part * history[1, two]
         out[3, k] = state[CURRENT]
         out[4, k] = temperature(p, state[TIME])
+        out[5, k] = state[VELOCITY]
 
 
 def blank_state() -> tuple[Array, Array]:

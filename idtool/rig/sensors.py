@@ -59,11 +59,11 @@ class Sensors:
         """Readings of position, velocity, current, temperature (rows 1 to 4; row 0 is time).
 
         Args:
-            truth: shape (5, samples).
+            truth: as `plant.run` notes it, shape (READINGS, samples).
             rng: the rig's.
 
         Returns:
-            Shape (5, samples), a new array.
+            The same shape, a new array.
         """
         reading = truth.copy()
         noise = rng.standard_normal((2, truth.shape[1]))
@@ -86,8 +86,9 @@ class Sensors:
             constant: N m/A, which is the back-EMF's V s/rad too.
             rng: the rig's.
         """
-        current = truth[3]
-        wanted = motor.resistance * current + constant * truth[2]
+        # the back-EMF is that of now, however late the speed is read
+        current, velocity = truth[3], truth[5]
+        wanted = motor.resistance * current + constant * velocity
         supply = motor.supply - motor.supply_resistance * np.abs(current * wanted) / motor.supply
         duty = wanted / supply
         if self.duty_noise > 0.0:

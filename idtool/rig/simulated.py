@@ -189,7 +189,7 @@ class SimulatedRig(Rig):
             self._closed = True
 
     def _run(self, commands: Array, mode: int, hand: float) -> Array:
-        out = np.empty((5, len(commands)))
+        out = np.empty((plant.READINGS, len(commands)))
         plant.run(self._numbers, self._state, self._history, commands, mode, hand, self._steps, out)
         if not (np.isfinite(out).all() and np.isfinite(self._state).all()):
             now = float(out[0, -1])

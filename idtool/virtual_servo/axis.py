@@ -89,7 +89,7 @@ class VirtualAxis:
         self._rng = np.random.default_rng(seed)
         self._sensors = SENSORS[sensors]
         self._state, self._history = plant.blank_state()
-        self._out = np.zeros((5, 1))
+        self._out = np.zeros((plant.READINGS, 1))
         self._drive = Drive()
         self._steps_owed = 0.0
         self.hand_nm = 0.0
@@ -161,7 +161,7 @@ class VirtualAxis:
                 self._out, self.file.motor, self._loaded.torque_constant, self._rng
             )
         )
-        position, velocity, current, warm = self._sensors.read(self._out, self._rng)[1:, 0].tolist()
+        position, velocity, current, warm = self._sensors.read(self._out, self._rng)[1:5, 0].tolist()
         # a bridge that is on for a share of the time passes the motor's current to the supply for that share
         bus = float(self._out[3, 0]) * duty
         return Reading(position, velocity, current, warm, float(duty), float(voltage), float(bus))

@@ -192,7 +192,7 @@ def test_a_search_begins_anew_where_rows_count_otherwise_beside_what_it_found(
     monkeypatch.setattr(search, "_best_of", lambda bases: results.pop(0))
     monkeypatch.setattr(search, "_weighed", lambda fit: weighed.pop(0))
     monkeypatch.setattr(search, "_select", lambda chosen: (gone_on.append(chosen), ({}, fit))[1])
-    monkeypatch.setattr(diagnosing, "exchange", lambda *_: False)
+    monkeypatch.setattr(diagnosing, "exchange", lambda *_: None)
     errors = {id(again.selection.fit): anew}
     monkeypatch.setattr(diagnosing, "left_out_error", lambda fit: errors.get(id(fit), 1.0))
     found, before = search.found([fit]), first[0] if early else once.selection
@@ -213,11 +213,11 @@ def test_another_effect_stays_where_it_leads_to_something_better(
     once, tried = diagnosing._Found(0, fit, begun(fit, library), {}), list[object]()
     search = diagnosing._Search(split(recording), library, lambda _: None, False, 0.0)
 
-    def exchange(selection: Selection, *_: object) -> bool:
-        selection.candidates["position_ripple"].accepted = True
-        selection.fit = replace(selection.fit, residual=(0.9 if better else 1.0) * selection.fit.residual)
-        tried.append(selection)
-        return len(tried) == 1
+    def exchange(selection: Selection, *_: object) -> Selection | None:
+        tried.append(other := selection.copy())
+        other.candidates["position_ripple"].accepted = True
+        other.fit = replace(other.fit, residual=(0.9 if better else 1.0) * other.fit.residual)
+        return other if len(tried) == 1 else None
 
     monkeypatch.setattr(search, "_best_of", lambda bases: once)
     monkeypatch.setattr(search, "_weighed", lambda fit: False)
