@@ -8,17 +8,23 @@ from functools import cache
 import numpy as np
 import pytest
 
+from idtool.diagnosis.candidates import best_start, try_effect
 from idtool.diagnosis.exchange import exchange
-from idtool.diagnosis.selection import begun
+from idtool.diagnosis.selection import begun, completed
 from idtool.effects import registry
+from idtool.experiment.recipe import parse_recipe
 from idtool.fit.joint import JointFit, refit
 from idtool.fit.left_out import left_out_error
 from idtool.fit.model import JointModel
 from idtool.log import Log
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
+from idtool.rig import open_rig
 from idtool.signals import record
+from idtool.signals.thin import thin
 from idtool.verbs.identify import begin
+from testbench.bench import SHORT_SESSION
+from testbench.plants import recorded
 from tests.diagnosis.conftest import swings
 
 
@@ -70,3 +76,21 @@ def test_what_leaves_noise_alone_is_not_put_in_question() -> None:
     selection, said = begun(quiet, LIBRARY), list[str]()
     assert exchange(selection, LIBRARY, said.append) is None
     assert said == []
+
+
+def test_one_lag_gives_way_to_the_two_that_it_stood_for() -> None:
+    """A hobby servo with play whose motion is read late: a slip element takes a part of both."""
+    runs = [parse_recipe(text, name) for name, text in SHORT_SESSION.items()]
+    recording = thin(record(recorded(open_rig("sim:sts3215", seed=0), runs)))
+    (fit, *_), *_ = begin(recording, "lugre", "auto")
+    element = registry.get("hysteresis")
+    fit = completed(try_effect(fit, element, best_start(fit, element), far=True).fit)
+    library = [effect for effect in registry.library() if effect.is_lag]
+    selection = begun(fit, library)
+    found = exchange(selection, library, lambda _: None)
+    assert found is not None
+    names = {effect.name for effect in found.fit.model.spec.effects}
+    assert names == {"inertia", "backlash", "transport_delay"}
+    assert found.candidates["hysteresis"].why == "others do better in its place"
+    assert left_out_error(found.fit) < left_out_error(fit)
+    assert [effect.name for effect in selection.fit.model.spec.effects] == ["inertia", "hysteresis"]

@@ -11,7 +11,7 @@ import pytest
 from idtool.effects.registry import get
 from idtool.effects.registry import names as library_names
 from idtool.model.units import file_key
-from idtool.rig.base import TrialSetup
+from idtool.rig.base import Trajectory, TrialSetup
 from idtool.rig.plant_file import EFFECT_KEYS
 
 from .support import FLAT, K, curve, play, rig_of, steady
@@ -175,6 +175,18 @@ def test_transport_delay_shifts_position_and_velocity_against_current() -> None:
     np.testing.assert_allclose(late[3], now[3], atol=1e-12)
     shifted = np.interp(now[0] - 0.0075, now[0], now[2])
     np.testing.assert_allclose(late[2][5:], shifted[5:], atol=1e-3)
+
+
+def test_the_duty_is_that_of_now_however_late_the_motion_is_read() -> None:
+    """The back-EMF in it is of the speed that the winding has, not of the one that is reported."""
+    command, duties = 1.5 * np.sin(0.05 * np.arange(200)), []
+    for effects in ((), ({"name": "transport_delay", "delay_s": 0.0075},)):
+        rig = rig_of(*effects, sensors="feetech", motor={"supply_v": 12.0, "resistance_ohm": 2.0})
+        rig.prepare(TrialSetup())
+        blocks = list(rig.play(Trajectory(rig.period_s, "velocity", command)))
+        duties.append(np.concatenate([block.duty for block in blocks]))
+    np.testing.assert_array_equal(*duties)
+    assert np.ptp(duties[0]) > 0.5
 
 
 def test_a_longer_rest_needs_more_torque_to_break_away() -> None:
