@@ -3,15 +3,14 @@
 python -m studies.volts [axes]          make study-volts
 
 Each axis is a `sim:sts3215` (backlash of one degree, readings 20 ms late, speeds in steps of 50 counts a
-second, no current) whose friction, load and inertia differ from those of its parameter file. A hand pulls
-ever harder until the axis follows, lets go, and leaves it alone.
+second, no current) whose friction, load and inertia differ from those of the axis that was identified. A
+hand pulls ever harder until the axis follows, lets go, and leaves it alone.
 """
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import repeat
@@ -19,16 +18,20 @@ from pathlib import Path
 
 import numpy as np
 
+from idtool import identify
 from idtool.control.force_free import ForceFreeController
+from idtool.experiment.recipe import read_recipe
+from idtool.fit.known_load import calibrate
 from idtool.guiding.session import limits_of
 from idtool.io.atomic import atomic_write
-from idtool.parameters import EffectEntry, Parameter, Parameters
-from idtool.parameters.axis import Axis
+from idtool.model.units import STANDARD_GRAVITY
+from idtool.parameters import Parameters
+from idtool.parameters.scaling import in_torque
 from idtool.rig.base import TrialSetup
 from idtool.rig.opening import read_plant
 from idtool.rig.plant_file import PlantFile
 from idtool.rig.simulated import SimulatedRig
-from testbench.guided_axes.cases import file_of
+from testbench.plants import SESSION, recorded
 
 PAGE = Path("docs/volts.md")
 AXES = 300
@@ -68,25 +71,12 @@ class Guided:
 
 
 def identified(plant: PlantFile) -> Parameters:
-    """What a good identification and a weight would have written."""
-    exact, constant = file_of(plant, effects=False), plant.axis.torque_constant
-    assert constant is not None
-    per_volt = constant / plant.motor.resistance
-    back_emf = constant * per_volt  # without the resistance it is one with viscous friction
-    viscous = exact.static["viscous"].value + back_emf
-
-    def found(numbers: Mapping[str, Parameter], **others: float) -> dict[str, Parameter]:
-        values = {name: one.value for name, one in numbers.items()} | others
-        return {name: Parameter(value, 0.01 * value) for name, value in values.items()}
-
-    return replace(
-        exact,
-        axis=Axis("rotary", torque_per_volt=per_volt),
-        gravity={name: replace(one, stderr=0.002) for name, one in exact.gravity.items()},
-        static=found(exact.static, viscous=viscous),
-        dynamic=found(exact.dynamic),
-        effects=(EffectEntry("inertia", {"inertia": Parameter(plant.inertia, 0.001)}),),
-    )
+    """The file that a session of the axis gives: the packaged experiments, a weight on a known lever for the
+    torque per volt, `identify`."""
+    logs = recorded(SimulatedRig(plant, seed=0), map(read_recipe, SESSION))
+    lever = plant.gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY
+    found = calibrate(logs[:1], lever=lever)
+    return in_torque(identify(logs).parameters, found.constant, found.unit)
 
 
 def real(plant: PlantFile, rng: np.random.Generator) -> PlantFile:
@@ -175,7 +165,8 @@ def main(axes: int = AXES) -> None:
         rows.append(f"| {name} | {' | '.join(cells)} |")
         print(rows[-1], flush=True)
     with atomic_write(PAGE) as page:
-        page.write(_HEAD.format(axes=axes) + "\n".join(rows) + "\n")
+        effects = ", ".join(entry.name for entry in parameters.effects)
+        page.write(_HEAD.format(axes=axes, effects=effects) + "\n".join(rows) + "\n")
 
 
 _HEAD = """# Guiding by voltage
@@ -184,15 +175,17 @@ You get: what a hand feels of a hobby servo that has no current sensor, over man
 
 Made by `make study-volts`: {axes} axes like `sim:sts3215` (backlash of one degree, readings 20 ms late,
 speeds in steps of 50 counts a second), each with friction, load and inertia of its own (10, 2 and 10 % from
-those of the file, one standard deviation), guided by the voltage at the motor in mode "light" after
-`--tare`. The hand pulls ever harder, by 0.01 N m a second, until the axis has followed by 0.03 rad, then
-half as hard again for half a second, and lets go. The share is the torque at which it followed over the
-break-away torque of the axis without power; an axis stands that is slower than 0.01 rad/s; it
-started by itself if it went more than two counts in the 10 s in which nobody touched it. The aims are a
-share of 30 %, a stop within 100 ms and no start by itself.
+those of the one that was identified, one standard deviation), guided by the voltage at the motor in mode
+"light" after `--tare`. The file is what `identify` and a weight make of a session ({effects}).
+The hand pulls ever harder, by 0.01 N m a second, until the axis has followed by 0.03 rad, then half as hard
+again for half a second, and lets go. The share is the torque at which it followed over the break-away torque
+of the axis without power; an axis stands that is slower than 0.01 rad/s; it started by itself if it went more
+than two counts in the 10 s in which nobody touched it. The aims are a share of 30 %, a stop within 100 ms and
+no start by itself.
 
 **The share of 30 % is not reached by most axes**: what the voltage leaves uncertain (its
-noise, the back-EMF of a speed that is read late and coarsely) has to stay friction's.
+noise, the back-EMF of a speed that is read late and coarsely) has to stay friction's, and where the play ends
+friction sets in 20 ms before it is read: a motion that began at 0.3 of it stops there once more.
 
 | | share, median | 95 % below | within 30 % | let go at | stop, 95 % below | in 100 ms | started | faults |
 |---|---|---|---|---|---|---|---|---|

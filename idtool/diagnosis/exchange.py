@@ -27,6 +27,8 @@ from idtool.fit.restart import worth_a_restart
 
 #: Effects that are tried in the place of one.
 _EXCHANGED = 2
+#: Effects that one lag may stand for.
+_FOR_A_LAG = 2
 
 
 def exchange(
@@ -82,16 +84,23 @@ def _promising(
 def _without_lag(
     selection: Selection, lag: Effect, library: Sequence[Effect], tell: Callable[[str], None]
 ) -> Selection | None:
-    """What the search comes to where it goes on without a lag, if that does better in its place."""
+    """What the search comes to where it goes on without a lag, if that is clearly better."""
     tell(f"looking for what {lag.title.lower()} may stand for")
     other = selection.copy()
     drop(other, lag, without(selection.fit, lag), "others do better in its place")
-    one_by_one(other, [effect for effect in library if effect.name != lag.name], tell)
-    return other if in_its_place(other.fit, selection.fit) else None
+    others = [effect for effect in library if effect.name != lag.name]
+    one_by_one(other, others, tell, given=True, rounds=_FOR_A_LAG)  # what has a name alone
+    return other if _clearly_better(other.fit, selection.fit) else None
 
 
 def in_its_place(one: JointFit, other: JointFit) -> bool:
     """Whether a model with another effect is clearly better, or as good with fewer numbers."""
     if ties(prediction_errors(one), prediction_errors(other)):
         return len(one.x) < len(other.x)
+    return _clearly_better(one, other)
+
+
+def _clearly_better(one: JointFit, other: JointFit) -> bool:
+    if ties(prediction_errors(one), prediction_errors(other)):
+        return False
     return left_out_error(one) < left_out_error(other) and not doubtful(one, other)

@@ -110,11 +110,12 @@ def one_by_one(
     given: bool = False,
     tolerance: float = 0.0,
     path: Sequence[JointFit] = (),
+    rounds: int = _MOST_ROUNDS,
 ) -> None:
     """As `extend`, with nothing that takes long where no single effect passes, and nothing dropped; `path`:
     where another selection came by. One that predicts no better than that did a round before goes no
-    further."""
-    for _ in range(_MOST_ROUNDS):
+    further. `rounds`: effects that come in, at most."""
+    for _ in range(rounds):
         if good_enough(selection.fit, tolerance):
             return
         winner = next_effect(selection, _with_unnamed(library, given), tell)
