@@ -57,8 +57,16 @@ MODULES = (
     Module("sensing", "the hand's torque, published law", f"{_CONTROL}/test_sensing.py"),
     Module("paper", "the published law", f"{_CONTROL}/test_sensing.py"),
     Module(
+        "admittance/hand",
+        "the estimate of the hand",
+        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py",
+    ),
+    Module("admittance/rest", "the admittance law at rest", f"{_CONTROL}/test_admittance_kernel.py"),
+    Module("admittance/motion", "and in motion", f"{_CONTROL}/test_admittance_motion.py"),
+    Module("admittance/tare", "its tare", f"{_CONTROL}/test_admittance_motion.py {_CONTROL}/test_tare.py"),
+    Module(
         "admittance/kernel",
-        "the admittance law and its tare",
+        "the law, one sample",
         f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py",
     ),
     Module(

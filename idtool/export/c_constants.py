@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from idtool.control import button, enabling, guard, law, paper, rest_load, sensing
-from idtool.control.admittance import AdmittanceLaw, kernel
+from idtool.control.admittance import AdmittanceLaw, motion, record, rest, tare
 from idtool.control.admittance.constants import SAMPLES_PER_SUM
 from idtool.control.force_free import ForceFreeController
 from idtool.control.paper import PaperLaw
@@ -233,7 +233,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         *("gain", "noise", "floor", "coverage", "left", "seems", "jump", "start_torque"),
         *("zero_samples", "bias_most", "zero_most"),
     )
-    torques["COMES"], torques["STEADY"] = kernel.COMES, kernel.STEADY
+    torques["COMES"], torques["STEADY"] = rest.COMES, rest.STEADY
     torques["STOP_VARIANCE"] = float(k["stop_torque"]) ** 2 + float(k["stop_noise"]) ** 2
     shares = read(
         *(
@@ -278,19 +278,19 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
     ]
     cycle = round(float(k["tare_cycle"]))
     counts = {
-        "START_SAMPLES": kernel.START_SAMPLES,
-        "LEAVE_SAMPLES": kernel.LEAVE_SAMPLES,
-        "STRAYS": kernel.STRAYS,
+        "START_SAMPLES": rest.START_SAMPLES,
+        "LEAVE_SAMPLES": motion.LEAVE_SAMPLES,
+        "STRAYS": rest.STRAYS,
         "SETTLE": _counted(k["settle_periods"], c.period),
         "STILL": _counted(k["still_periods"], c.period),
         "STEADY_PERIODS": _counted(k["steady_periods"], c.period),
         "BRAKE": _counted(k["brake_periods"], c.period),
         "TARE_TURN": round(2**32 / cycle),  # in 1/2^32 of a turn per sample
         "TARE_PART": round(float(k["tare_part"])),
-        "TARE_PARTS": kernel.PARTS,
+        "TARE_PARTS": record.PARTS,
         "TARE_CYCLE": cycle,
-        "TARE_END": _counted(kernel.CYCLES * cycle, c.period),
-        "SOLVE_SAMPLES": kernel.SOLVE_SAMPLES,
+        "TARE_END": _counted(tare.CYCLES * cycle, c.period),
+        "SOLVE_SAMPLES": tare.SOLVE_SAMPLES,
     }
     return [*numbers, ("law: periods", {name: f"{count}u" for name, count in counts.items()})]
 

@@ -13,10 +13,11 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
                  remainder_torque                 Remainder.torque
     paper.c      listen, settle, feel, rest_friction, rests                       HandSense
                  begin, lead, brake, raw_command  PaperLaw.begin, ._lead, ._brake, .raw_command
-    admittance.c                                  admittance.kernel, by the same names, and
-                 forget_learned, watch_motion, sense      .reset, .watch, .sense
-                 compare_part, raw_command        the middle of .sweep, .act
-                 sure_bound, pushes_on                    those lines of .rest and .guide
+    hand.c       watch_motion                     admittance.hand.watch; others by the same names
+    rest.c       sure_bound                       a line of admittance.rest.rest; likewise
+    motion.c     pushes_on                        lines of admittance.motion.guide; likewise
+    tare.c       compare_part                     the middle of admittance.tare.sweep; likewise
+    admittance.c forget_learned, raw_command      admittance.kernel.reset, .act
     enabling.c   arrest                           Hold.command
                  judge_load, watch_load           RestLoad.judge, .watch
                  listen_here, begin_enabling, raw_command_enabled
@@ -43,7 +44,7 @@ from pathlib import Path
 from typing import Any
 
 from idtool.control import sensing
-from idtool.control.admittance import AdmittanceLaw, kernel
+from idtool.control.admittance import AdmittanceLaw, record, tare
 from idtool.control.force_free import ForceFreeController
 from idtool.control.guard import Limits, Reason
 from idtool.effects import registry
@@ -289,9 +290,9 @@ def _tare_words(c: ForceFreeController, kind: Units) -> dict[str, str]:
     """How long a tare takes, how far it moves and in how many parts, for the header."""
     if not isinstance(c.law, AdmittanceLaw):
         return {}
-    time = (kernel.CYCLES * float(c.law.constants["tare_cycle"]) + kernel.SOLVE_SAMPLES) * c.period
+    time = (tare.CYCLES * float(c.law.constants["tare_cycle"]) + tare.SOLVE_SAMPLES) * c.period
     travel = f"{c.law.settings.tare_travel:g} {unit_text('position', kind)}"
-    return {"tare_s": f"{time:.1f}", "tare_travel": travel, "tare_parts": str(kernel.PARTS)}
+    return {"tare_s": f"{time:.1f}", "tare_travel": travel, "tare_parts": str(record.PARTS)}
 
 
 def _comment(text: str) -> str:

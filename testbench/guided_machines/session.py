@@ -13,7 +13,7 @@ import numba
 import numpy as np
 
 from idtool.control import ForceFreeController, Limits
-from idtool.control.admittance import AdmittanceLaw, kernel
+from idtool.control.admittance import AdmittanceLaw, hand, kernel, tare
 from idtool.control.load import carry
 from idtool.model.motion import Array
 from idtool.parameters import Parameters
@@ -80,8 +80,8 @@ def _run(
             kernel.begin(c, s, q)
             last = q
         if script[k, plant.TARE] > 0.0:
-            kernel.tare(c, s)
-        change = kernel.watch(c, s, w)
+            tare.tare(c, s)
+        change = hand.watch(c, s, w)
         gravity, elastic, damping, rest, _, saturation, gain, delay, _, kept, bent = carry(
             n, m, (k + 1) * PERIOD, PERIOD, q, s.seen, change / PERIOD, payload, 0.0, 0.0, math.nan, q - last
         )  # fmt: skip

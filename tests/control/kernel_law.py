@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from idtool.control.admittance import kernel
+from idtool.control.admittance import kernel, record
 from idtool.control.admittance.constants import constants_of
 from idtool.control.admittance.states import RESTING
 
@@ -46,7 +46,7 @@ AXIS = {
 
 def law(state: int = RESTING, **numbers: float) -> tuple[Any, Any]:
     """Constants, and the state of an axis at 0.2 rad that has learned nothing."""
-    c, s = constants_of(AXIS), np.zeros(1, kernel.STATE)[0]
+    c, s = constants_of(AXIS), np.zeros(1, record.STATE)[0]
     kernel.reset(c, s)
     kernel.begin(c, s, 0.2)
     s["state"] = state

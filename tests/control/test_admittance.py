@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from idtool.control import ForceFreeController, Limits, Reason, State
-from idtool.control.admittance import kernel
+from idtool.control.admittance import record
 from idtool.control.admittance.constants import CONSTANTS
 from idtool.control.admittance.states import GUIDING, ORDER, TRANSITIONS
 from idtool.errors import InputError
@@ -317,9 +317,9 @@ def test_a_tare_that_finds_another_payload_says_which() -> None:
     p = one.on(PAYLOAD_KG + 0.15)
     run = session(declared(one), p, SCENARIOS["leaning_0.5"][0](Arm()), 0)
     law = controller_of(declared(one))
-    assert run.outcome == kernel.TOUCHED
+    assert run.outcome == record.TOUCHED
     clean = session(declared(one), p, Script().tare().alone(2.0), 0)
-    assert clean.outcome == kernel.OTHER_LOAD
+    assert clean.outcome == record.OTHER_LOAD
     assert np.ptp(clean.truth[0, -1000:]) < COUNT
     assert law.status.notes == ()
 

@@ -10,8 +10,11 @@ from typing import Any
 
 import pytest
 
-from idtool.control.admittance import kernel
 from idtool.control.admittance.constants import CONSTANTS, constants_of
+from idtool.control.admittance.hand import sense, uncertainty, watch
+from idtool.control.admittance.motion import certain
+from idtool.control.admittance.record import TOUCHED
+from idtool.control.admittance.rest import hold, rest
 from idtool.control.admittance.states import GONE, GUIDING, MAY_HOLD, RESTING, SEEMS_GONE, STOPPING, TARING
 
 from .kernel_law import AXIS, law
@@ -41,7 +44,7 @@ def test_the_speed_is_what_was_asked_for_late_and_a_share_of_what_is_measured() 
     c, s = law(w=0.2, nominal=0.1, seen=0.1)
     nominal = 0.1 * (1.0 - math.exp(-0.4))
     change = nominal + 0.15 * (0.3 - 0.1 - nominal)
-    assert kernel.watch(c, s, 0.3) == pytest.approx(change)
+    assert watch(c, s, 0.3) == pytest.approx(change)
     assert s["nominal"] == pytest.approx(0.1 + nominal)
     assert s["seen"] == pytest.approx(0.1 + change)
 
@@ -52,25 +55,25 @@ def test_a_reading_that_is_late_is_compared_with_what_was_told_then() -> None:
     c["reports"] = 1.0 - math.exp(-0.5)
     nominal = 0.1 * (1.0 - math.exp(-0.4))
     shown = 0.1 + nominal * (1.0 - math.exp(-0.5))
-    assert kernel.watch(c, s, shown) == pytest.approx(nominal)  # as was told: nothing is learned of it
+    assert watch(c, s, shown) == pytest.approx(nominal)  # as was told: nothing is learned of it
     assert s["reported"] == pytest.approx(shown)
     s["state"] = STOPPING  # how a brake brings it to rest is the drive's: nothing is carried forward
-    kernel.watch(c, s, 0.0)
+    watch(c, s, 0.0)
     assert s["reported"] == s["nominal"] > 0.0
 
 
 def test_before_a_tare_two_standard_deviations_are_left_to_the_hand() -> None:
     c, s = law(elastic=0.05, damping=-0.1)
     expected = 2.0 * math.sqrt(0.02**2 + (0.2 * 0.05) ** 2 + (0.25 * 0.1) ** 2)
-    assert kernel.uncertainty(c, s) == pytest.approx(expected)
+    assert uncertainty(c, s) == pytest.approx(expected)
     s["unexplained"] = 0.04
-    assert kernel.uncertainty(c, s) == pytest.approx(2.0 * math.hypot(0.5 * expected, 0.04))
+    assert uncertainty(c, s) == pytest.approx(2.0 * math.hypot(0.5 * expected, 0.04))
     s["unexplained"], s["spread"][:] = 0.0, 0.0
-    assert kernel.uncertainty(c, s) == pytest.approx(0.018)  # the floor
+    assert uncertainty(c, s) == pytest.approx(0.018)  # the floor
 
 
 def sensed(c: Any, s: Any, plain: float, kept: float = 1.0, felt: float = 1.0) -> float:
-    kernel.sense(c, s, plain, 0.05, 0.1, kept, felt)
+    sense(c, s, plain, 0.05, 0.1, kept, felt)
     return float(s["raw"])
 
 
@@ -153,7 +156,7 @@ def test_the_uncertainty_is_that_of_every_other_sample_and_of_the_last_motion_at
     ):
         c, s = law(state, turn=turn, dead=dead)
         sensed(c, s, 0.0)
-        assert s["dead"] == (kernel.uncertainty(c, s) if anew else dead), (state, turn)
+        assert s["dead"] == (uncertainty(c, s) if anew else dead), (state, turn)
 
 
 def test_in_a_tare_what_was_learned_waits_outside() -> None:
@@ -168,25 +171,25 @@ def test_two_samples_beyond_what_a_rest_may_be_wrong_by_start_a_motion() -> None
     is known to be gone it is the floor of 0.018 of a motion."""
     for hand, starts in ((0.0363, False), (0.0365, True), (-0.0365, True)):
         c, s = law(hand=hand, anchor=0.3, w=0.4)
-        assert kernel.rest(c, s) == 0.3
+        assert rest(c, s) == 0.3
         assert (s["state"], s["pushed"]) == (RESTING, int(starts))
-        kernel.rest(c, s)
+        rest(c, s)
         assert s["state"] == (GUIDING if starts else RESTING)
         if starts:
             assert (s["x"], s["w"], s["way"], s["grip"]) == (0.3, 0.0, math.copysign(1.0, hand), MAY_HOLD)
     for grip, variance, starts in ((GONE, 0.0, True), (SEEMS_GONE, 0.0, False), (GONE, 1e-4, False)):
         c, s = law(hand=0.0325, grip=grip, zero_variance=variance)
-        kernel.rest(c, s)
+        rest(c, s)
         assert s["pushed"] == starts
     c, s = law(hand=0.0365, dead=0.03)  # a less certain model leaves more
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["pushed"] == 0
     c, s = law(hand=0.0365, unexplained=0.01)
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["pushed"] == 0
     c, s = law(hand=0.0365, pushed=1)
     s["hand"] = 0.0
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["pushed"] == 0  # not in turns
 
 
@@ -204,48 +207,48 @@ def test_what_is_felt_all_the_time_starts_a_motion_only_beyond_half_as_much_agai
         (-0.045, 0.045, True),
     ):
         c, s = law(hand=hand, usual=usual, raw=usual)
-        kernel.rest(c, s)
+        rest(c, s)
         assert s["pushed"] == starts, (hand, usual)
 
 
 def test_what_is_usual_is_a_mean_that_is_taken_with_the_zero_and_follows_it() -> None:
     c, s = law(raw=0.02, usual=0.01)
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["usual"] - s["zero"] == pytest.approx(
         0.01 + 0.01 * (1.0 - math.exp(-0.005))
     )  # within two seconds
     c, s = law(raw=0.02, usual=-0.03, zero_variance=4e-4)  # an eased hand: the zero stays, this does not
-    kernel.rest(c, s)
+    rest(c, s)
     assert (s["zero"], s["usual"]) == (0.0, pytest.approx(-0.03 + 0.05 * 4e-4 / 5e-4))
     _, s = law(GUIDING, usual=0.02)
-    kernel.hold(s)  # what is felt once it is let go is a hand
+    hold(s)  # what is felt once it is let go is a hand
     assert s["usual"] == 0.0
 
 
 def test_a_zero_that_is_taken_anew_is_a_mean() -> None:
     c, s = law(zero_variance=4e-4, zero_before=0.001, zero=0.001, raw=0.01, grip=GONE, hand=0.01)
-    kernel.rest(c, s)
+    rest(c, s)
     gain = 4e-4 / (4e-4 + 1e-4)
     assert s["zero"] == pytest.approx(0.001 - gain * 0.01)
     assert s["hand"] == pytest.approx(0.01 - gain * 0.01)
     assert s["zero_variance"] == pytest.approx(4e-4 * (1.0 - gain))
     s["raw"] = 10.0
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["zero"] == pytest.approx(0.001 - math.hypot(0.02, 0.01))  # and no further than a stop leaves
     for _ in range(20):
-        kernel.rest(c, s)
+        rest(c, s)
     assert s["zero_variance"] == 0.0
     c, s = law(zero_variance=1e-4 / 11.5, raw=0.01)  # nobody left: the zero stays, and is known after 12
-    kernel.rest(c, s)
+    rest(c, s)
     assert (s["zero"], s["zero_variance"]) == (0.0, 0.0)
     c, s = law(zero_variance=1e-4 / 10.5, raw=0.01)
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["zero_variance"] == pytest.approx(1e-4 / 11.5)
 
 
 def test_the_zero_then_follows_over_half_a_minute() -> None:
     c, s = law(raw=0.02, zero=0.004)
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["zero"] == pytest.approx(0.004 - 0.02 * 0.01 / 30.0)
 
 
@@ -256,44 +259,44 @@ def test_what_stays_as_it_is_for_a_second_is_taken_once_and_starts_nothing_shoul
     """A hundred samples within one noise of what is usual; of 0.03 N m no more than the dead zone's 0.018."""
     c, s = law(raw=sign * 0.03, hand=sign * 0.03, usual=sign * 0.03, since=98)
     s["hand"] = sign * 0.0405  # more than a noise away takes four back
-    kernel.rest(c, s)
+    rest(c, s)
     assert (s["since"], s["grip"]) == (94, MAY_HOLD)
     s["since"] = 3
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["since"] == 0
     s["since"], s["hand"] = 98, sign * 0.0395
-    kernel.rest(c, s)
+    rest(c, s)
     assert (s["since"], s["grip"]) == (99, MAY_HOLD)
     zero, s["usual"] = float(s["zero"]), sign * 0.03
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["grip"] == GONE
     assert s["zero"] - zero == pytest.approx(-sign * 0.018, rel=0.01)
     zero = float(s["zero"])
     for _ in range(300):
-        kernel.rest(c, s)
+        rest(c, s)
     assert abs(s["zero"] - zero) < 0.003  # the half minute's
-    for unknown in ({"outcome": kernel.TOUCHED}, {"zero_variance": 1.0}):
+    for unknown in ({"outcome": TOUCHED}, {"zero_variance": 1.0}):
         c, s = law(raw=0.03, hand=0.03, usual=0.03, since=99, **unknown)
-        kernel.rest(c, s)
+        rest(c, s)
         assert s["grip"] == MAY_HOLD
 
 
 def test_a_zero_that_is_not_known_asks_more_of_a_hand() -> None:
     c, s = law(hand=0.05, zero_variance=1e-3)
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["pushed"] == 0
     c, s = law(hand=0.2, zero_variance=1e-3)
-    kernel.rest(c, s)
+    rest(c, s)
     assert s["pushed"] == 1
 
 
 def test_held_from_outside_it_starts_on_nothing_that_was_felt() -> None:
     _, s = law(GUIDING, w=1.0, hand=1.0, pushed=1, since=50, least=1.0, least_1=1.0, least_2=1.0)
-    kernel.hold(s)
+    hold(s)
     assert s["state"] == RESTING
     assert not any(s[name] for name in ("w", "hand", "pushed", "since", "least", "least_1", "least_2"))
 
 
-@pytest.mark.parametrize(("torque", "certain"), [(0.05, 0.03), (-0.05, -0.03), (0.02, 0.0), (-0.01, 0.0)])
-def test_what_is_certain_is_what_is_left_of_it(torque: float, certain: float) -> None:
-    assert kernel.certain(torque, 0.02) == pytest.approx(certain)
+@pytest.mark.parametrize(("torque", "sure"), [(0.05, 0.03), (-0.05, -0.03), (0.02, 0.0), (-0.01, 0.0)])
+def test_what_is_certain_is_what_is_left_of_it(torque: float, sure: float) -> None:
+    assert certain(torque, 0.02) == pytest.approx(sure)

@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from idtool.control.admittance import kernel
+from idtool.control.admittance import kernel, record, tare
 from idtool.control.admittance.constants import CONSTANTS, constants_of, share
 from idtool.control.admittance.states import GUIDING, ORDER, RESTING
 from idtool.control.guard import Limits, Measurement
@@ -24,8 +24,8 @@ BRISTLE_PRIOR = 0.6
 #: the noise of few samples adds, over the root of their number.
 _APART, _NOISE_APART = 2.0, 2.2
 _WORDS = {
-    kernel.TOUCHED: "the tare was disturbed and is not used: keep hands off and call tare() again",
-    kernel.NOT_EXPLAINED: (
+    record.TOUCHED: "the tare was disturbed and is not used: keep hands off and call tare() again",
+    record.NOT_EXPLAINED: (
         "the tare met more than load and friction can explain, both times alike, and is not used: the axis"
         " stays heavier; a diagnosis of its logs may find the effect that the parameter file lacks"
     ),
@@ -81,7 +81,7 @@ class AdmittanceLaw(Law):
         super().__init__(model, limits, period, resolution)
         self.settings = settings
         self.constants = constants_of(_axis(model, limits, period, resolution, self.rest_speed, settings))
-        self._constants, self._states = np.array([self.constants]), np.zeros(1, kernel.STATE)
+        self._constants, self._states = np.array([self.constants]), np.zeros(1, record.STATE)
         self._s: Any = self._states[0]
         self._remainder = Remainder(model, period, in_time=True)
         self._load()
@@ -89,13 +89,13 @@ class AdmittanceLaw(Law):
 
     def _load(self) -> None:
         """Call once what is compiled: a first call compiles or loads it, and no servo waits for that."""
-        states = np.zeros(1, kernel.STATE)
+        states = np.zeros(1, record.STATE)
         state: Any = states[0]
         kernel.reset(self.constants, state)
         kernel.begin(self.constants, state, 0.0)
         kernel.watch_in(self._constants, states, 0.0)
         kernel.act_in(self._constants, states, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
-        kernel.tare(self.constants, state)
+        tare.tare(self.constants, state)
         kernel.hold_in(states)
 
     def reset(self) -> None:
@@ -118,11 +118,11 @@ class AdmittanceLaw(Law):
         self.state = ORDER[state]
         self.wanted = wanted if state == GUIDING else 0.0
         self.limited = ("speed",) if limited else ()
-        self.note = self._tare_note(outcome) if outcome != kernel.USED else ""
+        self.note = self._tare_note(outcome) if outcome != record.USED else ""
 
     def _tare_note(self, outcome: int) -> str:
         """What the last tare came to, which is not used."""
-        if outcome != kernel.OTHER_LOAD:
+        if outcome != record.OTHER_LOAD:
             return _WORDS[outcome]
         load, per = float(self._s["load"]), self.settings.per_kilogram
         much = f"{load / per:+.2f} kg" if per else f"{load:+.3g} at the shaft"
@@ -144,7 +144,7 @@ class AdmittanceLaw(Law):
 
     def tare(self) -> bool:
         """Learn load and friction by moving to and fro; False while it is not ready."""
-        began = bool(kernel.tare(self.constants, self._s))
+        began = bool(tare.tare(self.constants, self._s))
         self._tell()
         return began
 
@@ -177,8 +177,8 @@ def _axis(
 ) -> dict[str, Any]:
     """What an axis brings to the constants."""
     reach = 0.5 * settings.tare_travel
-    part = max(math.ceil(2.0 * math.pi * reach / (settings.tare_speed * period * kernel.PARTS)), 1)
-    cycle = kernel.PARTS * part
+    part = max(math.ceil(2.0 * math.pi * reach / (settings.tare_speed * period * record.PARTS)), 1)
+    cycle = record.PARTS * part
     turn = 2.0 * math.pi / cycle
     middle = 0.5 * (limits.position_min + limits.position_max)
     apart = (_APART + _NOISE_APART / math.sqrt(part)) * settings.noise / model.torque_constant

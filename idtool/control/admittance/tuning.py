@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from idtool.control.admittance import kernel
+from idtool.control.admittance import hand, kernel, record, tare
 from idtool.control.admittance.constants import CONSTANTS
 from idtool.control.admittance.law import AdmittanceLaw
 from idtool.control.admittance.states import RESTING, TARING
@@ -204,10 +204,10 @@ def _law(parameters: Parameters, period: float) -> AdmittanceLaw:
 
 
 def _break_away(law: AdmittanceLaw) -> float:
-    """Torque at which a tared axis starts, N m (N): as `kernel.rest`."""
-    c, s = law.constants, np.zeros(1, kernel.STATE)[0]
+    """Torque at which a tared axis starts, N m (N): as `rest.rest`."""
+    c, s = law.constants, np.zeros(1, record.STATE)[0]
     s["unexplained"] = _UNEXPLAINED * law.settings.noise
-    return float(max(c["floor"], kernel.rest_bound(c, s)) + c["start_torque"])
+    return float(max(c["floor"], hand.rest_bound(c, s)) + c["start_torque"])
 
 
 def uncertainty_after_tare(parameters: Parameters, speed: float, period: float) -> float:
@@ -218,11 +218,11 @@ def uncertainty_after_tare(parameters: Parameters, speed: float, period: float) 
     """
     law = _law(parameters, period)
     c, model = law.constants, OnlineModel(parameters)
-    s: Any = np.zeros(1, kernel.STATE)[0]
+    s: Any = np.zeros(1, record.STATE)[0]
     kernel.reset(c, s)
     kernel.begin(c, s, 0.0)
     s["state"] = RESTING
-    kernel.tare(c, s)
+    tare.tare(c, s)
     place, k = 0.0, 0
     while int(s["state"]) == TARING:
         angle = float(c["tare_turn"]) * k
@@ -238,7 +238,7 @@ def uncertainty_after_tare(parameters: Parameters, speed: float, period: float) 
         place += speed * period
         load = model.update(Instant((k + j) * period, period, place, speed, travel=speed * period))
         s["elastic"], s["damping"] = load.elastic, load.damping
-        worst = max(worst, float(kernel.uncertainty(c, s)))
+        worst = max(worst, float(hand.uncertainty(c, s)))
     return worst
 
 
