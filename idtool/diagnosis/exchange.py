@@ -95,9 +95,8 @@ def _without_lag(
 
 def in_its_place(one: JointFit, other: JointFit) -> bool:
     """Whether a model with another effect is clearly better, or as good with fewer numbers."""
-    if ties(prediction_errors(one), prediction_errors(other)):
-        return len(one.x) < len(other.x)
-    return _clearly_better(one, other)
+    tied = ties(prediction_errors(one), prediction_errors(other))
+    return len(one.x) < len(other.x) if tied else _clearly_better(one, other)
 
 
 def _clearly_better(one: JointFit, other: JointFit) -> bool:
