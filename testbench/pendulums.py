@@ -14,7 +14,7 @@ from idtool.parameters import EffectEntry, Parameter
 
 @dataclass(frozen=True)
 class Pendulum:
-    """A mass on a lever behind friction; SI."""
+    """A mass on a lever behind friction; SI. `inertia` is with the mass on it."""
 
     inertia: float = 0.02
     mass: float = 0.5
@@ -61,7 +61,8 @@ class Pendulum:
         position *= ramp
         velocity, acceleration = np.gradient(position, time), np.gradient(np.gradient(position, time), time)
         mass = self.mass if payload is None else payload
-        torque = self.inertia * acceleration + self.coulomb * np.sign(velocity) + self.viscous * velocity
+        inertia = self.inertia + (mass - self.mass) * self.lever**2
+        torque = inertia * acceleration + self.coulomb * np.sign(velocity) + self.viscous * velocity
         torque += (mass * STANDARD_GRAVITY * self.lever + self.own) * np.sin(position)
         count = 2 * np.pi / 65536
         frame = pd.DataFrame(

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from idtool.fit.joint import JointFit, kept
+from idtool.fit.levels import contradicted_at_rest, rising
 from idtool.fit.lever import odd_lever
 from idtool.fit.next_sweep import long_sweep, run_command, slow_sweep
 from idtool.fit.shortcoming import PARTS, Limits, Shortcoming
@@ -104,7 +105,8 @@ def not_converged(fit: JointFit) -> Shortcoming | None:
 
 @kept
 def _about_parameters(fit: JointFit) -> list[Shortcoming]:
-    judged = [one_payload, one_direction, one_speed, low_speeds, no_reversal, presliding, brief, at_bound]
+    levels = [one_direction, one_speed, low_speeds, rising, contradicted_at_rest]
+    judged = [one_payload, *levels, no_reversal, presliding, brief, at_bound]
     found = [one for judge in judged if (one := judge(fit)) is not None]
     told = {name for one in found for name in one.parameters}
     found += [one for one in [carried(fit, told)] if one is not None]
@@ -261,7 +263,7 @@ def brief(fit: JointFit) -> Shortcoming | None:
         return None
     friction = fit.model.friction(fit.x)
     least = max(friction.coulomb, friction.static) / max(travel, fit.presliding_scale)
-    bound = f"{least:.2g} {unit_text('stiffness', fit.model.recording.axis.kind)}"
+    bound = f"{least:.2g} {unit_text('stiffness', fit.model.recording.axis.units)}"
     return Shortcoming(
         "brief_presliding",
         ("dynamic",),

@@ -213,9 +213,10 @@ def _without_constant(log: Log) -> Log:
 def _spec(recording: Recording, varies: bool) -> tuple[Spec, list[str]]:
     """The model, and the names of the coordinates that are the load's."""
     motion = recording.motion
-    effects: tuple[Effect, ...] = tuple(
-        effect for effect in [registry.get("inertia")] if effect.missing(motion) is None
-    )
+    inertia = registry.get("inertia")
+    # what a payload adds to it looks like less of its weight in a swing, whose acceleration follows its place
+    inertia = (*inertia.larger(motion), inertia)[0]
+    effects: tuple[Effect, ...] = (inertia,) if inertia.missing(motion) is None else ()
     swings = recording.axis.kind == "rotary" and float(np.ptp(motion.position)) >= _LEAST_SWING
     if varies and not (swings and _as_an_arm(recording)):
         model, columns = choose_gravity(recording, "slide")

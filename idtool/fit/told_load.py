@@ -93,7 +93,8 @@ def _longest_lever(fit: JointFit, size: float) -> float:
     if motion.payload is not None and np.ptp(motion.payload) > 0.0:  # `size` is per kilogram of it
         weight = motion.acceleration**2
         masses = float(weight @ motion.payload) / max(float(np.sum(weight)), 1e-300)
-    return STANDARD_GRAVITY * _at_most(fit, "inertia.inertia") / max(size * masses, 1e-300)
+    inertia = _at_most(fit, "inertia.inertia") + masses * _at_most(fit, "inertia.per_payload")
+    return STANDARD_GRAVITY * inertia / max(size * masses, 1e-300)
 
 
 def _at_most(fit: JointFit, name: str) -> float:

@@ -35,6 +35,16 @@ def test_two_sessions_tell_the_load_from_the_weight_of_the_axis() -> None:
     assert any("all the gravity in these logs" in note for note in alone.notes)
 
 
+def test_a_payload_that_swings_has_inertia_of_its_own() -> None:
+    """Taken for less weight, as it follows the position in a swing, it put the constant 10 % off."""
+    swing = Pendulum(inertia=0.03, mass=1.0, lever=0.15)
+    logs = [swing.log(seed=k, payload=payload) for k, payload in enumerate((1.0, 0.1))]
+    found = calibrate(logs, lever=swing.lever)
+    assert found.constant.value == pytest.approx(swing.torque_constant, rel=0.01)
+    assert found.constant.ci95 is not None
+    assert found.constant.ci95[0] < swing.torque_constant < found.constant.ci95[1]
+
+
 def test_volts_give_the_torque_per_volt() -> None:
     swing = Pendulum()
     log = swing.log()
