@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,10 +75,7 @@ class MotionSearch:
         self.recording, self.measured = recording, measured
         self.evaluations = 0
         self.longest_step = COARSE_STEP
-        self.stages = [Stage.of(logs, recording)]
-        # a torque that was measured needs no goal beside it
-        if drive is not None and drive.position_gain is not None and recording.by_voltage:
-            self.stages.append(Stage.of(logs, recording, drive))
+        self.stages = [Stage.of(logs, recording), *self._goals(logs, drive)]
         motion = recording.motion
         parts = windows(motion.time, motion.starts.tolist(), WINDOW_S)
         self.window: NDArray[np.intp] = np.zeros(len(motion), dtype=np.intp)
@@ -90,6 +88,25 @@ class MotionSearch:
         self._worked = 0.0
         self._planned = 0.0
         self._progress: Callable[[float], None] | None = None
+
+    def _goals(self, logs: Sequence[Log], drive: Drive | None) -> list[Stage]:
+        """The goals as a way to drive it, beside the effort: a torque that was measured needs none."""
+        if drive is None or drive.position_gain is None or not self.recording.by_voltage:
+            return []
+        return [Stage.of(logs, self.recording, drive)]
+
+    def driven_by(self, drive: Drive | None, logs: Sequence[Log] = ()) -> MotionSearch:
+        """The same search with another position loop, or none; it says nothing of how far it is."""
+        other = copy(self)
+        other._progress = None
+        other.stages = [self.stages[0], *self._goals(logs, drive)]
+        if self.soft is not None:
+            other.soft = self.soft[: len(self.measured) * len(other.stages)]
+        return other
+
+    def goes_on_for(self, other: MotionSearch) -> None:
+        """Say how far the search is, from where another one is."""
+        self._worked, self._planned, self._progress = other._worked, other._planned, other._progress
 
     def plan(self, most: Sequence[int], progress: Callable[[float], None] | None) -> None:
         """Fits to come, by their most evaluations, and what is called with the share done, 0 to 1."""
@@ -186,11 +203,11 @@ class MotionSearch:
         """The nearest first, without those that noise does not tell from one before."""
         found: list[Tried] = []
         for one in sorted(tries, key=lambda one: one.cost):
-            if not found or self._is_worse(one, found[-1]):
+            if not found or self.is_worse(one, found[-1]):
                 found.append(one)
         return found
 
-    def _is_worse(self, one: Tried, than: Tried) -> bool:
+    def is_worse(self, one: Tried, than: Tried) -> bool:
         """Whether by more than noise makes of one number: errors within a window hang together, so that the
         windows are what was drawn."""
         return one.cost > (1.0 + 1.0 / self.windows) * than.cost
@@ -209,7 +226,7 @@ class MotionSearch:
             return tried
         kept = [one for one in tried.coordinates if one.part != _GEARS]
         less = self.fit(replace(tried.parameters, effects=effects), kept, TRIED)
-        return tried if self._is_worse(less, tried) else less
+        return tried if self.is_worse(less, tried) else less
 
     def without_sides(self, tried: Tried, scales: Scales) -> Tried:
         """Without what differs between the directions, where that hardly brings the motion closer."""

@@ -58,7 +58,7 @@ class Stage:
         if drive is not None:
             assert drive.delay is not None
             goal = np.concatenate([goal_of(log) for log in logs])
-            given = _later(motion.time, goal, motion.first, drive.delay.value)
+            given = later(motion.time, goal, motion.first, drive.delay.value)
         else:
             back_emf = np.concatenate([effort.back_emf for effort in efforts])
             # the simulated speed takes the back-EMF off again
@@ -104,6 +104,7 @@ class Stage:
         """
         motion = self.recording.motion
         path = np.empty(len(motion))
+        given, driven = self._in_step(file.delay)
         known: dict[tuple[float, ...], tuple[tabulated.Plant, tabulated.Slopes]] = {}
         for trial, begins in enumerate(self._begins(seconds)):
             rows = slice(int(motion.starts[trial]), int(motion.ends[trial]))
@@ -118,9 +119,9 @@ class Stage:
             path[rows] = forward.simulate(
                 plant,
                 motion.time[rows],
-                self.given[rows],
+                given[rows],
                 self.scale[rows],
-                self.driven[rows],
+                driven[rows],
                 file.added(motion, rows),
                 begins - rows.start,
                 self._start(plant, begins),
@@ -128,12 +129,26 @@ class Stage:
                 slopes=slopes,
                 along=along[rows],
             )[:, 0]
-            if file.delay:
-                both = np.column_stack([path[rows], along[rows]])
-                both = _reported_late(motion.time[rows], begins - rows.start, both, file.delay)
-                path[rows], along[rows] = both[:, 0], both[:, 1:]
             progress(rows.stop / len(motion))
         return path
+
+    def _in_step(self, delay: float) -> tuple[Array, Array]:
+        """`given` and `driven` as late as the motion is read, so that a window that starts from what was read
+        is driven by what acted then."""
+        if delay == 0.0:
+            return self.given, self.driven
+        if delay not in self._known_steps:
+            time, first = self.recording.motion.time, self.recording.motion.first
+            self._known_steps.clear()
+            self._known_steps[delay] = (
+                later(time, self.given, first, delay),
+                np.round(later(time, self.driven, first, delay)),
+            )
+        return self._known_steps[delay]
+
+    @cached_property
+    def _known_steps(self) -> dict[float, tuple[Array, Array]]:
+        return {}
 
     def _begins(self, seconds: float) -> list[NDArray[np.intp]]:
         """First rows of the windows of every trial."""
@@ -189,14 +204,6 @@ class Stage:
         return float(np.max(np.abs(self.recording.motion.velocity)))
 
 
-def _reported_late(time: Array, begins: NDArray[np.intp], values: Array, delay: float) -> Array:
-    """Values as they were so much earlier within each window, the first one before; shape (rows, columns)."""
-    first = np.repeat(begins, np.diff(np.append(begins, len(time))))
-    before = np.clip(np.searchsorted(time, time - delay, side="right") - 1, first, len(time) - 2)
-    share = np.clip((time - delay - time[before]) / (time[before + 1] - time[before]), 0.0, 1.0)
-    return np.asarray(values[before] + share[:, None] * (values[before + 1] - values[before]))
-
-
 def measured_position(logs: Sequence[Log], recording: Recording) -> Array:
     """The position as it was read, whole turns put right; the integrated speed where none was read."""
     smooth = recording.motion.position
@@ -233,8 +240,8 @@ def _scale(log: Log, effort: Effort) -> Array:
     return np.asarray(supply_of(log, duty, voltage) * (log.axis.voltage_constant or 1.0), dtype=float)
 
 
-def _later(time: Array, values: Array, first: NDArray[np.bool_], delay: float) -> Array:
-    """The values as they act, `delay` after they were logged, trial by trial."""
+def later(time: Array, values: Array, first: NDArray[np.bool_], delay: float) -> Array:
+    """The values as they were `delay` before each row, trial by trial."""
     result = np.array(values, dtype=float)
     edges = [*np.flatnonzero(first).tolist(), len(time)]
     for begin, end in pairwise(edges):

@@ -26,8 +26,9 @@ from idtool.parameters import Parameter, Parameters
 from idtool.parameters.drive import with_loop
 from idtool.signals import Recording, record
 from idtool.signals.lateness import without_late_velocity
+from idtool.simulation.in_step import in_step, lateness, lateness_in, less, with_lateness
 from idtool.simulation.plant import PlantFile
-from idtool.simulation.search import MOST, TRIED, MotionSearch
+from idtool.simulation.search import MOST, TRIED, MotionSearch, Tried
 from idtool.simulation.stage import measured_position
 from idtool.simulation.starts import regress, scales_of, starts_of_a_gearbox
 
@@ -84,8 +85,7 @@ def fit_motion(
             "the parameter file has no [friction.static]",
             remedy="make it with ffc-id identify, or leave it out: a regression starts the fit then",
         )
-    first = _without_bristle(_with_drive(first, logs))
-    scales = scales_of(recording)
+    first, scales = _with_drive(_without_bristle(first), logs), scales_of(recording)
     search = MotionSearch(logs, recording, measured, first.drive)
     starts = [first, *starts_of_a_gearbox(first, recording, scales, drive_was_off=search.drive_was_off)]
     tell("fitting the motion")
@@ -98,6 +98,9 @@ def fit_motion(
     best = search.pruned(min(ends, key=lambda one: one.cost))
     if known is None:
         best = search.without_sides(best, scales)
+    if not lateness_in(first):
+        tell("looking how late the motion is read")
+        search, best = _in_step(search, best, logs)
     best = search.finished(best)
     after = search.rms(best.parameters)
     ended = best.outcome
@@ -105,6 +108,8 @@ def fit_motion(
     _check_that_effort_moves(fitted, recording)
     if not search.drive_was_off:
         fitted = _with_unseen_back_emf(fitted)
+    if lateness_in(fitted) and not lateness_in(first):
+        notes += [f"the motion is read {1e3 * lateness_in(fitted):.1f} ms later than the effort beside it."]
     return MotionFit(
         replace(fitted, provenance={**fitted.provenance, "fit_motion": ended.value}),
         before,
@@ -136,14 +141,32 @@ def _check_that_effort_moves(fitted: Parameters, recording: Recording) -> None:
         )
 
 
+def _in_step(search: MotionSearch, best: Tried, logs: Sequence[Log]) -> tuple[MotionSearch, Tried]:
+    """The fit with how much later than the effort the motion is read, where that brings it closer."""
+    late = lateness(search.driven_by(None), best)
+    if late is None:
+        return search, best
+    first = _with_drive(with_lateness(best.parameters, late), logs)
+    other = search.driven_by(first.drive, logs)
+    found = other.pruned(other.fit(first, best.coordinates, MOST))
+    if not search.is_worse(best, found):
+        return search, best
+    other.goes_on_for(search)
+    return other, found
+
+
 def _with_drive(parameters: Parameters, logs: Sequence[Log]) -> Parameters:
-    """The file with the position loop where the logs have a goal."""
+    """The file with the position loop where the logs have a goal: its gains act on a position of the same
+    instant as the duty, and its delay is beside that of the readings."""
     if any(log.column("position_command") is None for log in logs):
         return parameters
+    late = lateness_in(parameters)
     try:
-        return replace(parameters, drive=with_loop(parameters.drive, fit_drive(logs)))
+        loop = fit_drive([in_step(log, late) for log in logs] if late else logs)
     except InputError:  # the goal is not what drives the motor
         return parameters
+    assert loop.delay is not None
+    return replace(parameters, drive=with_loop(parameters.drive, replace(loop, delay=less(loop.delay, late))))
 
 
 def _with_unseen_back_emf(parameters: Parameters) -> Parameters:

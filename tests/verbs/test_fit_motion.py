@@ -145,6 +145,34 @@ def test_back_emf_that_no_log_showed_apart_is_a_bound(never_off: Parameters) -> 
     assert not any("with the drive off" in note for note in simulate(PLAIN.log(1.0, 0.25), found).notes)
 
 
+def read_late(log: Log, by: float) -> Log:
+    time = log.frame["time_s"]
+    moved = {name: np.interp(time - by, time, log.frame[name]) for name in ("position_rad", "velocity_rad_s")}
+    return replace(log, rows=log.frame.assign(**moved))
+
+
+def test_a_motion_that_is_read_late_is_put_in_step() -> None:
+    """Duty and position of different instants: the inertia took the delay times the back-EMF for its own."""
+    plain = [PLAIN.log(1.0, 0.25, seconds=6.0), PLAIN.log(2.2, 0.35, seconds=6.0)]
+    late = [read_late(log, 0.015) for log in plain]
+    found, true = fit_motion(late), fit_motion(plain)
+    (delay,) = found.parameters.effect("transport_delay").parameters.values()  # type: ignore[union-attr]
+    assert delay.value == pytest.approx(0.015, abs=0.002)
+    assert delay.ci95 is not None
+    assert delay.ci95[0] < 0.015 < delay.ci95[1]
+    assert "ms later than the effort" in found.notes[-1]
+    assert true.parameters.effect("transport_delay") is None
+    one, other = (fit.parameters.effect("inertia") for fit in (found, true))
+    assert one is not None
+    assert other is not None
+    assert one.parameters["inertia"].value == pytest.approx(other.parameters["inertia"].value, rel=0.03)
+    assert found.after < 1.3 * true.after
+    drives = [fit.parameters.drive for fit in (found, true)]
+    assert drives[0] is not None
+    assert drives[1] is not None
+    assert drives[0].gain_at(None) == pytest.approx(drives[1].gain_at(None), rel=0.05)
+
+
 @pytest.mark.long
 def test_of_two_minima_of_a_real_servo_it_finds_the_lower(measured: Path) -> None:
     """Stiction that fades within the slowest motion, which the fit of two gains had missed."""
