@@ -27,6 +27,8 @@ _FINE = 1e-3
 _WORTH = 0.02
 #: How near the highest command of all logs one's own is the same limit.
 _NEAR = 0.02
+#: So many rows at exactly the highest command of a log may be its limit.
+_STOPPED = 10
 #: A law that leaves more than this share of the command's variance is not the loop's.
 _MOST_LEFT = 0.5
 
@@ -63,7 +65,6 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
     def at(delay: float) -> tuple[float, Array, Array, Array]:
         columns = np.vstack([part.columns(delay) for part in parts])
         commanded = np.concatenate([part.command[part.usable] for part in parts])
-        # where the law asks for more than the limit the limit is what is seen
         found = np.linalg.lstsq(columns, commanded, rcond=None)[0]
         left = commanded - columns @ found
         return float(left @ left), found, left, columns
@@ -94,7 +95,7 @@ def fit_drive(logs: Sequence[Log]) -> Drive:
         command,
         _parameter(float(found[0]), errors[0]),
         _parameter(float(found[1]), errors[1] if with_speed else None),
-        _limit(command, parts),
+        _limit(command, parts, delay, found),
         _parameter(delay, spread, at_bound=delay > _LONGEST - _FINE),
         reference,
     )
@@ -117,14 +118,15 @@ def goal_of(log: Log) -> Array:
     return goal
 
 
-def _limit(command: Command, parts: Sequence[_Rows]) -> Parameter:
+def _limit(command: Command, parts: Sequence[_Rows], delay: float, gains: Array) -> Parameter:
     """The most that the drive commands: where it was seen to stop short of what the law asks for.
 
     What was merely the largest command of some gentle logs must not hold back a higher gain, or a faster
     goal: a duty then ends where all duties do, and nothing says where an effort would.
     """
     most = max(part.most for part in parts)
-    if any(part.most >= (1.0 - _NEAR) * most and part.clipped for part in parts):
+    ends = [part for part in parts if part.most >= (1.0 - _NEAR) * most]
+    if any(part.clipped or part.asks_for_more(delay, gains) for part in ends):
         return Parameter(most)
     return Parameter(1.0) if command == "duty" else Parameter(most).undetermined(at_least=most)
 
@@ -147,16 +149,27 @@ class _Rows:
         for reason in (DRIVE_OFF, DUTY_FULL):
             if reason in effort.unfit:
                 self.usable &= ~effort.unfit[reason]
+        # where the law asks for more than the limit, the limit is what is seen
+        at_most = np.abs(self.command) >= self.most
+        self.stopped = at_most & self.usable & (np.count_nonzero(at_most) >= _STOPPED)
+        self.usable &= ~self.stopped
 
-    def columns(self, delay: float) -> Array:
-        """Error of the position and speed, usable rows, the gain of this log relative to the file's."""
+    def asks_for_more(self, delay: float, gains: Array) -> bool:
+        """Whether the law asks for more than the highest command on the rows that have exactly that."""
+        if not self.stopped.any():
+            return False
+        asked = self.columns(delay, self.stopped)[:, : len(gains)] @ gains
+        return bool(np.median(np.abs(asked)) > self.most)
+
+    def columns(self, delay: float, rows: NDArray[np.bool_] | None = None) -> Array:
+        """Error of the position and speed, usable rows by default, the gain of this log over the file's."""
         goal = np.array(self.goal)
         edges = [*np.flatnonzero(self.first).tolist(), len(goal)]
         for begin, end in pairwise(edges):
             time = self.time[begin:end]
             goal[begin:end] = np.interp(time - delay, time, self.goal[begin:end])
         both = np.column_stack([self.setting * (goal - self.position), -self.velocity])
-        return np.asarray(both[self.usable])
+        return np.asarray(both[self.usable if rows is None else rows])
 
 
 def _of_log(recording: Recording, index: int) -> Motion:

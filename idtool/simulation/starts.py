@@ -44,7 +44,7 @@ def regress(recording: Recording) -> Parameters:
     return Parameters(
         axis=recording.axis,
         gravity_model=model,
-        gravity={name: Parameter(told.get(name, 0.0)) for name in known},
+        gravity={name: Parameter(value) for name, value in told.items()},
         static={
             "coulomb": Parameter(coulomb),
             "static": Parameter(coulomb),

@@ -270,6 +270,7 @@ def _determine(
         never = "" if acting else "gravity never acts in these logs"
         run = run_command(recording, "gravity")
         judge("gravity: base", ["gravity.base"], "gravity acts", never, run)
+        never = never or ("" if payloads > 1 else "one payload only")
         judge("gravity: per payload", ["gravity.per_payload"], f"{payloads} payloads", never, run)
     speeds = sorted({round(abs(speed), 3) for speed, _ in constant_speeds(motion)})
     moving = np.abs(motion.velocity) > 1e-3 * float(np.max(np.abs(motion.velocity)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from idtool import Axis, Log
@@ -62,3 +63,18 @@ def test_a_duty_that_stops_short_of_its_goal_tells_the_limit_and_else_ends_at_on
         assert limit is not None
         assert limit.value == pytest.approx(wanted)
         assert limit.known
+
+
+def test_a_servo_that_rests_for_long_tells_its_limit_too() -> None:
+    """A duty that is quiet at rest repeats itself there for longer than it stays at its limit."""
+    log = log_of(0.0)
+    frame = log.frame.drop(columns="current_a")
+    asked = 0.5 * (frame["position_command_rad"] - frame["position_rad"])
+    most = 0.6 * asked.abs().max()
+    moving = frame.assign(duty=asked.clip(-most, most), supply_voltage_v=7.4)
+    rest = moving.iloc[[-1] * 800].assign(time_s=moving["time_s"].iloc[-1] + 0.005 * np.arange(1, 801))
+    drive = fit_drive([replace(log, axis=Axis(), rows=pd.concat([moving, rest], ignore_index=True))])
+    assert drive.limit is not None
+    assert drive.limit.value == pytest.approx(most)
+    assert drive.position_gain is not None
+    assert drive.position_gain.value == pytest.approx(0.5, rel=0.01)

@@ -8,6 +8,7 @@ import pytest
 
 from idtool import Axis, InputError, Log
 from idtool.fit.known_load import calibrate, calibrate_by_axis
+from idtool.verbs.check import check
 from testbench.pendulums import Pendulum
 
 SWING = Pendulum()
@@ -88,3 +89,10 @@ def test_what_is_right_is_not_doubted(axis: Pendulum) -> None:
         said = " ".join(calibrate(logs, mass=mass, lever=axis.lever).notes)
         assert "of its own" not in said
         assert "inertia" not in said
+
+
+def test_check_says_that_one_payload_on_an_arm_tells_nothing_per_kilogram() -> None:
+    for payloads, told in (((0.5,), False), ((0.5, 0.0), True)):
+        logs = [SWING.log(seed=k, payload=payload) for k, payload in enumerate(payloads)]
+        found = check(logs)
+        assert ("gravity: per payload" in {one.what for one in found.can}) == told

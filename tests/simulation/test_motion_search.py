@@ -16,7 +16,7 @@ from idtool.simulation import search
 from idtool.simulation.coordinates import start
 from idtool.simulation.search import MotionSearch
 from idtool.simulation.stage import Stage, measured_position
-from idtool.simulation.starts import scales_of
+from idtool.simulation.starts import regress, scales_of
 from testbench.pendulums import Pendulum
 
 SWING = Pendulum()
@@ -28,6 +28,15 @@ def searched() -> MotionSearch:
     log = SWING.log(seconds=4.0)
     recording = record([replace(log, axis=SWING.parameters().axis)], every_row=True)
     return MotionSearch([log], recording, measured_position([log], recording), None)
+
+
+def test_one_payload_tells_no_gravity_per_kilogram() -> None:
+    """What is in proportion to it is in the base; both would be found, and cancel."""
+    log = SWING.log(seconds=4.0)
+    lying = log.frame["position_rad"] * 0.1, 0.2 * np.sign(np.sin(7.0 * log.frame["time_s"]))
+    slide = log.frame.assign(payload_kg=0.2, position_rad=lying[0], current_a=lying[1] + 0.1)
+    found = regress(record([replace(log, axis=SWING.parameters().axis, rows=slide)], every_row=True))
+    assert "per_payload" not in found.gravity
 
 
 def worst(one: MotionSearch, file: Parameters) -> Array:
