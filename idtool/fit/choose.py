@@ -28,6 +28,8 @@ from idtool.signals import Recording
 GRAVITY_CHOICES = ("auto", "slide", "arm", "none")
 #: An arm's sine and cosine must take away this share of the torque's square to be taken for gravity.
 _ARM_GAIN = 0.05
+#: ... or this share, and half of what friction and mass leave: a voltage is mostly back-EMF.
+_ARM_LEAST, _ARM_OF_LEFT = 0.005, 0.5
 #: ... and a cubic spring must not leave less than this share of what they leave.
 _SPRING = 0.7
 _LEAST_SPAN = 1e-3
@@ -79,7 +81,9 @@ def _swings(recording: Recording) -> bool:
     arm = _left(recording, [*level, *_pulls(recording, level)])
     x = motion.position - motion.position.mean()
     spring = _left(recording, [*level, x, x**2, x**3])
-    return _left(recording, level) - arm > _clear(recording) and spring > _SPRING * arm
+    left = _left(recording, level)
+    small = arm < (1.0 - _ARM_OF_LEFT) * left and left - arm > _ARM_LEAST / _ARM_GAIN * _clear(recording)
+    return (small or left - arm > _clear(recording)) and spring > _SPRING * arm
 
 
 def _refuse_other_loads(recording: Recording) -> None:
@@ -95,13 +99,18 @@ def _refuse_other_loads(recording: Recording) -> None:
     own = [*level, *_pulls(recording, level)]
     loaded = [*own, *payloads, *_pulls(recording, payloads)]
     if _left(recording, own) - _left(recording, loaded) > _clear(recording):
-        raise InputError(
-            "it changes and this axis is an arm, of which the weight of one payload is modelled",
-            file=", ".join(recording.sources),
-            place="payload_kg",
-            remedy="identify each payload by itself (`ffc-id import LOG -o ONE.csv --where payload_kg=...`"
-            " takes its rows)",
-        )
+        raise other_loads(recording)
+
+
+def other_loads(recording: Recording) -> InputError:
+    """What is said of an arm whose payload changes."""
+    return InputError(
+        "it changes and this axis is an arm, of which the weight of one payload is modelled",
+        file=", ".join(recording.sources),
+        place="payload_kg",
+        remedy="identify each payload by itself (`ffc-id import LOG -o ONE.csv --where payload_kg=...`"
+        " takes its rows)",
+    )
 
 
 def _payloads(recording: Recording) -> list[Array]:

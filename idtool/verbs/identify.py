@@ -12,6 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.weights import weighed
 from idtool.effects import registry
@@ -23,6 +25,7 @@ from idtool.fit.choose import (
     choose_gravity,
     first_fit,
     first_fits,
+    other_loads,
     step_down,
 )
 from idtool.fit.drive import fit_drive
@@ -112,8 +115,14 @@ def identify(
         tell("finding the constant from the known load")
         calibration = calibrate_by_axis(logs)
         logs, validate = (_with_constant(some, calibration) for some in (logs, validate))
+        # a load that is known is that of an arm or of a slide
+        found = calibration.fit.model.spec.gravity or gravity
+        gravity = found if gravity == "auto" else gravity
     tell(READING)
     recording = record(logs)
+    payload = recording.motion.payload
+    if calibration is not None and gravity == "arm" and payload is not None and np.ptp(payload) > 0.0:
+        raise other_loads(recording)
     tell(SEARCHING)
     base = partial(begin, law=law, gravity=gravity, optimizer=optimizer, seed=seed, without=without)
     starts, notes, stepped = base(thin(recording))

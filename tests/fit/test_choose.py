@@ -212,6 +212,16 @@ def test_an_arm_under_one_load_is_an_arm(
     assert choose_gravity(swing(tmp_path, payloads, per_payload)) == ("arm", ("sin", "cos"))
 
 
+def test_an_arm_shows_beside_a_torque_that_is_mostly_back_emf(tmp_path: Path) -> None:
+    """... where it takes less than a twentieth of the torque's square, but most of what is left."""
+    swing(tmp_path, (0.5, 0.5), 2.4)
+    rows = pd.read_csv(tmp_path / "log.csv")
+    speed = np.gradient(rows["position_rad"], rows["time_s"])
+    for most, model in ((8.0, "arm"), (80.0, "slide")):
+        rows.assign(torque_nm=rows["torque_nm"] + most * speed).to_csv(tmp_path / "log.csv", index=False)
+        assert choose_gravity(record([Log.read(tmp_path / "log.csv")]))[0] == model
+
+
 def test_a_load_that_pulls_alike_at_each_angle_is_a_slide(tmp_path: Path) -> None:
     swing(tmp_path, (0.0, 0.5, 1.0), 0.0)
     rows = pd.read_csv(tmp_path / "log.csv")

@@ -74,3 +74,12 @@ def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "rms over windows of one second" in (tmp_path / "r" / "report.html").read_text()
     found = Parameters.read(tmp_path / "r" / "params.toml")
     assert found.axis.torque_constant == pytest.approx(SWING.torque_constant, rel=0.02)
+
+
+def test_an_arm_under_two_known_loads_is_refused_and_not_taken_for_a_slide() -> None:
+    """Back-EMF that is most of the effort hides the arm from a look at the torque; the known load tells it."""
+    swing = replace(SWING, viscous=3.0)
+    told = Axis(torque_constant=1.0, extra={"lever_m": swing.lever})
+    logs = [swing.log(seed=k, payload=payload, axis=told) for k, payload in enumerate((0.5, 0.1))]
+    with pytest.raises(InputError, match=r"payload_kg: it changes and this axis is an arm"):
+        identify(logs, friction="coulomb", known_load=True)
