@@ -116,8 +116,8 @@ def identify(
         calibration = calibrate_by_axis(logs)
         logs, validate = (_with_constant(some, calibration) for some in (logs, validate))
         # a load that is known is that of an arm or of a slide
-        found = calibration.fit.model.spec.gravity or gravity
-        gravity = found if gravity == "auto" else gravity
+        known = calibration.fit.model.spec.gravity
+        gravity = known if gravity == "auto" and known else gravity
     tell(READING)
     recording = record(logs)
     payload = recording.motion.payload

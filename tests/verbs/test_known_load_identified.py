@@ -77,7 +77,7 @@ def test_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 
 def test_an_arm_under_two_known_loads_is_refused_and_not_taken_for_a_slide() -> None:
-    """Back-EMF that is most of the effort hides the arm from a look at the torque; the known load tells it."""
+    """Back-EMF that is most of the effort hides the arm from a look at the torque; a known load tells it."""
     swing = replace(SWING, viscous=3.0)
     told = Axis(torque_constant=1.0, extra={"lever_m": swing.lever})
     logs = [swing.log(seed=k, payload=payload, axis=told) for k, payload in enumerate((0.5, 0.1))]
