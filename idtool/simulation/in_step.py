@@ -39,17 +39,17 @@ def lateness(search: MotionSearch, start: Tried) -> Parameter | None:
     def cost(delay: float) -> float:
         return fitted(delay).cost
 
-    tried = np.arange(0.0, _LATEST, _STEP)
-    costs = [cost(delay) for delay in tried]
-    place = int(np.argmin(costs))
-    if place == 0 and costs[0] <= cost(0.5 * _STEP):
+    at_once = cost(0.0)
+    if at_once <= min(cost(0.5 * _STEP), cost(_STEP)):
         return None
+    tried = np.arange(0.0, _LATEST, _STEP)
+    place = int(np.argmin([cost(delay) for delay in tried]))
     start = fitted(float(tried[place]), MOST)
     low, high = tried[max(place - 1, 0)], tried[min(place + 1, len(tried) - 1)]
     found = bounded_minimum(cost, float(low), float(high), within=_FINE)
     least = cost(found)
     noise = least / search.windows  # errors within a window hang together
-    if costs[0] <= least + noise:
+    if at_once <= least + noise:
         return None
     curvature = (cost(found + _REACH) + cost(max(found - _REACH, 0.0)) - 2.0 * least) / _REACH**2
     error = math.sqrt(2.0 * noise / curvature) if curvature > 0.0 else math.inf
