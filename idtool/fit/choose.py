@@ -28,8 +28,6 @@ from idtool.signals import Recording
 GRAVITY_CHOICES = ("auto", "slide", "arm", "none")
 #: An arm's sine and cosine must take away this share of the torque's square to be taken for gravity.
 _ARM_GAIN = 0.05
-#: ... or this share, and half of what friction and mass leave: a voltage is mostly back-EMF.
-_ARM_LEAST, _ARM_OF_LEFT = 0.005, 0.5
 #: ... and a cubic spring must not leave less than this share of what they leave.
 _SPRING = 0.7
 _LEAST_SPAN = 1e-3
@@ -81,9 +79,7 @@ def _swings(recording: Recording) -> bool:
     arm = _left(recording, [*level, *_pulls(recording, level)])
     x = motion.position - motion.position.mean()
     spring = _left(recording, [*level, x, x**2, x**3])
-    left = _left(recording, level)
-    small = arm < (1.0 - _ARM_OF_LEFT) * left and left - arm > _ARM_LEAST / _ARM_GAIN * _clear(recording)
-    return (small or left - arm > _clear(recording)) and spring > _SPRING * arm
+    return _left(recording, level) - arm > _clear(recording) and spring > _SPRING * arm
 
 
 def _refuse_other_loads(recording: Recording) -> None:
@@ -135,9 +131,11 @@ def _left(recording: Recording, columns: list[Array]) -> float:
 
 
 def _clear(recording: Recording) -> float:
-    """What sine and cosine must take away of it."""
-    target = recording.filtered_torque
-    return _ARM_GAIN * float(np.sum((target - target.mean()) ** 2))
+    """What sine and cosine must take away of it; a voltage is mostly back-EMF, which says nothing of them."""
+    target, speed = recording.filtered_torque, recording.filtered(recording.motion.velocity)
+    beside = np.column_stack([np.ones(len(target)), speed])
+    left = target - beside @ np.linalg.lstsq(beside, target, rcond=1e-10)[0]
+    return _ARM_GAIN * float(left @ left)
 
 
 def first_fit(

@@ -213,13 +213,13 @@ def test_an_arm_under_one_load_is_an_arm(
 
 
 def test_an_arm_shows_beside_a_torque_that_is_mostly_back_emf(tmp_path: Path) -> None:
-    """... where it takes less than a twentieth of the torque's square, but most of what is left."""
+    """... where it takes less than a twentieth of the torque's square."""
     swing(tmp_path, (0.5, 0.5), 2.4)
     rows = pd.read_csv(tmp_path / "log.csv")
     speed = np.gradient(rows["position_rad"], rows["time_s"])
-    for most, model in ((8.0, "arm"), (80.0, "slide")):
-        rows.assign(torque_nm=rows["torque_nm"] + most * speed).to_csv(tmp_path / "log.csv", index=False)
-        assert choose_gravity(record([Log.read(tmp_path / "log.csv")]))[0] == model
+    for back_emf in (8.0, 80.0):
+        rows.assign(torque_nm=rows["torque_nm"] + back_emf * speed).to_csv(tmp_path / "log.csv", index=False)
+        assert choose_gravity(record([Log.read(tmp_path / "log.csv")]))[0] == "arm"
 
 
 def test_a_load_that_pulls_alike_at_each_angle_is_a_slide(tmp_path: Path) -> None:
