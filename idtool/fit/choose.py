@@ -132,8 +132,10 @@ def _left(recording: Recording, columns: list[Array]) -> float:
 
 def _clear(recording: Recording) -> float:
     """What sine and cosine must take away of it; a voltage is mostly back-EMF, which says nothing of them."""
-    target, speed = recording.filtered_torque, recording.filtered(recording.motion.velocity)
-    beside = np.column_stack([np.ones(len(target)), speed])
+    target = recording.filtered_torque
+    beside = np.ones((len(target), 1))
+    if recording.by_voltage:
+        beside = np.column_stack([beside, recording.filtered(recording.motion.velocity)])
     left = target - beside @ np.linalg.lstsq(beside, target, rcond=1e-10)[0]
     return _ARM_GAIN * float(left @ left)
 

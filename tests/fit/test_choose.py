@@ -218,7 +218,9 @@ def test_an_arm_shows_beside_a_torque_that_is_mostly_back_emf(tmp_path: Path) ->
     rows = pd.read_csv(tmp_path / "log.csv")
     speed = np.gradient(rows["position_rad"], rows["time_s"])
     for back_emf in (8.0, 80.0):
-        rows.assign(torque_nm=rows["torque_nm"] + back_emf * speed).to_csv(tmp_path / "log.csv", index=False)
+        volts = 0.2 * (rows["torque_nm"] + back_emf * speed)
+        by_duty = rows.drop(columns="torque_nm").assign(duty=volts / 48.0, supply_voltage_v=48.0)
+        by_duty.to_csv(tmp_path / "log.csv", index=False)
         assert choose_gravity(record([Log.read(tmp_path / "log.csv")]))[0] == "arm"
 
 
