@@ -37,7 +37,7 @@ def exchange(
     """The selection with others in the place of an effect that came in while they were missing, where that
     predicts better, or as well with fewer numbers (sequential replacement: Miller, Subset Selection in
     Regression, 2002, ch. 3); None where nothing does. One lag can stand for two others, so that for a lag
-    the search goes on without it."""
+    the search goes on without it, among lags."""
     fit = selection.fit
     if not worth_a_restart(fit):
         return None
@@ -84,12 +84,12 @@ def _promising(
 def _without_lag(
     selection: Selection, lag: Effect, library: Sequence[Effect], tell: Callable[[str], None]
 ) -> Selection | None:
-    """What the search comes to where it goes on without a lag, if that is clearly better."""
+    """What other lags come to in the place of one, if that is clearly better."""
     tell(f"looking for what {lag.title.lower()} may stand for")
     other = selection.copy()
     drop(other, lag, without(selection.fit, lag), "others do better in its place")
-    others = [effect for effect in library if effect.name != lag.name]
-    one_by_one(other, others, tell, given=True, rounds=_FOR_A_LAG)  # what has a name alone
+    others = [effect for effect in library if effect.is_lag and effect.name != lag.name]
+    one_by_one(other, others, tell, given=True, rounds=_FOR_A_LAG)
     return other if _clearly_better(other.fit, selection.fit) else None
 
 
