@@ -74,7 +74,7 @@ def _swings(recording: Recording) -> bool:
     motion = recording.motion
     if recording.position_resolution == 0.0 or np.ptp(motion.position) < 0.5:
         return False
-    payloads = _payloads(recording)
+    payloads = payloads_of(recording)
     level = [np.ones(len(motion)), *payloads]
     arm = _left(recording, [*level, *_pulls(recording, level)])
     x = motion.position - motion.position.mean()
@@ -88,7 +88,7 @@ def _refuse_other_loads(recording: Recording) -> None:
     Raises:
         InputError: the torque shows that it changes.
     """
-    payloads = _payloads(recording)
+    payloads = payloads_of(recording)
     if not payloads:
         return
     level = [np.ones(len(recording.motion))]
@@ -109,8 +109,8 @@ def other_loads(recording: Recording) -> InputError:
     )
 
 
-def _payloads(recording: Recording) -> list[Array]:
-    """The payload, if it changes."""
+def payloads_of(recording: Recording) -> list[Array]:
+    """The payload, in a list, if it changes."""
     payload = recording.motion.payload
     return [] if payload is None or np.ptp(payload) == 0.0 else [payload]
 

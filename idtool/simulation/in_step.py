@@ -33,23 +33,25 @@ def lateness(search: MotionSearch, start: Tried) -> Parameter | None:
         start: a first fit, without a delay.
     """
 
-    def fitted(delay: float, most: int = TRIED) -> Tried:
-        return search.fit(with_lateness(start.parameters, Parameter(delay)), start.coordinates, most)
+    def fitted(begin: Tried, delay: float, most: int = TRIED) -> Tried:
+        return search.fit(with_lateness(begin.parameters, Parameter(delay)), begin.coordinates, most)
+
+    tried = np.arange(0.0, _LATEST, _STEP)
+    costs = [fitted(start, float(delay)).cost for delay in tried[:2]]
+    if costs[0] <= min(fitted(start, 0.5 * _STEP).cost, costs[1]):
+        return None
+    costs += [fitted(start, float(delay)).cost for delay in tried[2:]]
+    place = int(np.argmin(costs))
+    near = fitted(start, float(tried[place]), MOST)
 
     def cost(delay: float) -> float:
-        return fitted(delay).cost
+        return fitted(near, delay).cost
 
-    at_once = cost(0.0)
-    if at_once <= min(cost(0.5 * _STEP), cost(_STEP)):
-        return None
-    tried = np.arange(0.0, _LATEST, _STEP)
-    place = int(np.argmin([cost(delay) for delay in tried]))
-    start = fitted(float(tried[place]), MOST)
     low, high = tried[max(place - 1, 0)], tried[min(place + 1, len(tried) - 1)]
     found = bounded_minimum(cost, float(low), float(high), within=_FINE)
     least = cost(found)
     noise = least / search.windows  # errors within a window hang together
-    if at_once <= least + noise:
+    if costs[0] <= least + noise:
         return None
     curvature = (cost(found + _REACH) + cost(max(found - _REACH, 0.0)) - 2.0 * least) / _REACH**2
     error = math.sqrt(2.0 * noise / curvature) if curvature > 0.0 else math.inf

@@ -12,8 +12,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from idtool.diagnosis.diagnose import diagnose
 from idtool.diagnosis.weights import weighed
 from idtool.effects import registry
@@ -26,6 +24,7 @@ from idtool.fit.choose import (
     first_fit,
     first_fits,
     other_loads,
+    payloads_of,
     step_down,
 )
 from idtool.fit.drive import fit_drive
@@ -120,8 +119,7 @@ def identify(
         gravity = known if gravity == "auto" and known else gravity
     tell(READING)
     recording = record(logs)
-    payload = recording.motion.payload
-    if calibration is not None and gravity == "arm" and payload is not None and np.ptp(payload) > 0.0:
+    if calibration is not None and gravity == "arm" and payloads_of(recording):
         raise other_loads(recording)
     tell(SEARCHING)
     base = partial(begin, law=law, gravity=gravity, optimizer=optimizer, seed=seed, without=without)
