@@ -243,7 +243,7 @@ class ForceFreeController:
             _float(self._clock if time_s is None else time_s),
             _float(position_rad),
             _float(velocity_rad_s),
-            _float(current_a) - self.model.back_emf * _float(velocity_rad_s),
+            _float(current_a),
             _float(payload_kg),
             _float(tilt_alpha_rad),
             _float(tilt_beta_rad),

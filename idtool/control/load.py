@@ -161,6 +161,8 @@ def numbers_of(
     n[COULOMB : VISCOUS + 1] = [
         static[k].value for k in ("coulomb", "static", "stribeck_velocity", "viscous")
     ]
+    if parameters.axis.reading == "voltage" and parameters.axis.effort == "torque":
+        n[VISCOUS] += parameters.axis.back_emf_damping  # the voltage makes up for it
     if parameters.dynamic:
         n[SIGMA0] = parameters.dynamic["bristle_stiffness"].value
         n[SIGMA1] = parameters.dynamic["bristle_damping"].value

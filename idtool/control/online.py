@@ -74,8 +74,7 @@ class OnlineModel:
 
     Attributes:
         torque_constant: what leads from a reading of the motor, A or V, to the torque of the file.
-        back_emf: by how much of the speed such a reading of a voltage is larger, V s/rad (V s/m); 0 where
-            that is a part of the file's viscous friction.
+        viscous: viscous coefficient, with what the back-EMF takes of a voltage.
         bristle: deflection z, rad (m); the controller may correct it while the axis rests.
         skipped: effects of the file that cannot act here, each as a sentence.
     """
@@ -88,9 +87,6 @@ class OnlineModel:
         """
         self.axis = parameters.axis
         self.torque_constant = check_complete(parameters)
-        self.back_emf = 0.0
-        if self.axis.reading == "voltage" and self.axis.effort == "torque":
-            self.back_emf = self.axis.back_emf_damping / self.torque_constant
         self._parameters = parameters
         self._names: list[str] = []
         self._inside: list[tuple[Effect, Values]] = []
@@ -181,10 +177,6 @@ class OnlineModel:
         """Whether an effect follows a measured temperature."""
         followed = self._correction is not None and self._correction.variable == "temperature"
         return followed or (self._thermometer and self.uses("thermal_drift"))
-
-    def torque(self, effort: float, velocity: float) -> float:
-        """The motor's torque, N m (N), of a reading (A or V) at a speed, rad/s (m/s)."""
-        return self.torque_constant * (effort - self.back_emf * velocity)
 
     def drop(self, effect: str, why: str) -> None:
         """Leave an effect out of the compensation and remember why."""

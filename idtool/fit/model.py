@@ -247,7 +247,7 @@ class JointModel:
         return owned
 
     def contribution(self, x: Array, starts: Mapping[str, Array] | None = None) -> Contribution:
-        """Gravity and all effects; `starts` in place of the model's own."""
+        """Gravity, the known back-EMF and all effects; `starts` in place of the model's own."""
         motion = self.recording.motion
         begun = self.starts if starts is None else starts
         value = self.values(x)
@@ -255,6 +255,8 @@ class JointModel:
         coefficients = np.array([value[f"gravity.{c}"] for c in self.spec.gravity_columns])
         if len(coefficients):
             parts.append(Contribution(torque=self.gravity_columns @ coefficients))
+        if motion.back_emf is not None:
+            parts.append(Contribution(torque=motion.braking))
         return combine(parts)
 
     def directions(self, x: Array, varied: NDArray[np.bool_] | None = None) -> list[Direction]:

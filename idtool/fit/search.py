@@ -111,7 +111,10 @@ class Projection:
         stretch = recording.filtered_stretch[looked_at]
         self._pointer = np.searchsorted(stretch, np.arange(motion.stretches + 1))
         self._fixed = np.column_stack(
-            [self.model.measured[looked_at], self._operator @ np.column_stack(columns)]
+            [
+                self.model.measured[looked_at] - self._operator @ motion.braking,
+                self._operator @ np.column_stack(columns),
+            ]
         )
         self._speed = np.abs(motion.velocity)
         self._restart = np.zeros(len(motion), bool) if motion.restart is None else motion.restart

@@ -61,7 +61,6 @@ class ContactSense:
         model.drop("external_periodic", "its phase is not known once the clock restarts")
         self._sense = HandSense(model, period, _FILTER_S, RESOLUTION[parameters.axis.kind])
         self._setup = setup
-        self._back_emf = model.back_emf
 
     def _measurement(self, sample: Sample) -> Measurement:
         setup = self._setup
@@ -69,7 +68,7 @@ class ContactSense:
             sample.time_s,
             sample.position,
             sample.velocity,
-            sample.effort - self._back_emf * sample.velocity,
+            sample.effort,
             setup.payload_kg,
             setup.tilt_alpha_rad,
             setup.tilt_beta_rad,

@@ -339,7 +339,7 @@ class _Recorder:
                 command,
                 push,
                 status.external_torque,
-                controller.model.torque(sample.effort, sample.velocity),
+                controller.model.torque_constant * sample.effort,
                 status.gravity + status.friction + status.effects,
             )
         )

@@ -5,8 +5,9 @@ In this order, the first whose constant is known: `torque_nm`; K times `current_
 supply for that share); K / R times `duty` times `supply_voltage_v`. Where no constant is known, the first
 that is there, in A or V.
 
-The voltage is not the torque alone: the back-EMF K w is in it. Where R is known it is taken off
-(`Axis.back_emf_damping`); else it is one with viscous friction, which it resembles exactly.
+The voltage is not the torque alone: the back-EMF K w is in it. Where R is known the model holds it
+(`Axis.back_emf_damping`) beside viscous friction; else the two, which look exactly alike, are one. It is never
+taken off the voltage: the speed that is read is late and noisy, the back-EMF is of the true one.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class Effort:
         column: the column that it is read from.
         scale: values over that column, as a rule.
         back_emf: by how much of the speed the back-EMF makes `values` larger than the motor's torque,
-            N m s/rad, shape (rows,); 0 where that is not known.
+            N m s/rad, shape (rows,); 0 where that is not known or there is none.
         unfit: reason -> rows that say nothing of friction, shape (rows,).
     """
 

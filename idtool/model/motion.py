@@ -34,6 +34,8 @@ class Motion:
         load_upright: the same at zero tilt.
         torque_constant: K, N m/A (N/A), or None where no current was logged.
         of_voltage: whether the effort is the voltage at the motor.
+        back_emf: what the back-EMF takes of that voltage's torque per speed, N m s/rad (N s/m); None where it
+            is not known and in the viscous friction.
         restart: last rows of a rest, after which nobody knows the deflection of the bristle: friction at rest
             is whatever the drive pushes with.
         clocks: which clock `time` is of, 0, 1, 2, ... in order of appearance; None: see `clock`.
@@ -53,6 +55,7 @@ class Motion:
     load_upright: Array | None = None
     torque_constant: float | None = None
     of_voltage: bool = False
+    back_emf: Array | None = None
     restart: NDArray[np.bool_] | None = None
     clocks: NDArray[np.intp] | None = None
 
@@ -163,6 +166,11 @@ class Motion:
     def each_row(self) -> Row:
         """All rows at once, with an array for everything."""
         return Row(*(v if isinstance(v, np.ndarray) else np.full(len(self), v) for v in self.rows))
+
+    @cached_property
+    def braking(self) -> Array:
+        """What the known back-EMF takes of the torque, N m (N), shape (rows,)."""
+        return np.zeros(len(self)) if self.back_emf is None else self.back_emf * self.velocity
 
     @cached_property
     def waves(self) -> dict[float, Array]:

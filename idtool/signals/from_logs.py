@@ -64,7 +64,6 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     _refuse_few(len(rows), logs)
     experiment, source = _label_trials(logs, repaired)
     smoothed = smooth(rows.time, rows.position, rows.velocity, rows.first)
-    torque = rows.effort - rows.back_emf * smoothed.velocity
     of_voltage = any(effort.column == "duty" for effort in efforts)
     motion = Motion(
         time=rows.time,
@@ -79,8 +78,9 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         temperature=rows.temperature,
         torque_constant=None if of_voltage else _constant_of_current(axis),
         of_voltage=of_voltage,
+        back_emf=rows.back_emf if rows.back_emf.any() else None,
     )
-    usable, lost, calm = _usable_rows(torque, smoothed.surprise, _faulty(repaired), motion)
+    usable, lost, calm = _usable_rows(rows.effort, smoothed.surprise, _faulty(repaired), motion)
     for one in repaired:
         for reason, count in one.dropped.items():
             lost[reason] = lost.get(reason, 0) + count
@@ -93,7 +93,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
     return Recording(
         axis,
         motion,
-        torque,
+        rows.effort,
         usable,
         at_rest,
         experiment,

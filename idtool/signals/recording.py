@@ -55,7 +55,7 @@ class Recording:
         fold: what is left out together when a model is judged on what it did not see, (rows,); None is the
             trial.
         unseen: how far the axis may move in a rest without its position showing it, rad (m).
-        by_voltage: the torque is the motor's voltage, with its back-EMF in it unless the axis tells R.
+        by_voltage: the torque is what the motor's voltage would make of it at a stand.
         rig: the word that opens the rig that ran all the logs (`--rig`), "" where they do not say one.
         weight: of each row in a fit, one over what models leave there, (rows,); None is the same for all.
         own_filter: the low-pass that the torque went through before it was logged, None for none.

@@ -60,9 +60,7 @@ class Stage:
             goal = np.concatenate([goal_of(log) for log in logs])
             given = later(motion.time, goal, motion.first, drive.delay.value)
         else:
-            back_emf = np.concatenate([effort.back_emf for effort in efforts])
-            # the simulated speed takes the back-EMF off again
-            given = (recording.torque + back_emf * motion.velocity) / scale
+            given = recording.torque / scale
         settings = tuple(gain_setting(log) for log in logs)
         return cls(recording, given, scale, driven, settings, drive is not None)
 

@@ -36,7 +36,7 @@ def regress(recording: Recording) -> Parameters:
     pull = gravity.columns(model, motion) if model else np.zeros((len(motion), 0))
     pull = pull[:, [known.index(name) for name in names]]
     regressors = recording.filtered(np.column_stack([*columns, pull]))
-    target = recording.filtered_torque
+    target = recording.filtered_torque - recording.filtered(motion.braking)
     found = np.linalg.lstsq(regressors, target, rcond=1e-10)[0]
     scales = scales_of(recording)
     coulomb = max(float(found[0]), 0.01 * scales.torque)

@@ -292,8 +292,8 @@ def _frame(recording: Recording, logs: Sequence[Log], torque: Array) -> pd.DataF
         {
             "trial": trial,
             "time_s": recording.motion.time,
-            measured: recording.torque,
-            f"{name}_predicted_{unit}": torque,
+            measured: recording.torque - recording.motion.braking,
+            f"{name}_predicted_{unit}": torque - recording.motion.braking,
         }
     )
 

@@ -277,18 +277,16 @@ def test_a_correction_over_the_temperature_needs_one(variable: str) -> None:
     assert OnlineModel(parameters(BENCH), correction).needs_temperature is (variable == "temperature")
 
 
-def test_the_back_emf_is_taken_off_a_reading_of_the_voltage_alone() -> None:
-    """K / R = 0.5 N m/V and R = 2 ohm: a motor that turns at 0.3 rad/s takes 0.3 V more for its torque."""
-    volts = OnlineModel(replace(parameters(BENCH), axis=Axis(torque_per_volt=0.5, resistance=2.0)))
-    assert (volts.torque_constant, volts.back_emf) == (0.5, pytest.approx(1.0))
-    assert volts.torque(2.0, 0.3) == pytest.approx(0.5 * (2.0 - 0.3))
-    amperes = OnlineModel(replace(parameters(BENCH), axis=Axis(torque_constant=2.67, resistance=2.0)))
-    assert (amperes.torque_constant, amperes.back_emf) == (2.67, 0.0)
-    assert amperes.torque(2.0, 0.3) == pytest.approx(2.0 * 2.67)
-    own = OnlineModel(
-        replace(parameters(BENCH), axis=Axis(torque_per_volt=0.5, resistance=2.0, effort="voltage"))
-    )
-    assert (own.torque_constant, own.back_emf) == (1.0, 0.0)
+def test_the_back_emf_brakes_where_the_reading_is_of_the_voltage_alone() -> None:
+    """K / R = 0.5 N m/V and R = 2 ohm: K^2 / R = 0.5 N m s/rad beside the friction of the file."""
+    file = parameters(BENCH)
+    friction = file.static["viscous"].value
+    volts = OnlineModel(replace(file, axis=Axis(torque_per_volt=0.5, resistance=2.0)))
+    assert (volts.torque_constant, volts.viscous) == (0.5, pytest.approx(friction + 0.5))
+    amperes = OnlineModel(replace(file, axis=Axis(torque_constant=2.67, resistance=2.0)))
+    assert (amperes.torque_constant, amperes.viscous) == (2.67, friction)
+    own = OnlineModel(replace(file, axis=Axis(torque_per_volt=0.5, resistance=2.0, effort="voltage")))
+    assert (own.torque_constant, own.viscous) == (1.0, friction)
 
 
 def test_a_correction_over_a_temperature_that_nobody_measures_is_none() -> None:

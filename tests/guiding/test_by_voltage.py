@@ -70,12 +70,10 @@ def test_a_hand_guides_by_the_voltage(tmp_path: Path) -> None:
     assert "duty" in Log.read(tmp_path / "played.csv").frame
 
 
-def test_the_back_emf_is_taken_off_where_the_resistance_is_known() -> None:
-    current, speed = 0.3, 1.5
-    volts = R * current + K * speed
+def test_the_back_emf_brakes_where_the_resistance_is_known() -> None:
     known, unknown = OnlineModel(by_voltage(R)), OnlineModel(by_voltage(None))
-    assert known.torque(volts, speed) == pytest.approx(K * current)
-    assert unknown.torque(volts, speed) == pytest.approx(K * current + K * K / R * speed)
+    assert known.viscous == pytest.approx(unknown.viscous)
+    assert unknown.viscous > K * K / R
 
 
 def test_a_file_of_a_current_is_refused_on_a_rig_of_a_voltage() -> None:

@@ -91,13 +91,15 @@ def test_a_duty_below_full_that_the_drive_caps_is_saturated_too() -> None:
     assert effort.unfit[DUTY_FULL][np.abs(duty) == 0.8].all()
 
 
-def test_the_back_emf_is_taken_off_where_the_resistance_is_known() -> None:
+def test_the_back_emf_brakes_where_the_resistance_is_known() -> None:
     axis = Axis("rotary", 0.5, resistance=2.0)  # K / R = 0.25 N m/V, K^2 / R = 0.125 N m s/rad
     volts = 12.0 * _DUTY
     split = record([log(axis, duty=_DUTY, supply_voltage_v=np.full(_ROWS, 12.0))])
     whole = record([log(Axis(torque_per_volt=0.25), duty=_DUTY, supply_voltage_v=np.full(_ROWS, 12.0))])
     np.testing.assert_allclose(whole.torque, 0.25 * volts, atol=1e-12)
-    np.testing.assert_allclose(whole.torque - split.torque, 0.125 * split.motion.velocity, atol=1e-12)
+    np.testing.assert_allclose(split.torque, 0.25 * volts, atol=1e-12)
+    np.testing.assert_allclose(split.motion.braking, 0.125 * split.motion.velocity, atol=1e-12)
+    assert not whole.motion.braking.any()
 
 
 BAD = {
