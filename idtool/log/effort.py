@@ -6,8 +6,8 @@ supply for that share); K / R times `duty` times `supply_voltage_v`. Where no co
 that is there, in A or V.
 
 The voltage is not the torque alone: the back-EMF K w is in it. Where R is known the model holds it
-(`Axis.back_emf_damping`) beside viscous friction; else the two, which look exactly alike, are one. It is never
-taken off the voltage: the speed that is read is late and noisy, the back-EMF is of the true one.
+(`Axis.back_emf_damping`) beside viscous friction; else the two, which look exactly alike, are one. It is
+never taken off the voltage: the speed that is read is late and noisy, the back-EMF is of the true one.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def test_it_is_computed_once_for_each_fit_and_each_argument(tmp_path: Path) -> N
 
 
 def test_a_known_resistance_takes_nothing_but_viscous_friction_from_the_fit() -> None:
-    """... though the speed is read 30 ms late: what the back-EMF takes of the voltage is of the true speed."""
+    """... though the speed is read 30 ms late: the back-EMF is of the true speed."""
     t = 0.01 * np.arange(1500)
     q, w, a = (np.sin(0.5 * t**1.3 + k * np.pi / 2) for k in (0, 1, 2))
     rate = 0.65 * t**0.3
