@@ -19,9 +19,9 @@ from idtool.io.defer_signals import deferred_signals
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.rig.base import Block, Limits, Mode, Rig, Sample, Trajectory, TrialSetup
-from idtool.rig.bus.servo import Bus, ServoKind
+from idtool.rig.bus.servo import ServoKind
 from idtool.rig.bus.settings import Settings
-from idtool.rig.bus.transactions import BITS_PER_BYTE
+from idtool.rig.bus.transactions import BITS_PER_BYTE, Transactions
 from idtool.rig.clock import Clock, HostClock
 from idtool.rig.faults import LimitExceeded, NotFollowing
 
@@ -71,7 +71,7 @@ class ServoRig(Rig):
     ) -> None:
         self._clock = clock or HostClock(settings.scale)
         baud = settings.baud or kind.baud
-        self._bus: Bus = kind.open_bus(device, settings.id, baud, self._clock)
+        self._bus: Transactions = kind.open_bus(device, settings.id, baud, self._clock)
         self._bus.patience_s = _OPENING_S
         try:
             self._servo = kind.servo(self._bus, settings.zero)

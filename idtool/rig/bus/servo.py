@@ -7,40 +7,27 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 from idtool.rig.base import Measured, Mode, Sample
+from idtool.rig.bus.transactions import Register, Transactions
 from idtool.rig.clock import Clock
 from idtool.rig.faults import ServoRefused
 
-R = TypeVar("R")
-_R = TypeVar("_R", contravariant=True)
 #: rad per count of position: 4096 counts a turn, of both vendors.
 COUNT_RAD = 2.0 * math.pi / 4096
 #: Middle of a turn, counts.
 CENTRE = 2048
 
 
-class Registers(Protocol[_R]):
-    """A bus as far as its registers go."""
-
-    def read(self, register: _R) -> int:
-        """A register, in the servo's units."""
-        ...
-
-    def write(self, register: _R, value: int, *, alert: bool = True) -> None:
-        """Write one; `alert`: raise if the servo reports a hardware error."""
-        ...
-
-
-class Found(dict[R, int]):
+class Found(dict[Register, int]):
     """What was changed in a servo, and what was there before."""
 
-    def __init__(self, bus: Registers[R]) -> None:
+    def __init__(self, bus: Transactions) -> None:
         super().__init__()
         self._bus = bus
 
-    def change(self, register: R, value: int) -> None:
+    def change(self, register: Register, value: int) -> None:
         """Write a register, unless it has that value, and remember what was there first."""
         before = self._bus.read(register)
         if before != value:
@@ -55,22 +42,11 @@ class Found(dict[R, int]):
         self.clear()
 
 
-class Bus(Protocol):
-    """How the rig sees a bus."""
-
-    clock: Clock
-    retries: int
-    patience_s: float
-
-    def close(self) -> None:
-        """Let go of the port; safe to call twice."""
-        ...
-
-
 class Servo(ABC):
     """A servo, ready to move once a mode is entered. Whatever is changed in it, `release` puts back.
 
     Args:
+        bus: how to reach it.
         zero: position that counts as 0 rad, counts.
 
     Attributes:
@@ -90,8 +66,9 @@ class Servo(ABC):
     bytes_per_period: int
     mode: Mode | None = None
 
-    def __init__(self, zero: int = CENTRE) -> None:
-        self._zero = zero
+    def __init__(self, bus: Transactions, zero: int = CENTRE) -> None:
+        self._bus, self._zero = bus, zero
+        self._found = Found(bus)
 
     def _radians(self, counts: int) -> float:
         return (counts - self._zero) * COUNT_RAD

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from idtool.rig.clock import Clock, HostClock
@@ -20,6 +21,22 @@ TRIES = 4
 _PAUSE_S = 1e-4
 #: Bits on the wire per byte: start, eight, stop.
 BITS_PER_BYTE = 10
+
+
+@dataclass(frozen=True)
+class Register(ABC):
+    """An entry of a servo's table: address and size, bytes; how it writes a sign, its vendor says."""
+
+    address: int
+    size: int
+
+    @abstractmethod
+    def encode(self, value: int) -> bytes:
+        """The bytes of a number."""
+
+    @abstractmethod
+    def decode(self, data: bytes) -> int:
+        """The number of the bytes."""
 
 
 class Transactions(ABC):
@@ -46,6 +63,44 @@ class Transactions(ABC):
         self.clock = clock or HostClock()
         self.retries = 0
         self.patience_s = 0.0
+
+    def read(self, register: Register) -> int:
+        """A register, in the servo's units; works in alert too.
+
+        Raises:
+            NotAnswering, DeviceGone, ServoRefused.
+        """
+        return register.decode(self._read(register.address, register.size, alert=False))
+
+    def write(self, register: Register, value: int, *, alert: bool = True) -> None:
+        """Write a register; `alert`: raise if the servo reports a hardware error.
+
+        Raises:
+            NotAnswering, DeviceGone, ServoRefused, ServoShutdown, WatchdogTripped.
+        """
+        self._write(register.address, register.encode(value), alert=alert)
+
+    def write_unanswered(self, register: Register, value: int) -> None:
+        """Write a register of a servo that may be set to answer nothing but a question.
+
+        Raises:
+            DeviceGone.
+        """
+        self._ask(lambda: self._send_write(register.address, register.encode(value)), None)
+
+    def _read(self, address: int, size: int, *, alert: bool) -> bytes:
+        return self._ask(lambda: self._send_read(address, size), size, alert=alert)
+
+    def _write(self, address: int, data: bytes, *, alert: bool) -> None:
+        self._ask(lambda: self._send_write(address, data), 0, alert=alert)
+
+    @abstractmethod
+    def _send_read(self, address: int, size: int) -> int:
+        """Ask for so many bytes; the SDK's result."""
+
+    @abstractmethod
+    def _send_write(self, address: int, data: bytes) -> int:
+        """Write these bytes; the SDK's result."""
 
     @abstractmethod
     def _receive(self) -> tuple[int, int, bytes] | None:

@@ -12,7 +12,7 @@ from functools import partial
 from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
 from idtool.rig.clock import Clock
-from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, HARDWARE_ERRORS, Register
+from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, HARDWARE_ERRORS
 from idtool.rig.faults import ServoRefused, ServoRestarted, WatchdogTripped, shutdown
 
 #: Baud rates that the servos come with or are set to.
@@ -97,40 +97,6 @@ class Bus(Transactions):
         """
         return int.from_bytes(self._ask(self._send_ping, 3, alert=False)[:2], "little")
 
-    def read(self, register: Register) -> int:
-        """A register; works in alert too.
-
-        Raises:
-            NotAnswering, DeviceGone, ServoRefused.
-        """
-
-        def send() -> int:
-            return int(self._handler.readTx(self._port, self.id, register.address, register.size))
-
-        data = self._ask(send, register.size, alert=False)
-        return int.from_bytes(data, "little", signed=register.signed)
-
-    def write(self, register: Register, value: int, *, alert: bool = True) -> None:
-        """Write a register.
-
-        Args:
-            register: which.
-            value: in the servo's units.
-            alert: raise if the servo reports a hardware error.
-
-        Raises:
-            NotAnswering, DeviceGone, ServoRefused, ServoShutdown, WatchdogTripped.
-        """
-        self._ask(lambda: self._send_write(register, value), 0, alert=alert)
-
-    def write_unanswered(self, register: Register, value: int) -> None:
-        """Write a register of a servo that may be set to answer nothing but a ping.
-
-        Raises:
-            DeviceGone.
-        """
-        self._ask(lambda: self._send_write(register, value), None)
-
     def present(self, *, alert: bool = True) -> Present:
         """Position, velocity, current, voltage and temperature, all of one instant, in one transaction.
 
@@ -177,9 +143,11 @@ class Bus(Transactions):
         self._port.setPacketTimeout(_ANSWER_BYTES + 3)
         return result
 
-    def _send_write(self, register: Register, value: int) -> int:
-        data = list(value.to_bytes(register.size, "little", signed=register.signed))
-        result = int(self._handler.writeTxOnly(self._port, self.id, register.address, register.size, data))
+    def _send_read(self, address: int, size: int) -> int:
+        return int(self._handler.readTx(self._port, self.id, address, size))
+
+    def _send_write(self, address: int, data: bytes) -> int:
+        result = int(self._handler.writeTxOnly(self._port, self.id, address, len(data), list(data)))
         self._port.setPacketTimeout(_ANSWER_BYTES)
         return result
 

@@ -19,6 +19,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from idtool.rig.bus import transactions
+
 #: rad/s per unit of velocity: 0.229 rev/min.
 SPEED_UNIT = 0.229 * 2.0 * math.pi / 60.0
 #: rad/s2 per unit of profile acceleration: 214.577 rev/min2.
@@ -96,12 +98,16 @@ MODELS: dict[int, Model] = {
 
 
 @dataclass(frozen=True)
-class Register:
-    """An entry of the control table: address and size, bytes, and whether it is two's complement."""
+class Register(transactions.Register):
+    """An entry of the control table; `signed`: it is two's complement."""
 
-    address: int
-    size: int
     signed: bool = False
+
+    def encode(self, value: int) -> bytes:
+        return value.to_bytes(self.size, "little", signed=self.signed)
+
+    def decode(self, data: bytes) -> int:
+        return int.from_bytes(data, "little", signed=self.signed)
 
 
 RETURN_DELAY = Register(9, 1)

@@ -10,7 +10,7 @@ import math
 from contextlib import suppress
 
 from idtool.rig.base import Mode, Sample
-from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Servo, ServoKind
+from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Servo, ServoKind
 from idtool.rig.dynamixel.bus import BYTES_PER_PERIOD, Bus
 from idtool.rig.dynamixel.models import (
     ACCELERATION_UNIT,
@@ -44,7 +44,6 @@ from idtool.rig.dynamixel.models import (
     VOLTAGE_UNIT,
     WATCHDOG_UNIT,
     Model,
-    Register,
 )
 from idtool.rig.faults import DeviceGone, NotAnswering, WatchdogTripped, WrongServo
 
@@ -71,13 +70,12 @@ class DynamixelServo(Servo):
         NotAnswering, DeviceGone: nobody is there.
     """
 
+    _bus: Bus
     speed_step = SPEED_UNIT
     bytes_per_period = BYTES_PER_PERIOD
 
     def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
-        super().__init__(zero)
-        self._bus = bus
-        self._found: Found[Register] = Found(bus)
+        super().__init__(bus, zero)
         self._armed = False
         self.model = model = self._identify()
         self.name = f"DYNAMIXEL {model.name}"
@@ -147,14 +145,7 @@ class DynamixelServo(Servo):
     # ------------------------------------------------------------------------- motion
 
     def enter(self, mode: Mode, *, speed: float, current: float) -> None:
-        """Take commands of this kind, standing where the axis is, with the torque on.
-
-        The torque goes off for a moment, because the servo changes its mode only then.
-
-        Args:
-            mode: speeds or positions.
-            speed, current: that positions may be reached with, rad/s and A.
-        """
+        """As every servo; the torque goes off for a moment, because it changes its mode only then."""
         if self.mode == mode:
             return
         self.torque_off()

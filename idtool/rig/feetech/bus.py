@@ -26,7 +26,6 @@ from idtool.rig.feetech.models import (
     POSITION,
     SPEED,
     STATUS,
-    STATUS_LEVEL,
     TEMPERATURE,
     TORQUE_ENABLE,
     VOLTAGE,
@@ -99,30 +98,6 @@ class Bus(Transactions):
         """
         self._ask(self._send_ping, 0, alert=False)
 
-    def read(self, register: Register) -> int:
-        """A register; works in alert too.
-
-        Raises:
-            NotAnswering, DeviceGone.
-        """
-        return register.decode(self._read(register.address, register.size, alert=False))
-
-    def write(self, register: Register, value: int, *, alert: bool = True) -> None:
-        """Write a register; `alert`: raise if the servo reports an error.
-
-        Raises:
-            NotAnswering, DeviceGone, ServoShutdown.
-        """
-        self._write(register.address, register.encode(value), alert=alert)
-
-    def write_unanswered(self, register: Register, value: int) -> None:
-        """Write a register of a servo that may be set to answer only questions.
-
-        Raises:
-            DeviceGone.
-        """
-        self._ask(lambda: self._send_write(register.address, register.encode(value)), None)
-
     def set_goal(self, position: int, speed: int, acceleration: int, *, alert: bool = True) -> None:
         """Position, speed and acceleration to get there with, all at once.
 
@@ -147,7 +122,8 @@ class Bus(Transactions):
         """
         for _ in range(TRIES):
             begin = _BEGINS[self._turn % len(_BEGINS)]
-            data = self._read(begin, _END - begin, alert=alert, timed=True)
+            self._turn += 1
+            data = self._read(begin, _END - begin, alert=alert)
 
             def value(register: Register, data: bytes = data, begin: int = begin) -> int:
                 at = register.address - begin
@@ -184,10 +160,6 @@ class Bus(Transactions):
         if bits:
             raise shutdown(bits, ERRORS)
 
-    def answer_everything(self) -> None:
-        """Let the servo answer every instruction, until it loses its power."""
-        self.write_unanswered(STATUS_LEVEL, 1)
-
     # ------------------------------------------------------------------ instructions
 
     def _send_ping(self) -> int:
@@ -197,16 +169,9 @@ class Bus(Transactions):
         self._port.setPacketTimeout(_FRAME)
         return result
 
-    def _read(self, address: int, size: int, *, alert: bool, timed: bool = False) -> bytes:
-        def send() -> int:
-            self._asked = self.clock.now()
-            return int(self._handler.readTx(self.id, address, size))
-
-        self._turn += timed
-        return self._ask(send, size, alert=alert)
-
-    def _write(self, address: int, data: bytes, *, alert: bool) -> None:
-        self._ask(lambda: self._send_write(address, data), 0, alert=alert)
+    def _send_read(self, address: int, size: int) -> int:
+        self._asked = self.clock.now()
+        return int(self._handler.readTx(self.id, address, size))
 
     def _send_write(self, address: int, data: bytes) -> int:
         result = int(self._handler.writeTxOnly(self.id, address, len(data), list(data)))

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from idtool.rig.bus import transactions
 from idtool.rig.bus.servo import COUNT_RAD
 
 #: rad/s per count a second.
@@ -33,11 +34,9 @@ MODELS = {777: "STS3215", 2825: "STS3250", 11272: "SM8512BL"}
 
 
 @dataclass(frozen=True)
-class Register:
-    """An entry of the memory table: address and size, bytes, and which bit is the sign, if any."""
+class Register(transactions.Register):
+    """An entry of the memory table; `sign`: which bit is the sign, if any."""
 
-    address: int
-    size: int
     sign: int | None = None
 
     def encode(self, value: int) -> bytes:
@@ -51,7 +50,6 @@ class Register:
         return value.to_bytes(self.size, "little")
 
     def decode(self, data: bytes) -> int:
-        """The number of the bytes."""
         value = int.from_bytes(data, "little")
         if self.sign is None or not value & 1 << self.sign:
             return value

@@ -12,7 +12,7 @@ import math
 from contextlib import suppress
 
 from idtool.rig.base import Mode, Sample
-from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Found, Servo, ServoKind
+from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Servo, ServoKind
 from idtool.rig.faults import DeviceGone, NotAnswering, WrongServo
 from idtool.rig.feetech.bus import BYTES_PER_PERIOD, Bus
 from idtool.rig.feetech.models import (
@@ -34,11 +34,11 @@ from idtool.rig.feetech.models import (
     RETURN_DELAY,
     RETURN_DELAY_UNIT,
     SPEED_UNIT,
+    STATUS_LEVEL,
     TEMPERATURE_LIMIT,
     TORQUE_ENABLE,
     TORQUE_LIMIT,
     VOLTAGE_UNIT,
-    Register,
 )
 
 #: By how much the goal is ahead of a motion, s, and with it how long one goes on that hears nothing more. It
@@ -65,13 +65,12 @@ class FeetechServo(Servo):
         NotAnswering, DeviceGone: nobody is there.
     """
 
+    _bus: Bus
     measures = "voltage"
     bytes_per_period = BYTES_PER_PERIOD
 
     def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
-        super().__init__(zero)
-        self._bus = bus
-        self._found: Found[Register] = Found(bus)
+        super().__init__(bus, zero)
         bus.ping()
         if bus.read(BYTE_ORDER):
             raise WrongServo(
@@ -80,8 +79,8 @@ class FeetechServo(Servo):
             )
         number = bus.read(MODEL)
         self.name = f"Feetech {MODELS.get(number, f'STS/SMS model {number}')}"
-        # a servo set to silence would look dead from here on
-        bus.answer_everything()
+        # a servo set to silence would look dead from here on; the setting is lost with its power
+        bus.write_unanswered(STATUS_LEVEL, 1)
         bus.raise_shutdown()
         self._unit = 1 if bus.read(PHASE) & FINE_SPEED_BIT else COARSE
         self.speed_step = self._unit * SPEED_UNIT
@@ -128,13 +127,7 @@ class FeetechServo(Servo):
     # ------------------------------------------------------------------------- motion
 
     def enter(self, mode: Mode, *, speed: float, current: float) -> None:
-        """Take commands of this kind, standing where the axis is, with the torque on.
-
-        Args:
-            mode: speeds or positions, both with goals of positions.
-            speed: that positions may be reached with, rad/s.
-            current: of no use here.
-        """
+        """As every servo; speeds, too, are goals of positions, and a current limits nothing."""
         self._fastest = max(1, math.floor(speed / self.speed_step))
         if self.mode is None:
             self._found.change(OPERATING_MODE, POSITION_MODE)
@@ -184,7 +177,7 @@ class FeetechServo(Servo):
         return self._place
 
     def hold(self) -> None:
-        """Come to rest and stay, also where the servo reports an error.
+        """As every servo.
 
         It stays on its goal: a position loop without integral action would sink further if its goal were the
         place to which its load has made it sink. One that is far from its goal is blocked and stays there.
