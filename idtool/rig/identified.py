@@ -8,14 +8,13 @@ plant does not have).
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from idtool.effects import registry
 from idtool.errors import InputError
-from idtool.model.units import file_key
-from idtool.parameters import DYNAMIC, STATIC, Axis, Parameters
+from idtool.parameters import Axis, Parameters
 from idtool.rig.plant_file import EFFECT_KEYS, PlantFile, parse_plant
 
 #: A bristle that the file does not have is this stiff: it gives way over so many radians, damped so well.
@@ -49,22 +48,25 @@ def plant_of(parameters: Parameters, file: Path) -> PlantFile:
         raise InputError(
             "has no [friction.static]", remedy="make it with ffc-id identify, or ffc-id fit-static"
         )
-    effects, left_out = _effects(parameters)
+    document = parameters.to_document()
+    effects, left_out = _effects(document.get("effects", []))
     of_inertia = next((one for one in effects if one["name"] == "inertia"), {"inertia_kg_m2": 0.0})
     inertia = of_inertia["inertia_kg_m2"]
-    friction = {
-        file_key(name, STATIC[name], "rotary"): parameters.static[name].value for name in parameters.static
-    }
+    friction = _values(document["friction"]["static"])
     levels = max(friction["coulomb_nm"], friction["static_nm"], 1e-6)
     carried = sum(one["yield_nm"] for one in effects if one.pop("of_friction", 0.0))
     for key in ("coulomb_nm", "static_nm"):  # a plant has the element beside its friction
         friction[key] = max(friction[key] - carried, 1e-3 * levels)
     inertia = inertia if inertia > 0.0 else _INERTIA_PER_FRICTION * levels
-    friction |= _bristle(parameters, levels, inertia)
+    if parameters.has_bristle:
+        friction |= _values(document["friction"]["dynamic"])
+    else:
+        friction |= _usual_bristle(levels, inertia)
     gravity, load = _gravity(parameters)
     constant = axis.torque_constant or 1.0
+    without = f", without {', '.join(left_out)}" if left_out else ""
     table: dict[str, Any] = {
-        "description": _description(file, left_out),
+        "description": f"the axis of {file.name}{without}",
         "axis": {"kind": "rotary", "torque_constant_nm_per_a": constant},
         "plant": {"inertia_kg_m2": inertia},
         "gravity": gravity,
@@ -85,16 +87,12 @@ def plant_of(parameters: Parameters, file: Path) -> PlantFile:
     return replace(found, axis=Axis("rotary", constant))
 
 
-def _description(file: Path, left_out: list[str]) -> str:
-    without = f", without {', '.join(left_out)}" if left_out else ""
-    return f"the axis of {file.name}{without}"
+def _values(table: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
+    """Key -> value of a table of the file."""
+    return {key: one["value"] for key, one in table.items()}
 
 
-def _bristle(parameters: Parameters, levels: float, inertia: float) -> dict[str, float]:
-    if parameters.has_bristle:
-        return {
-            file_key(name, DYNAMIC[name], "rotary"): one.value for name, one in parameters.dynamic.items()
-        }
+def _usual_bristle(levels: float, inertia: float) -> dict[str, float]:
     stiffness = levels / _PRESLIDING
     return {
         "bristle_stiffness_nm_per_rad": stiffness,
@@ -112,24 +110,20 @@ def _gravity(parameters: Parameters) -> tuple[dict[str, Any], float]:
     return {"kind": "slide", "base_nm": base, "per_payload_nm_per_kg": more}, abs(base) + abs(more)
 
 
-def _effects(parameters: Parameters) -> tuple[list[dict[str, Any]], list[str]]:
+def _effects(entries: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[str]]:
     """Tables of the effects, and names of what the plant does not have."""
     found, left_out = [], []
-    for entry in parameters.effects:
-        known = EFFECT_KEYS.get(entry.name)
+    for entry in entries:
+        name, values = entry["name"], _values(entry["parameters"])
+        known = EFFECT_KEYS.get(name)
         if known is None:
-            left_out.append(entry.name)
+            left_out.append(name)
             continue
-        dimensions = {one.name: one.dimension for one in registry.get(entry.name).parameters}
-        values = {
-            file_key(name, dimensions[name], parameters.axis.units): one.value
-            for name, one in entry.parameters.items()
-        }
         told = {key: value for key, value in values.items() if key in known or key == "of_friction"}
         if any(default is None and key not in told for key, default in known.items()):
-            left_out.append(entry.name)
+            left_out.append(name)
             continue
         if len(told) < len(values):
-            left_out.append(f"a part of {entry.name}")
-        found.append({"name": entry.name, **told})
+            left_out.append(f"a part of {name}")
+        found.append({"name": name, **told})
     return found, left_out

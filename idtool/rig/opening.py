@@ -21,7 +21,7 @@ from idtool.io.entry_points import load, outside
 from idtool.io.read_file import read_bytes
 from idtool.io.toml import MOST_BYTES
 from idtool.rig.base import Rig
-from idtool.rig.bus.settings import OPTIONS
+from idtool.rig.bus.settings import OPTIONS, Settings
 from idtool.rig.plant_file import PlantFile, check_sensors, read_plant_file
 
 _FOLDER = Path(__file__).parent
@@ -100,7 +100,6 @@ def _simulated(target: str, options: Mapping[str, str], seed: int) -> Rig:
 
 def _dynamixel(device: str, options: Mapping[str, str], seed: int) -> Rig:
     from idtool.rig.bus.rig import ServoRig
-    from idtool.rig.bus.settings import Settings
     from idtool.rig.dynamixel.servo import DYNAMIXEL
 
     return ServoRig(device, Settings.read(options), DYNAMIXEL)
@@ -108,7 +107,6 @@ def _dynamixel(device: str, options: Mapping[str, str], seed: int) -> Rig:
 
 def _feetech(device: str, options: Mapping[str, str], seed: int) -> Rig:
     from idtool.rig.bus.rig import ServoRig
-    from idtool.rig.bus.settings import Settings
     from idtool.rig.feetech.servo import FEETECH
 
     return ServoRig(device, Settings.read(options), FEETECH)
@@ -148,11 +146,10 @@ def read_plant(target: str) -> PlantFile:
     """
     if target.endswith(".toml"):
         return _plant_or_parameters(Path(target))
-    path = _FOLDER / f"{target}.toml"
     names = [name.removeprefix("sim:") for name in named_rigs()]
     if target not in names:
         raise UnknownNameError(f'unknown simulated rig "{target}"', remedy=nearest(target, names))
-    return read_plant_file(path)
+    return read_plant_file(_FOLDER / f"{target}.toml")
 
 
 def _plant_or_parameters(file: Path) -> PlantFile:

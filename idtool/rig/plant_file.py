@@ -18,7 +18,7 @@ sensors = "lab"                            # or "dynamixel", "ideal"
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -181,21 +181,18 @@ def _plant(table: dict[str, Any], usual: str) -> PlantFile:
             remedy=nearest(str(kind), _GRAVITY),
         )
     friction = _numbers(_table(table, "friction"), dict.fromkeys(_FRICTION), "friction.")
-    for key in _FRICTION[:3]:
-        _above_zero(friction[key], f"friction.{key}")
-    for key in _FRICTION[3:]:
-        _not_below_zero(friction[key], f"friction.{key}")
+    _above_zero(friction, _FRICTION[:3], "friction.")
+    _not_below_zero(friction, _FRICTION[3:], "friction.")
     limits = _numbers(
         _table(table, "limits"),
         dict.fromkeys(("lowest_rad", "highest_rad", "speed_rad_s", "current_a")),
         "limits.",
     )
-    for key in ("speed_rad_s", "current_a"):
-        _above_zero(limits[key], f"limits.{key}")
+    _above_zero(limits, ("speed_rad_s", "current_a"), "limits.")
     if limits["lowest_rad"] >= limits["highest_rad"]:
         raise InputError("lowest_rad is not below highest_rad", place="limits", remedy="swap the two")
     plant = _numbers(_table(table, "plant"), {"inertia_kg_m2": None}, "plant.")
-    _above_zero(plant["inertia_kg_m2"], "plant.inertia_kg_m2")
+    _above_zero(plant, plant, "plant.")
     temperature, sensor = _temperature(table)
     effects = _effects(table.get("effects", []))
     _check_speed_of_effects(effects, plant["inertia_kg_m2"])
@@ -248,8 +245,7 @@ def _period(value: Any) -> float:
 def _drive(table: dict[str, Any]) -> Drive:
     defaults: dict[str, float | None] = {item.name: float(item.default) for item in fields(Drive)}  # type: ignore[arg-type]
     numbers = _numbers(table_at(table.get("drive", {}), "drive"), defaults, "drive.")
-    for key, value in numbers.items():
-        _above_zero(value, f"drive.{key}")
+    _above_zero(numbers, numbers, "drive.")
     return Drive(**numbers)
 
 
@@ -269,9 +265,8 @@ def _motor(table: dict[str, Any], constant: float, limits: dict[str, float]) -> 
         "supply_resistance_ohm": 0.0,
     }
     numbers = _numbers(given, defaults, "motor.")
-    for key in ("supply_v", "resistance_ohm"):
-        _above_zero(numbers[key], f"motor.{key}")
-    _not_below_zero(numbers["supply_resistance_ohm"], "motor.supply_resistance_ohm")
+    _above_zero(numbers, ("supply_v", "resistance_ohm"), "motor.")
+    _not_below_zero(numbers, ("supply_resistance_ohm",), "motor.")
     return Motor(*numbers.values())
 
 
@@ -282,7 +277,7 @@ def _temperature(table: dict[str, Any]) -> tuple[dict[str, float], bool]:
         raise InputError("not true or false", place="temperature.sensor", remedy="write true")
     defaults: dict[str, float | None] = {"ambient_degc": 25.0, "rise_k": 0.0, "time_constant_s": 900.0}
     numbers = _numbers(values, defaults, "temperature.")
-    _above_zero(numbers["time_constant_s"], "temperature.time_constant_s")
+    _above_zero(numbers, ("time_constant_s",), "temperature.")
     return numbers, sensor
 
 
@@ -302,10 +297,8 @@ def _effects(entries: Any) -> dict[str, dict[str, float]]:
         if name in effects:
             raise InputError(f"a second {name}", place=f"effects[{number}]", remedy="merge them")
         checked = _numbers(values, EFFECT_KEYS[name], f"{name}.")
-        for key in _POSITIVE & checked.keys():
-            _above_zero(checked[key], f"{name}.{key}")
-        for key in _NOT_NEGATIVE & checked.keys():
-            _not_below_zero(checked[key], f"{name}.{key}")
+        _above_zero(checked, _POSITIVE & checked.keys(), f"{name}.")
+        _not_below_zero(checked, _NOT_NEGATIVE & checked.keys(), f"{name}.")
         if not 0.0 <= checked.get("delay_s", 0.0) <= _LONGEST_DELAY:
             raise InputError(
                 f"{checked['delay_s']} s is no delay",
@@ -324,7 +317,7 @@ def _check_speed_of_effects(effects: dict[str, dict[str, float]], inertia: float
     """
     if "compliance" in effects:
         c = effects["compliance"]
-        _above_zero(c["stiffness_nm_per_rad"], "compliance.stiffness_nm_per_rad")
+        _above_zero(c, ("stiffness_nm_per_rad",), "compliance.")
         motor = inertia + effects.get("inertia", {}).get("inertia_kg_m2", 0.0)
         reduced = 1.0 / (1.0 / motor + 1.0 / c["load_inertia_kg_m2"])
         pace = STEP_S * (c["stiffness_nm_per_rad"] * STEP_S + 2.0 * c["damping_nm_s_per_rad"]) / reduced
@@ -361,11 +354,15 @@ def _numbers(table: Mapping[str, Any], wanted: dict[str, float | None], prefix: 
     return numbers
 
 
-def _above_zero(value: float, place: str) -> None:
-    if value <= 0.0:
-        raise InputError(f"{value:g} is not above zero", place=place, remedy="correct it")
+def _above_zero(numbers: Mapping[str, float], keys: Iterable[str], prefix: str) -> None:
+    for key in keys:
+        if numbers[key] <= 0.0:
+            raise InputError(
+                f"{numbers[key]:g} is not above zero", place=f"{prefix}{key}", remedy="correct it"
+            )
 
 
-def _not_below_zero(value: float, place: str) -> None:
-    if value < 0.0:
-        raise InputError(f"{value:g} is below zero", place=place, remedy="correct it")
+def _not_below_zero(numbers: Mapping[str, float], keys: Iterable[str], prefix: str) -> None:
+    for key in keys:
+        if numbers[key] < 0.0:
+            raise InputError(f"{numbers[key]:g} is below zero", place=f"{prefix}{key}", remedy="correct it")

@@ -24,7 +24,5 @@ def dynamixel_scanner() -> Scanner:
         for id, (model, _firmware) in sorted(answers.items()):
             yield id, model
 
-    def name(number: int) -> str | None:
-        return MODELS[number].name if number in MODELS else None
-
-    return Scanner("dynamixel", sdk, BAUD_RATES, who, name)
+    names = {number: model.name for number, model in MODELS.items()}
+    return Scanner("dynamixel", sdk, BAUD_RATES, who, names.get)
