@@ -157,7 +157,7 @@ def from_outside(name: str) -> click.Command:
 
 def _run(target: str, friction: str, asked: _Asked) -> None:
     from idtool.export.targets import error_lines, export
-    from idtool.io.atomic import atomic_write, refuse_existing
+    from idtool.io.atomic import refuse_existing, write_whole
     from idtool.model.units import unit_text
     from idtool.parameters import Parameters
 
@@ -168,8 +168,7 @@ def _run(target: str, friction: str, asked: _Asked) -> None:
     refuse_existing(out, asked.force, params, *logs)
     read = asked.given.read(logs, output, parameters.axis) if logs else []
     exported = export(target, parameters, read, joint=asked.joint, friction=friction)
-    with atomic_write(out) as stream:
-        stream.write(exported.text)
+    write_whole(out, exported.text)
 
     lines = [
         *(f"not carried: {sentence}" for sentence in exported.plan.lost),

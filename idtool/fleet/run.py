@@ -29,7 +29,7 @@ from idtool.fleet.scheduler import Greeted
 from idtool.fleet.session import find_sessions, load
 from idtool.fleet.summary import Fleet, SessionRow, document, summarise, table
 from idtool.fleet.work import Outcome
-from idtool.io.atomic import atomic_write, write_table
+from idtool.io.atomic import atomic_write, write_table, write_whole
 from idtool.parameters.axis import Axis
 from idtool.presentation.text import counted
 from idtool.report.result_folder import FILES, OPTIONAL_FILES, make_folder, write_json
@@ -108,8 +108,7 @@ def run_fleet(
     write_table(out / "summary.csv", rows_of_all)
     _write_parquet(rows_of_all, out / "summary.parquet", tell)
     write_json(out / "summary.json", document(fleet))
-    with atomic_write(out / PAGE) as stream:
-        stream.write(page(fleet, out.resolve().name))
+    write_whole(out / PAGE, page(fleet, out.resolve().name))
     return fleet
 
 
@@ -187,8 +186,7 @@ def _keep(out: Path, name: str, fingerprint: str, outcome: Outcome) -> SessionRo
     for file in (RECORD, *FILES, *OPTIONAL_FILES):  # of an earlier run
         (folder / file).unlink(missing_ok=True)
     for file, content in outcome.files.items():
-        with atomic_write(folder / file, "wb") as stream:
-            stream.write(content)
+        write_whole(folder / file, content)
     values: dict[str, Any] = {key: value for key, value in asdict(outcome).items() if key != "files"}
     row = SessionRow(session=name, **values)
     write_json(

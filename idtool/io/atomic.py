@@ -86,6 +86,12 @@ def atomic_write(path: str | os.PathLike[str], mode: str = "w") -> Iterator[IO[A
             Path(temporary).unlink(missing_ok=True)
 
 
+def write_whole(path: str | os.PathLike[str], content: str | bytes) -> None:
+    """Write a file whole or not at all, see `atomic_write`."""
+    with atomic_write(path, "w" if isinstance(content, str) else "wb") as stream:
+        stream.write(content)
+
+
 def write_table(path: Path, frame: pd.DataFrame) -> None:
     """A table as CSV, with nine digits."""
     with atomic_write(path) as stream:

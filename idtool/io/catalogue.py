@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from idtool.errors import InputError, UnknownNameError, nearest
-from idtool.io.atomic import atomic_write, refuse_existing
+from idtool.io.atomic import refuse_existing, write_whole
 from idtool.io.download import download
 
 SCHEMA = "ffc-id/catalogue/1"
@@ -93,12 +93,8 @@ def read_catalogue(file: Path | None = None) -> Catalogue:
         InputError: the file cannot be read, or a key is missing or of the wrong type.
     """
     try:
-        text = (
-            file.read_text(encoding="utf-8")
-            if file is not None
-            else (resources.files("idtool.data") / "recordings.toml").read_text(encoding="utf-8")
-        )
-        catalogue = msgspec.toml.decode(text, type=Catalogue)
+        source = file or resources.files("idtool.data") / "recordings.toml"
+        catalogue = msgspec.toml.decode(source.read_text(encoding="utf-8"), type=Catalogue)
     except FileNotFoundError as error:
         raise InputError("no such file", file=file, remedy="name a catalogue") from error
     except (OSError, UnicodeDecodeError, msgspec.MsgspecError) as error:
@@ -144,13 +140,12 @@ def fetch(
     urls = {source.name: source.url for source in entry.files}
     for name in missing:
         if name in sample:
-            with atomic_write(folder / name, "wb") as stream:
-                stream.write(sample[name])
+            write_whole(folder / name, sample[name])
         else:
             wanted[name] = download(urls[name], folder / name, sha256=wanted[name] or None, progress=progress)
         sums[name] = wanted[name]
-        with atomic_write(folder / SUMS) as stream:  # after each, in case the next one is cut short
-            stream.writelines(f"{checksum}  {file}\n" for file, checksum in sums.items())
+        # after each, in case the next one is cut short
+        write_whole(folder / SUMS, "".join(f"{checksum}  {file}\n" for file, checksum in sums.items()))
     return {folder / name: checksum for name, checksum in wanted.items()}
 
 

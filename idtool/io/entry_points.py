@@ -56,22 +56,22 @@ def load(group: str, name: str, kind: type[T]) -> T:
         InputError: it cannot be imported, or is none.
     """
     point = _points(group)[name]
+
+    def wrong(why: str) -> InputError:
+        return InputError(
+            f'{_package(point)} adds "{name}" to {group}, but {point.value} {why}',
+            file="",
+            remedy="install another version of that package, or uninstall it",
+        )
+
     try:
         value = point.load()
         if isinstance(value, type) and issubclass(value, kind):
             value = value()
     except Exception as error:  # code of others may raise anything
-        raise InputError(
-            f'{_package(point)} adds "{name}" to {group}, but {point.value} cannot be loaded ({error})',
-            file="",
-            remedy="install another version of that package, or uninstall it",
-        ) from error
+        raise wrong(f"cannot be loaded ({error})") from error
     if not isinstance(value, kind):
-        raise InputError(
-            f'{_package(point)} adds "{name}" to {group}, but {point.value} is no {kind.__name__}',
-            file="",
-            remedy="install another version of that package, or uninstall it",
-        )
+        raise wrong(f"is no {kind.__name__}")
     return value
 
 

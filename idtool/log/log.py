@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.errors import in_file
-from idtool.io.atomic import atomic_write, refuse_existing
+from idtool.io.atomic import atomic_write, refuse_existing, write_whole
 from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, header_text, parse_header
 from idtool.log.rows import Numbers, frame_of, row_count, trial_of_rows, values_of
 from idtool.log.table import check_rows
@@ -180,10 +180,8 @@ class Log:
         text = header_text(self.axis, self.experiment, self.header)
         if file.suffix == ".gz":
             content = text + frame.to_csv(index=False, lineterminator="\n")
-            with atomic_write(file, "wb") as stream:
-                stream.write(
-                    gzip.compress(content.encode(), mtime=0)
-                )  # no time: the same log, the same bytes
+            # no time in it: the same log, the same bytes
+            write_whole(file, gzip.compress(content.encode(), mtime=0))
             return
         with atomic_write(file) as stream:
             stream.write(text)

@@ -17,7 +17,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 
 from idtool.errors import InputError
-from idtool.io.atomic import atomic_write
+from idtool.io.atomic import write_whole
 from idtool.model.units import Units, torque_name, unit_text
 from idtool.presentation import text
 
@@ -270,9 +270,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
         InputError: it cannot be written.
     """
     form = "svg" if os.fspath(path).endswith(".svg") else "png"
-    content = render(figure, form)
-    with atomic_write(path, "wb") as stream:
-        stream.write(content)
+    write_whole(path, render(figure, form))
 
 
 @styled

@@ -20,7 +20,7 @@ import tomli_w
 
 from idtool.diagnosis.summary import share
 from idtool.effects import registry
-from idtool.io.atomic import atomic_write, cannot_write
+from idtool.io.atomic import cannot_write, write_whole
 from idtool.model.units import torque_name, unit_text
 from idtool.presentation import style, text
 from idtool.presentation.html import embedded, environment, resource
@@ -136,9 +136,7 @@ def write_report(
     evidence = read_evidence(folder)
     plates = all_plates(evidence)
     pictures = _draw(evidence, plates, folder / FIGURES, ("png", "svg") if svg else ("png",), progress)
-    page = _render(evidence, pictures)
-    with atomic_write(folder / PAGE) as stream:
-        stream.write(page)
+    write_whole(folder / PAGE, _render(evidence, pictures))
     return folder / PAGE
 
 
@@ -169,8 +167,7 @@ def _draw(
         figure = plate.draw()
         content = {form: style.render(figure, form) for form in forms}
         for form in forms:
-            with atomic_write(folder / f"{plate.name}.{form}", "wb") as stream:
-                stream.write(content[form])
+            write_whole(folder / f"{plate.name}.{form}", content[form])
         pictures.append(Picture(plate, *embedded(content["png"]), quiet(evidence, plate.name)))
     return pictures
 

@@ -24,7 +24,7 @@ from idtool.fit.joint import JointFit
 from idtool.fit.search import cost_over_stiffness
 from idtool.fit.staged import gravity_points
 from idtool.fit.windows import steady_windows
-from idtool.io.atomic import atomic_write
+from idtool.io.atomic import write_whole
 from idtool.io.lock import held_folder
 from idtool.io.plain import plain
 from idtool.model.stribeck import steady
@@ -104,15 +104,12 @@ def _write_recipe(path: Path, proposed: dict[str, Any] | None) -> None:
     if proposed is None:
         path.unlink(missing_ok=True)
         return
-    with atomic_write(path) as stream:
-        stream.write(f"# {proposed['why']}\n{tomli_w.dumps(proposed['recipe'])}")
+    write_whole(path, f"# {proposed['why']}\n{tomli_w.dumps(proposed['recipe'])}")
 
 
 def write_json(path: Path, document: Any) -> None:
     """JSON, whole or not at all; what is not a finite number is null."""
-    with atomic_write(path) as stream:
-        json.dump(plain(document), stream, indent=1, allow_nan=False)
-        stream.write("\n")
+    write_whole(path, json.dumps(plain(document), indent=1, allow_nan=False) + "\n")
 
 
 def evidence_rows(result: Identification) -> pd.DataFrame:
@@ -153,8 +150,7 @@ def write_rows(path: Path, frame: pd.DataFrame) -> None:
     packed = io.BytesIO()
     with gzip.GzipFile(fileobj=packed, mode="wb", mtime=0) as stream:
         stream.write(text)
-    with atomic_write(path, "wb") as target:
-        target.write(packed.getvalue())
+    write_whole(path, packed.getvalue())
 
 
 def evidence_document(result: Identification, command: str, seed: int) -> dict[str, Any]:
