@@ -35,6 +35,8 @@ R = TypeVar("R")
 MEASURED = "#3a3f45"
 BEFORE = "#d55e00"
 AFTER = "#0072b2"
+#: Base model and extended model: their colours and names.
+PAIR = ((BEFORE, "base model"), (AFTER, "extended model"))
 THIRD = "#009e73"
 FAINT = "#8a9099"
 UNDER = "#bfc5cc"
@@ -274,11 +276,11 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
 
 
 @styled
-def render(figure: Figure, form: str) -> bytes:
+def render(figure: Figure, form: str, dpi: int = DPI) -> bytes:
     """A figure as the bytes of a PNG or SVG file, the same bytes each time."""
     stream = io.BytesIO()
     metadata = {"Date": None, "Creator": None} if form == "svg" else {"Software": None}
-    figure.savefig(stream, format=form, dpi=DPI, metadata=metadata)
+    figure.savefig(stream, format=form, dpi=dpi, metadata=metadata)
     return stream.getvalue()
 
 

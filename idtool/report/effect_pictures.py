@@ -5,7 +5,6 @@ Small files of few colours: two for each effect, so that the page does not grow 
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from importlib.resources import files
 
@@ -14,7 +13,7 @@ import numpy as np
 from idtool.effects.base import Effect
 from idtool.model.motion import Array, since_reversal
 from idtool.presentation.html import embedded
-from idtool.presentation.style import axis_label, few_colours, look
+from idtool.presentation.style import axis_label, few_colours, render
 from idtool.report.evidence import Evidence
 from idtool.report.residual_figures import residual_against_figure
 
@@ -23,6 +22,9 @@ _DPI = 100
 _COLOURS = 48
 #: What shows after a reversal is over after so many times the effect's own length.
 _LENGTHS = 3.0
+_TRAVEL = "travel since the last reversal"
+#: Over these the mean may wave, so that it needs many bins.
+_WAVY = ("position", "time", _TRAVEL)
 #: What the effects follow -> the column of the evidence and its dimension.
 _OVER = {
     "position": ("position", "position"),
@@ -52,7 +54,7 @@ def found_picture(evidence: Evidence, effect: Effect) -> Beside | None:
     if effect.after_reversal and rows.position is not None:
         x = _near(evidence, effect, since_reversal(rows.position, rows.velocity, rows.trial))
         sign = np.sign(rows.velocity)
-        what, dimension = "travel since the last reversal", "position"
+        what, dimension = _TRAVEL, "position"
     else:
         there = (_OVER[name] for name in effect.follows if name in _OVER)
         column, dimension = next((one for one in there if getattr(rows, one[0]) is not None), ("", ""))
@@ -67,15 +69,12 @@ def found_picture(evidence: Evidence, effect: Effect) -> Beside | None:
         rows.residual_after * sign,
         label=axis_label(what.capitalize(), dimension, evidence.kind),
         what=what,
-        fine=_waves(what),
+        fine=what in _WAVY,
         kind=evidence.kind,
     )
-    stream = io.BytesIO()
-    with look():
-        figure.savefig(stream, format="png", dpi=_DPI, metadata={"Software": None})
     turned = ", turned so that what brakes points one way" if effect.after_reversal else ""
     return _beside(
-        few_colours(stream.getvalue(), _COLOURS),
+        few_colours(render(figure, "png", _DPI), _COLOURS),
         f"In these data: what the base model and the extended model leave over the {what}{turned}.",
     )
 
@@ -94,11 +93,6 @@ def _near(evidence: Evidence, effect: Effect, travel: Array) -> Array:
     names = [one.name for one in effect.parameters if one.dimension == "position"]
     lengths = [entry.parameters[name].value for name in names if entry and name in entry.parameters]
     return np.where(travel <= _LENGTHS * max(lengths, default=np.inf), travel, np.nan)
-
-
-def _waves(what: str) -> bool:
-    """Whether the mean may wave over it, so that it needs many bins."""
-    return what in ("position", "time", "travel since the last reversal")
 
 
 def _beside(content: bytes, caption: str) -> Beside:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idtool.model.motion import Array
-from idtool.model.units import Units
+from idtool.model.units import Units, unit_text
 from idtool.presentation import style
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _draw(
     style.legend(figure, upper)
     lower.axhline(0.0, color=style.AFTER)
     lower.errorbar(x, measured - line(x), error, **points)
-    lower.set_ylabel(f"Difference, {style.torque_label(kind).split(', ')[1]}")
+    lower.set_ylabel(f"Difference, {unit_text('torque', kind)}")
     lower.set_xlabel(label)
     figure.align_ylabels()
     return figure

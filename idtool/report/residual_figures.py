@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from idtool.model.motion import Array
-from idtool.model.units import Units, torque_name
+from idtool.model.units import Units, torque_name, unit_text
 from idtool.presentation import style
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def _limit(*residuals: Array) -> float:
 
 
 def _residual_label(kind: Units) -> str:
-    return f"Residual, {style.torque_label(kind).split(', ')[1]}"
+    return f"Residual, {unit_text('torque', kind)}"
 
 
 @style.styled
@@ -81,8 +81,7 @@ def residual_time_figure(
     gaps = np.asarray([row for row in breaks if row > 0], dtype=int)
     time = np.insert(clock, gaps, clock[gaps])
     limit = _limit(before, after)
-    pairs = ((before, style.BEFORE, "base model"), (after, style.AFTER, "extended model"))
-    for panel, (values, colour, name) in zip(axes, pairs, strict=True):
+    for panel, values, (colour, name) in zip(axes, (before, after), style.PAIR, strict=True):
         for index, (start, end) in enumerate(spans):
             label = "held out" if index == 0 and panel is axes[0] else None
             panel.axvspan(start, end, color=style.SHADE, lw=0, label=label)
@@ -138,8 +137,7 @@ def residual_against_figure(
     x, before, after = x[there], before[there], after[there]
     figure, axes = style.panels(1, 2, height=3.15, gap=(0.3, 0.3), top=0.72, share="y")
     style.title(figure, f"Residual against {what}")
-    pairs = ((before, style.BEFORE, "base model"), (after, style.AFTER, "extended model"))
-    for panel, (values, colour, name) in zip(axes, pairs, strict=True):
+    for panel, values, (colour, name) in zip(axes, (before, after), style.PAIR, strict=True):
         _cloud(panel, x, values, colour)
         panel.plot(*binned_mean(x, values, _FINE_BINS if fine else _BINS), color="#16191d", lw=1.6)
         panel.set_title(name)
@@ -163,10 +161,7 @@ def histogram_figure(before: Array, after: Array, *, kind: Units = "rotary") -> 
     style.title(figure, f"How far the predicted {torque_name(kind)} is off")
     limit = _limit(before, after)
     edges = np.linspace(-limit, limit, 121)
-    for values, colour, name in (
-        (before, style.BEFORE, "base model"),
-        (after, style.AFTER, "extended model"),
-    ):
+    for values, (colour, name) in zip((before, after), style.PAIR, strict=True):
         density, _ = np.histogram(np.clip(values, -limit, limit), edges, density=True)
         panel.stairs(density, edges, fill=True, color=colour, alpha=0.22)
         panel.stairs(density, edges, color=colour, lw=1.4, label=name)
@@ -177,7 +172,7 @@ def histogram_figure(before: Array, after: Array, *, kind: Units = "rotary") -> 
         panel.plot(x, normal, color=style.MEASURED, lw=1.1, ls=(0, (4, 2)), label="normal, same spread")
     panel.set_xlim(-limit, limit)
     panel.set_xlabel(_residual_label(kind))
-    unit = style.torque_label(kind).split(", ")[1]
+    unit = unit_text("torque", kind)
     panel.set_ylabel(f"Density, 1/({unit})" if " " in unit else f"Density, 1/{unit}")
     style.legend(figure, panel)
     return figure

@@ -11,7 +11,7 @@ from idtool.model.units import is_linear, radians_per_unit, torque_name, unit_te
 from idtool.presentation import text
 from idtool.presentation.style import axis_label
 from idtool.report import spectra
-from idtool.report.evidence import Evidence, Rows
+from idtool.report.evidence import Evidence
 from idtool.report.facts import ResidualTest
 from idtool.report.gallery import Plate
 from idtool.report.residual_figures import (
@@ -54,7 +54,9 @@ def residual_plates(evidence: Evidence) -> Iterator[Plate]:
     yield _over_time(evidence)
     for variable, (dimension, hint) in _AGAINST.items():
         values = getattr(evidence.rows, variable)
-        if values is None or float(np.nanmax(values) - np.nanmin(values)) <= _least_spread(variable):
+        # a sensor that only flickers by its last digit shows nothing against temperature
+        least = 1.0 if variable == "temperature" else 0.0
+        if values is None or float(np.nanmax(values) - np.nanmin(values)) <= least:
             continue
         rows, kind = evidence.rows, evidence.kind
         yield Plate(
@@ -77,11 +79,6 @@ def residual_plates(evidence: Evidence) -> Iterator[Plate]:
         )
     yield _histogram(evidence)
     yield from _spectra_over(evidence)
-
-
-def _least_spread(variable: str) -> float:
-    # a sensor that only flickers by its last digit shows nothing against temperature
-    return 1.0 if variable == "temperature" else 0.0
 
 
 def _tested(evidence: Evidence, variable: str) -> str:
@@ -111,11 +108,7 @@ def depends(test: ResidualTest) -> bool:
 def _strength(test: ResidualTest) -> str:
     share = "" if test.share is None else f"{text.percent(test.share)} of the variance, "
     p_value = text.p_text(test.p_value)
-    return (
-        f"depends on it ({share}p {p_value})"
-        if p_value.startswith("below")
-        else f"depends on it ({share}p = {p_value})"
-    )
+    return f"depends on it ({share}p {'' if p_value.startswith('below') else '= '}{p_value})"
 
 
 def _over_time(evidence: Evidence) -> Plate:
@@ -197,7 +190,7 @@ def _spectra_over(evidence: Evidence) -> Iterator[Plate]:
             "Power of the residual over frequency on logarithmic axes, before and after.",
             partial(periodogram_figure, frequency, power_before, power_after, kind=kind),
         )
-    yield from _over_angle(evidence.rows, evidence)
+    yield from _over_angle(evidence)
     curves = evidence.facts.cumulative_periodograms
     if curves is not None and curves.after and len(curves.after) == len(curves.before):
         said = " and ".join(f"{text.p_text(curve.p_value)} over {curve.over}" for curve in curves.after)
@@ -212,7 +205,8 @@ def _spectra_over(evidence: Evidence) -> Iterator[Plate]:
         )
 
 
-def _over_angle(rows: Rows, evidence: Evidence) -> Iterator[Plate]:
+def _over_angle(evidence: Evidence) -> Iterator[Plate]:
+    rows = evidence.rows
     if rows.position is None or not np.all(np.isfinite(rows.position)):
         return
     frequencies = spectra.angle_frequencies(rows.position, [segment.rows for segment in rows.segments])

@@ -206,7 +206,6 @@ def stribeck_points(fit: JointFit) -> list[dict[str, Any]]:
 def stribeck_curve(fit: JointFit) -> dict[str, Any]:
     """The static curve in both directions with its 95 % band, by linearisation."""
     model = fit.model
-    friction = model.friction(fit.x)
     top = model.scales.speed
     speed = np.concatenate([-np.geomspace(top, 0.01 * top, 60), np.geomspace(0.01 * top, top, 60)])
 
@@ -214,7 +213,7 @@ def stribeck_curve(fit: JointFit) -> dict[str, Any]:
         f = model.friction(x)
         return steady(speed, f.coulomb, f.static, f.stribeck_velocity, f.viscous)
 
-    centre = steady(speed, friction.coulomb, friction.static, friction.stribeck_velocity, friction.viscous)
+    centre = torque(fit.x)
     gradient = np.zeros((len(speed), len(fit.x)))
     quantile = 0.0
     for i, name in enumerate(model.names):

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from idtool.report.facts import CumulativePeriodogram
 
-_PAIR = ((style.BEFORE, "base model"), (style.AFTER, "extended model"))
-
 
 @style.styled
 def autocorrelation_figure(step: float, before: Array, after: Array, *, rows: int) -> Figure:
@@ -33,7 +31,7 @@ def autocorrelation_figure(step: float, before: Array, after: Array, *, rows: in
     bound = 1.96 / np.sqrt(max(rows, 1))
     panel.axhspan(-bound, bound, color=style.SHADE, lw=0, label="white noise, 95 %")
     panel.axhline(0.0, color=style.FAINT, lw=0.9)
-    for values, (colour, name) in zip((before, after), _PAIR, strict=True):
+    for values, (colour, name) in zip((before, after), style.PAIR, strict=True):
         panel.plot(step * np.arange(len(values)), values, color=colour, label=name)
     panel.set_xlim(0.0, step * max(len(before) - 1, 1))
     panel.set_ylim(min(-0.25, float(np.min(before)), float(np.min(after))) - 0.05, 1.03)
@@ -48,7 +46,7 @@ def periodogram_figure(frequency: Array, before: Array, after: Array, *, kind: U
     """Power of the residual over frequency in time, log axes."""
     figure, (panel,) = style.panels(height=3.5, left=0.95)
     style.title(figure, "Spectrum of the residual in time")
-    for values, (colour, name) in zip((before, after), _PAIR, strict=True):
+    for values, (colour, name) in zip((before, after), style.PAIR, strict=True):
         panel.loglog(frequency, np.maximum(values, 1e-30), color=colour, lw=1.0, label=name)
     top = max(float(np.max(before)), float(np.max(after)))
     floor = max(float(np.quantile(np.maximum(after, 1e-30), 0.05)), 1e-7 * top)
@@ -73,7 +71,7 @@ def cumulative_figure(
         white, low = np.array(new.white), np.array(new.frequency)
         band = panel.fill_between(low, white - new.band, white + new.band, color=style.SHADE, lw=0)
         band.set_label("noise alone, 95 %")
-        for curve, (colour, name) in zip((old, new), _PAIR, strict=True):
+        for curve, (colour, name) in zip((old, new), style.PAIR, strict=True):
             panel.plot(curve.frequency, curve.power, color=colour, label=name)
         panel.set_xlim(0.0, 1.0)
         panel.set_ylim(-0.03, 1.03)
@@ -99,7 +97,7 @@ def angle_spectrum_figure(
     for index, line in enumerate(n for n in found if frequency[0] <= n <= frequency[-1]):
         label = "identified ripple" if index == 0 else None
         panel.axvline(line, color=style.THIRD, lw=5.0, alpha=0.3, label=label)
-    for values, (colour, name) in zip((before, after), _PAIR, strict=True):
+    for values, (colour, name) in zip((before, after), style.PAIR, strict=True):
         panel.plot(frequency, values, color=colour, lw=1.1, label=name)
     panel.set_xlim(float(frequency[0]), float(frequency[-1]))
     panel.set_ylim(bottom=0.0)

@@ -9,6 +9,7 @@ from typing import Literal
 from idtool.diagnosis.summary import LOOKS_LIKE, share
 from idtool.effects import registry
 from idtool.model.units import torque_name, unit_text
+from idtool.parameters.rows import rows_of
 from idtool.presentation import text
 from idtool.report.evidence import Evidence
 from idtool.report.residual_gallery import SIGNIFICANT, depends
@@ -242,12 +243,9 @@ def _floor_check(evidence: Evidence) -> Iterator[Check]:
 
 
 def _parameter_check(evidence: Evidence) -> Check:
-    parameters = evidence.parameters
-    groups = [parameters.gravity, parameters.static, parameters.dynamic]
-    groups += [entry.parameters for entry in parameters.effects]
-    named = [(name, parameter) for group in groups for name, parameter in group.items()]
-    at_bound = [text.quantity(name) for name, p in named if p.at_bound]
-    unknown = [text.quantity(name) for name, p in named if not (p.identified or p.at_bound)]
+    named = [(text.quantity(row.name), row.parameter) for row in rows_of(evidence.parameters)]
+    at_bound = [name for name, p in named if p.at_bound]
+    unknown = [name for name, p in named if not (p.identified or p.at_bound)]
     if not any(p.identified for _, p in named):
         return Check("bad", "The data determine no parameter at all.")
     if at_bound or unknown:
