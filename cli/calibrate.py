@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -12,9 +11,6 @@ from .axis import Given, axis_options
 from .common import Output, logs_argument, output_options, params_option
 from .numbers import POSITIVE, NumberRange
 from .progress import Progress
-
-if TYPE_CHECKING:
-    pass
 
 #: As `tune` takes one: a longer one is in millimetres.
 _LEVER = NumberRange(0.0, 10.0, min_open=True)

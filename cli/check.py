@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from .axis import Given, axis_options
 from .common import Output, logs_argument, output_options
-
-if TYPE_CHECKING:
-    pass
 
 
 @click.command()

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from .common import PATH, Output, force_option, output_options
 from .lazy import LazyGroup
 from .progress import Progress
-
-if TYPE_CHECKING:
-    pass
 
 #: sub-command -> (module beside this one, function, help line)
 COMMANDS: dict[str, tuple[str, str, str]] = {

@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from .axis import Given, axis_options
 from .common import PATH, Output, force_option, handed, output_options, params_option
 from .words import Choice
-
-if TYPE_CHECKING:
-    pass
 
 _friction_option = click.option(
     "--friction",

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from idtool.errors import InputError, UsageError
+
 from .common import PATH, Output
 from .moving import Moving, moving_options
 from .numbers import POSITIVE, NumberRange, Tilt
@@ -71,8 +73,6 @@ class Guiding(Moving):
         Raises:
             UsageError: a real axis, no option, and nobody to ask; or more than such a drive ever holds.
         """
-        from idtool.errors import UsageError
-
         if self.payload is not None:
             _refuse_beyond_the_drive(self.payload, parameters, axis)
             return self.payload
@@ -93,8 +93,6 @@ class Guiding(Moving):
         Raises:
             UsageError: it lies outside, and nobody allowed it to move.
         """
-        from idtool.errors import UsageError
-
         here = axis.where()
         low, high = axis.limits.position
         if here is None or low <= here <= high:
@@ -218,7 +216,6 @@ def session_limits(parameters: Parameters, limits: Limits, max_speed_mm_s: float
 
 
 def _refuse_beyond_the_drive(payload: float, parameters: Parameters, axis: Rig) -> None:
-    from idtool.errors import UsageError
     from idtool.model.units import unit_text
 
     slope, constant = parameters.gravity.get("per_payload"), axis.axis.torque_constant
@@ -239,8 +236,6 @@ def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) ->
     Raises:
         InputError: it is of another kind, or its torque constant is far from the rig's.
     """
-    from idtool.errors import InputError
-
     if parameters.unexplained:
         output.warn(f"{parameters.unexplained}.")
     ours, theirs = parameters.axis, axis.axis
@@ -301,8 +296,6 @@ def contact_limit(parameters: Parameters | None, force_n: float | None) -> float
     Raises:
         UsageError: a force was told, and there is no model to tell it by.
     """
-    from idtool.errors import UsageError
-
     if parameters is None:
         if force_n is not None:
             raise UsageError(

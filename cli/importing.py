@@ -151,8 +151,7 @@ def import_recording(
         imported = replace(imported, log=replace(imported.log, axis=imported.log.axis.completed(axis)))
     imported.log.write(target, force=force)
     _tell(output, imported, target)
-    if output.json:
-        output.result(_document(imported, target), ())
+    output.result(_document(imported, target), ())
     output.next("check", target)
 
 
@@ -163,8 +162,7 @@ def _write_parameters(
     for key in lost:
         output.say(f"note: {key} did not come over: nothing here means the same.")
     output.say(f"written: {target}")
-    if output.json:
-        output.result({"schema": "ffc-id/import/1", "params": str(target), "not_carried": lost}, ())
+    output.result({"schema": "ffc-id/import/1", "params": str(target), "not_carried": lost}, ())
     output.next("export", "mujoco", "-p", target, "-o", target.with_suffix(".xml"))
 
 

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from idtool.errors import UsageError
+
 from .angles import radians
 from .common import Decorator, Output, force_option, handed, output_options, seed_option
 from .live import live_options
@@ -55,8 +57,6 @@ class Moving:
         Raises:
             UsageError: no option, and nobody to ask.
         """
-        from idtool.errors import UsageError
-
         if self.rig is not None:
             return self.rig
         if sys.stdin.isatty() and not self.output.json:
@@ -73,8 +73,6 @@ class Moving:
         Raises:
             UsageError: both were given, or one of them is no tilt.
         """
-        from idtool.errors import UsageError
-
         for angle in self.tilt_deg or ():
             if not abs(angle) <= 180.0:
                 raise UsageError(f"--tilt-deg: {angle:g} degrees is beyond half a turn; give -180 to 180.")

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from .common import PATH, Output, output_options
 from .progress import Progress
-
-if TYPE_CHECKING:
-    pass
 
 
 @click.command()

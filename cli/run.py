@@ -198,13 +198,11 @@ def _tell(summary: RunSummary, recipe: Recipe, told: RunOptions, rig: str, simul
         "overruns": loop.overruns,
         "longest_period_s": loop.longest_s,
     }
-    if output.json:
-        output.result(document, ())
-    elif not output.quiet and not summary.interrupted:
-        click.echo(
-            f"{summary.file}: {summary.rows} rows, {counted(summary.trials, 'trial')}, "
-            f"{summary.duration_s:.0f} s of rig time on {rig_words(rig, simulated)}"
-        )
+    done = (
+        f"{summary.file}: {summary.rows} rows, {counted(summary.trials, 'trial')}, "
+        f"{summary.duration_s:.0f} s of rig time on {rig_words(rig, simulated)}"
+    )
+    output.result(document, () if output.quiet or summary.interrupted else [done])
     if summary.resumed == len(recipe.trials):
         output.say(f"note: every trial was in {summary.file} already; nothing was run.")
     if loop.overruns > _MANY_OVERRUNS * loop.samples:

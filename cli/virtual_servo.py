@@ -8,7 +8,7 @@ import select
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,11 +57,7 @@ _POLL_S = 0.2
 )
 @click.option("--tilt", nargs=2, type=Tilt(), metavar="ALPHA BETA", help="Its tilt at the start, rad [none].")
 @click.option(
-    "--tilt-deg",
-    nargs=2,
-    type=Tilt(),
-    metavar="ALPHA BETA",
-    help="Its tilt at the start, degrees.",
+    "--tilt-deg", nargs=2, type=Tilt(), metavar="ALPHA BETA", help="Its tilt at the start, degrees."
 )
 @click.option(
     "--fault",
@@ -88,7 +84,7 @@ def virtual_servo(
     link: Path | None,
     as_json: bool,
     seed: int,
-) -> int:
+) -> None:
     """Run a virtual servo: a serial device with a simulated axis behind it.
 
     It answers byte for byte as a DYNAMIXEL or a Feetech STS servo does. The first line of its output is its
@@ -113,31 +109,28 @@ def virtual_servo(
     setup = TrialSetup(payload_kg=payload, tilt_alpha_rad=alpha, tilt_beta_rad=beta)
     file = read_plant(plant)
     scaled = f",scale={scale:g}" if scale != 1.0 else ""
-    try:
-        with (
-            Rehearsal(
-                file,
-                kind=kind,
-                id=id_,
-                model=model,
-                baud=baud,
-                scale=scale,
-                faults=faults,
-                setup=setup,
-                seed=seed,
-            ) as servo,
-            _linked(link, servo.path),
-        ):
-            spec = f"{kind}:{link or servo.path},id={id_},baud={servo.baud}{scaled}"
-            click.echo(json.dumps({"device": servo.path, "rig": spec}) if as_json else servo.path)
-            sys.stdout.flush()
-            click.echo(f"use it with --rig {spec}; Ctrl-C ends it. Commands here:", err=True)
-            for text in COMMANDS.values():
-                click.echo(f"  {text}", err=True)
-            _converse(servo)
-    except KeyboardInterrupt:
-        return 0
-    return 0
+    with (
+        suppress(KeyboardInterrupt),
+        Rehearsal(
+            file,
+            kind=kind,
+            id=id_,
+            model=model,
+            baud=baud,
+            scale=scale,
+            faults=faults,
+            setup=setup,
+            seed=seed,
+        ) as servo,
+        _linked(link, servo.path),
+    ):
+        spec = f"{kind}:{link or servo.path},id={id_},baud={servo.baud}{scaled}"
+        click.echo(json.dumps({"device": servo.path, "rig": spec}) if as_json else servo.path)
+        sys.stdout.flush()
+        click.echo(f"use it with --rig {spec}; Ctrl-C ends it. Commands here:", err=True)
+        for text in COMMANDS.values():
+            click.echo(f"  {text}", err=True)
+        _converse(servo)
 
 
 def _converse(servo: Rehearsal) -> None:

@@ -6,7 +6,7 @@ Nothing here imports numpy: a shell asks at every press of the Tab key.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import click
 from click.shell_completion import CompletionItem
 
 _PACKAGE = Path(__file__).parent.parent
+Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem[str]]]
 _NO_EFFECTS = ("__init__", "base", "registry")
 
 
@@ -67,24 +68,21 @@ def complete_rig(_: click.Context, __: click.Parameter, incomplete: str) -> list
     return _items(f"{kind}:{word}" for word in found)
 
 
-def complete_recipe(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
-    """Bundled recipes and recipe files."""
-    return _items(_names_or_files(recipe_names(), incomplete))
+def _completing(names: Callable[[], list[str]], *, files: bool) -> Completer:
+    """Completes these names, and TOML files if they are taken in place of them."""
+
+    def complete(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
+        if files:
+            return _items(_names_or_files(names(), incomplete))
+        return _items(name for name in names() if name.startswith(incomplete))
+
+    return complete
 
 
-def complete_bundled(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
-    """Bundled recipes only."""
-    return _items(name for name in recipe_names() if name.startswith(incomplete))
-
-
-def complete_plant(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
-    """Simulated rigs without their "sim:", and plant files."""
-    return _items(_names_or_files(rig_names(), incomplete))
-
-
-def complete_effect(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
-    """Effects of the library."""
-    return _items(name for name in effect_names() if name.startswith(incomplete))
+complete_recipe = _completing(recipe_names, files=True)
+complete_bundled = _completing(recipe_names, files=False)
+complete_plant = _completing(rig_names, files=True)
+complete_effect = _completing(effect_names, files=False)
 
 
 def _inside(folder: str) -> Path:
