@@ -36,7 +36,7 @@ class Bam(Target):
                 remedy="find its constant with ffc-id calibrate",
             )
         known = ("inertia", "stribeck_shape")
-        lost = [f"{entry.name.replace('_', ' ')}" for entry in parameters.effects if entry.name not in known]
+        lost = [entry.name.replace("_", " ") for entry in parameters.effects if entry.name not in known]
         if parameters.dynamic:
             lost.append("the bristle of the LuGre model: presliding, friction lag and break-away")
         notes = []

@@ -11,6 +11,9 @@ from typing import Any, ClassVar
 from idtool.log import Log
 from idtool.parameters import Parameters
 
+#: What no target but JSON carries.
+UNCERTAINTY = "standard errors and intervals of the parameters"
+
 
 @dataclass(frozen=True)
 class Plan:

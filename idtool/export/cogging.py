@@ -18,7 +18,7 @@ from idtool.errors import InputError
 from idtool.export.base import Plan, Target
 from idtool.log import Log
 from idtool.model.motion import Array, Motion
-from idtool.model.units import unit_text
+from idtool.model.units import file_key, unit_text
 from idtool.parameters import Parameters
 
 #: Rows of the table.
@@ -53,7 +53,7 @@ class CoggingMap(Target):
         still = np.zeros(ROWS)
         motion = Motion(still, np.zeros(ROWS, dtype=np.intp), angle, still, still)
         torque = effect.contribute(motion, effect.from_file(entry.values(), axis.kind)).torque
-        columns, table = ["angle_rad", f"compensation_{_suffix(axis.effort)}"], [angle, torque]
+        columns, table = ["angle_rad", file_key("compensation", "torque", axis.units)], [angle, torque]
         if axis.effort == "torque" and axis.torque_constant:
             columns.append("compensation_a")
             table.append(torque / axis.torque_constant)
@@ -61,7 +61,3 @@ class CoggingMap(Target):
         unit = unit_text("torque", axis.units)
         head = [f"# {line}" for line in (*remarks, f"compensation is what the motor adds, {unit}")]
         return "\n".join([*head, ",".join(columns), *rows, ""])
-
-
-def _suffix(effort: str) -> str:
-    return {"torque": "nm", "current": "a", "voltage": "v"}[effort]

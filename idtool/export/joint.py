@@ -8,7 +8,7 @@ from dataclasses import replace
 from idtool.effects import registry
 from idtool.errors import InputError
 from idtool.export import simple
-from idtool.export.base import Plan
+from idtool.export.base import UNCERTAINTY, Plan
 from idtool.log import Log
 from idtool.model.units import unit_text
 from idtool.parameters import EffectEntry, Parameters
@@ -81,7 +81,7 @@ def simulated(
             )
         else:
             notes.append("Coulomb and viscous friction stand as in the parameter file; no fit was better")
-    return Plan(model, (*lost, _uncertainty()), tuple(notes), plain)
+    return Plan(model, (*lost, UNCERTAINTY), tuple(notes), plain)
 
 
 def _with_bristle(
@@ -93,7 +93,7 @@ def _with_bristle(
     carries: Carries,
 ) -> Plan:
     """LuGre friction as it stands, or fitted to the logs where effects are lost and that is better."""
-    sentences = (*lost, _uncertainty())
+    sentences = (*lost, UNCERTAINTY)
     if not logs or whole.effects == parameters.effects:
         return Plan(whole, sentences, tuple(notes))
     anew, dropped = simple.refitted(whole, logs), []
@@ -121,10 +121,6 @@ def _law_lost(parameters: Parameters) -> list[str]:
     if parameters.has_bristle:
         lost.append("the bristle of the LuGre model: presliding, friction lag and break-away")
     return lost
-
-
-def _uncertainty() -> str:
-    return "standard errors and intervals of the parameters"
 
 
 def inertia_of(model: Parameters) -> float | None:

@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, final
 
-from idtool.export.base import Plan, Target, comment_lines, number
+from idtool.export.base import UNCERTAINTY, Plan, Target, comment_lines, number
 from idtool.log import Log
 from idtool.parameters import Parameters
 
@@ -21,7 +21,7 @@ class Ros2(Target):
     title = "ROS 2 parameters (YAML)"
 
     def plan(self, parameters: Parameters, logs: Sequence[Log], friction: str) -> Plan:
-        lost = ("standard errors and intervals of the parameters", "where the numbers come from")
+        lost = (UNCERTAINTY, "where the numbers come from")
         return Plan(parameters, lost, ("values only: your node has to compute the model",))
 
     def render(self, plan: Plan, remarks: Sequence[str], joint: str) -> str:

@@ -122,18 +122,15 @@ def _with(parameters: Parameters, coulomb: Parameter, viscous: Parameter) -> Par
     return replace(parameters, static=static, dynamic={})
 
 
-def errors(parameters: Parameters, logs: Sequence[Log]) -> dict[str, dict[str, Any]]:
-    """Torque error of a model on logs, per experiment, as `ffc-id predict` computes it."""
-    return predict(logs, parameters).errors
-
-
 def nearer(first: Parameters, second: Parameters, logs: Sequence[Log]) -> bool:
     """Whether the first is, in the position that the logged effort makes, by which simulators are judged, or
     in torque where no inertia is known.
     """
 
     def distance(model: Parameters) -> float:
-        return simulate(logs, model).rms_windows if model.effect("inertia") else total(errors(model, logs))
+        if model.effect("inertia"):
+            return simulate(logs, model).rms_windows
+        return total(predict(logs, model).errors)
 
     return distance(first) < distance(second)
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from idtool.errors import InputError, UsageError, nearest
-from idtool.export import simple
 from idtool.export.bam import Bam
 from idtool.export.base import Exported, Plan, Target
 from idtool.export.cogging import CoggingMap
@@ -27,6 +26,7 @@ from idtool.log import Log
 from idtool.model.units import Units, unit_text
 from idtool.parameters import Parameters
 from idtool.presentation.text import quantity
+from idtool.verbs.predict import predict
 
 _ALL: tuple[Target, ...] = (Mujoco(), Isaac(), Urdf(), Ros2(), PlainJson(), Bam(), CoggingMap())
 TARGETS: dict[str, Target] = {target.name: target for target in _ALL}
@@ -95,12 +95,13 @@ def _doubts(model: Parameters) -> list[str]:
 
 
 def _errors(parameters: Parameters, plan: Plan, logs: Sequence[Log]) -> dict[str, dict[str, dict[str, Any]]]:
-    found = {"full": simple.errors(parameters, logs)}
+    """Torque errors of each model, per experiment, as `ffc-id predict` computes them."""
+    models = {"full": parameters}
     if plan.model is not parameters:
-        found["exported"] = simple.errors(plan.model, logs)
+        models["exported"] = plan.model
     if plan.copied:
-        found["copied"] = simple.errors(plan.copied, logs)
-    return found
+        models["copied"] = plan.copied
+    return {name: predict(logs, model).errors for name, model in models.items()}
 
 
 _MODELS = {

@@ -27,10 +27,10 @@ class Urdf(Target):
 
     def plan(self, parameters: Parameters, logs: Sequence[Log], friction: str) -> Plan:
         plan = simulated(parameters, logs, friction, inertia_alone, bristle=False)
-        notes = [*plan.notes]
-        if plan.model.effect("inertia"):
-            notes.append("the link's inertial is ALL of the identified inertia, that of the load included")
-        return replace(plan, notes=tuple(notes))
+        if plan.model.effect("inertia") is None:
+            return plan
+        note = "the link's inertial is ALL of the identified inertia, that of the load included"
+        return replace(plan, notes=(*plan.notes, note))
 
     def render(self, plan: Plan, remarks: Sequence[str], joint: str) -> str:
         static = plan.model.static

@@ -47,17 +47,15 @@ class Drift:
 
 def spread(values: Array) -> float:
     """Standard deviation of normal values, from their median absolute deviation; NaN below two values."""
-    n = len(values)
-    if n < 2:
-        return float("nan")
-    factor = _SMALL_SAMPLE.get(n, n / (n - 0.8))
-    return factor * float(_deviation(values))
+    return float(_deviation(values)) if len(values) > 1 else float("nan")
 
 
 def _deviation(values: Array) -> Array:
-    """Median absolute deviation along the last axis, as the standard deviation of normal values."""
+    """Median absolute deviation along the last axis, as the standard deviation of so many normal values."""
+    count = values.shape[-1]
+    factor = _SMALL_SAMPLE.get(count, count / (count - 0.8))
     away = np.abs(values - np.median(values, axis=-1, keepdims=True))
-    return np.asarray(np.median(away, axis=-1) / _HALF)
+    return np.asarray(factor * (np.median(away, axis=-1) / _HALF))
 
 
 @cache
@@ -67,9 +65,7 @@ def limit(count: int) -> float:
     repeats = max(200, min(_SIMULATED, 4_000_000 // count))
     values = rng.standard_normal((repeats, count))
     away = np.abs(values - np.median(values, axis=1, keepdims=True))
-    factor = _SMALL_SAMPLE.get(count, count / (count - 0.8))
-    scale = factor * _deviation(values)
-    return float(np.quantile(away.max(axis=1) / scale, 1.0 - FALSE_ALARM))
+    return float(np.quantile(away.max(axis=1) / _deviation(values), 1.0 - FALSE_ALARM))
 
 
 def outliers(values: Array, stderr: Array) -> np.ndarray:

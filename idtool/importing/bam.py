@@ -74,7 +74,8 @@ def read(raw: bytes) -> Table:
     notes = []
     if "torque_enable" in frame and (off := int((~frame["torque_enable"].astype(bool)).sum())):
         notes.append(f"the drive was off in {off} rows, which no fit takes for friction")
-    facts = {key: value for key, value in content.items() if key != "entries" and _plain(value)}
+    plain = str | bool | int | float  # TOML can hold it, and it says something
+    facts = {key: value for key, value in content.items() if key != "entries" and isinstance(value, plain)}
     experiment = str(content.get("trajectory", ""))
     kp = content.get("kp")
     facts_of_loop = {"drive": {"gain_setting": kp}} if isinstance(kp, int | float) and kp > 0 else {}
@@ -122,8 +123,3 @@ def _current(frame: pd.DataFrame) -> Meaning | None:
             return Meaning(name, "current", unit)
     # an eRob's recorder writes the current that its drive reports under this name
     return Meaning("control", "current", "A") if {"control", "torque_demand"} <= set(frame) else None
-
-
-def _plain(value: Any) -> bool:
-    """Whether TOML can hold it and it says something."""
-    return isinstance(value, str | bool | int | float)

@@ -14,13 +14,7 @@ import pandas as pd
 from idtool.errors import InputError, UsageError, in_file
 from idtool.importing import choosing, cleaning
 from idtool.importing.conversion import si_unit
-from idtool.importing.names import (
-    Meaning,
-    Taken,
-    check_kind,
-    choose_kind,
-    role_of,
-)
+from idtool.importing.names import NEEDED, Meaning, Taken, check_kind, choose_kind, role_of
 from idtool.importing.sources import read_table
 from idtool.log import Log
 from idtool.log.format import columns_of
@@ -38,7 +32,6 @@ _HELD = (
     "velocity_command",
     "drive_on",
 )
-_CORE = ("time", "position", "velocity", "current", "torque", "bus_current", "duty")
 
 
 @dataclass(frozen=True)
@@ -179,7 +172,7 @@ def _unwrap(
 
 
 def _clean(frame: pd.DataFrame, taken: tuple[Taken, ...], notes: list[str]) -> pd.DataFrame:
-    core = [item.column for item in taken if item.role in _CORE]
+    core = [item.column for item in taken if item.role in NEEDED]
     missing = frame[core].isna().any(axis=1).to_numpy()
     if missing.any():
         where = ", ".join(name for name in core if frame[name].isna().any())

@@ -30,6 +30,7 @@ from idtool.model.units import Kind
 from idtool.parameters import EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
 from idtool.parameters.drive import Drive
+from idtool.verbs.predict import predict as predict_log
 from idtool.verbs.simulate import simulate as simulate_log
 
 STATIC = {"coulomb": 0.08, "static": 0.115, "stribeck_velocity": 0.08, "viscous": 0.12}
@@ -257,7 +258,7 @@ def test_a_simplified_law_is_fitted_to_the_speeds_of_the_logs() -> None:
         assert float(stated[1]) == pytest.approx(logs[top].frame["velocity_rad_s"].abs().max(), rel=0.02)
         # what was fitted to these speeds is better there than what was fitted to the others
         other = found[2.0 if top == 0.1 else 0.1].plan.model
-        assert errors["exported"] < simple.errors(other, [logs[top]])["sweep"]["rmse"]
+        assert errors["exported"] < predict_log([logs[top]], other).errors["sweep"]["rmse"]
     slow, fast = (found[top].plan.model.static["viscous"].value for top in (0.1, 2.0))
     # fast motion shows the viscous friction itself, slow motion with reversals what the bristle does
     assert abs(fast - STATIC["viscous"]) < 0.1 * abs(slow - STATIC["viscous"])
@@ -273,7 +274,8 @@ def test_of_two_simplified_laws_the_file_holds_the_one_that_simulates_better() -
         assert held.static == models[fitted].static
         errors = [simulate_log(log, model).rms_windows for model in models]
         assert errors[fitted] < 0.8 * errors[not fitted]
-        assert simple.total(simple.errors(models[1], [log])) < simple.total(simple.errors(models[0], [log]))
+        torque = [simple.total(predict_log([log], model).errors) for model in models]
+        assert torque[1] < torque[0]
 
 
 def test_what_a_missing_effect_took_up_goes_elsewhere() -> None:
