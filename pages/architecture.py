@@ -10,7 +10,7 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-from pages.markdown import with_made
+from pages import markdown
 
 PACKAGE = Path("idtool")
 PAGE = Path("docs/architecture.md")
@@ -83,11 +83,14 @@ def picture() -> str:
 
 def table() -> str:
     """The list of the rooms."""
-    rows = [
-        f"| `idtool/{room}{'' if (PACKAGE / room).is_dir() else '.py'}` | {what} |"
-        for room, what in ROOMS.items()
-    ]
-    return "\n".join(["| room | what is in it |", "|---|---|", *rows, ""])
+    rows = ((f"`{_place(room)}`", what) for room, what in ROOMS.items())
+    return "\n".join([*markdown.table(("room", "what is in it"), rows), ""])
+
+
+def _place(room: str) -> Path:
+    """The folder of a room, or the file that it is."""
+    folder = PACKAGE / room
+    return folder if folder.is_dir() else folder.with_suffix(".py")
 
 
 def spoken(tree: ast.Module) -> set[int]:
@@ -111,9 +114,8 @@ def lines_of(folder: Path) -> tuple[int, int, int, int]:
 
 def account() -> str:
     """Lines of every room and folder."""
-    rooms = [PACKAGE / room if (PACKAGE / room).is_dir() else PACKAGE / f"{room}.py" for room in ROOMS]
     folders = [Path(name) for name in ("cli", "testbench", "studies", "pages", "benchmarks", "tests")]
-    counted = [(place, *lines_of(place)) for place in (*rooms, *folders)]
+    counted = [(place, *lines_of(place)) for place in (*map(_place, ROOMS), *folders)]
     rows = ["| | files | lines | of code | longest file |", "|---|---:|---:|---:|---:|"]
     rows += [f"| `{place}` | " + " | ".join(f"{n:,}" for n in counts) + " |" for place, *counts in counted]
     whole = [sum(counts[k] for place, *counts in counted if place != Path("tests")) for k in range(3)]
@@ -123,13 +125,13 @@ def account() -> str:
 def page(text: str) -> str:
     """The page with its picture and its list as the code is now."""
     for part, made in (("picture", picture()), ("rooms", table())):
-        text = with_made(text, part, made, "docs-architecture")
+        text = markdown.with_made(text, part, made, "docs-architecture")
     return text
 
 
 def main() -> None:
     text = page(PAGE.read_text(encoding="utf-8"))
-    PAGE.write_text(with_made(text, "lines", account(), "docs-architecture"), encoding="utf-8")
+    PAGE.write_text(markdown.with_made(text, "lines", account(), "docs-architecture"), encoding="utf-8")
 
 
 if __name__ == "__main__":

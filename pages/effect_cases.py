@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Literal
 
 import numpy as np
@@ -105,36 +106,18 @@ def _load(motion: Motion) -> Array:
     return np.abs(motion.load)
 
 
-def _temperature(motion: Motion) -> Array:
-    assert motion.temperature is not None
-    return motion.temperature
-
-
-def _payload(motion: Motion) -> Array:
-    assert motion.payload is not None
-    return motion.payload
-
-
 POSITION = "position, rad"
 VELOCITY = "velocity, rad/s"
 ACCELERATION = "acceleration, rad/s²"
 LOAD = "load, N m"
 
 
-def _position(motion: Motion) -> Array:
-    return motion.position
-
-
-def _velocity(motion: Motion) -> Array:
-    return motion.velocity
+_position, _velocity, _acceleration = map(attrgetter, ("position", "velocity", "acceleration"))
+_payload, _temperature = map(attrgetter, ("payload", "temperature"))
 
 
 def _speed(motion: Motion) -> Array:
     return np.abs(motion.velocity)
-
-
-def _acceleration(motion: Motion) -> Array:
-    return motion.acceleration
 
 
 def _time(motion: Motion) -> Array:
@@ -242,13 +225,7 @@ repeats = [8, 6, 4, 3, 2]
     ),
     "backlash": Case(
         {"gap_rad": 0.05, "share_behind_gap": 0.5},
-        View(
-            "travel since the last reversal, rad",
-            since_turn,
-            "friction",
-            experiment="sine",
-            between=(0.0, 0.2),
-        ),
+        View("travel since the last reversal, rad", since_turn, "friction", "sine", between=(0.0, 0.2)),
     ),
     "compliance": Case(
         {"stiffness_nm_per_rad": 3.0, "damping_nm_s_per_rad": 0.02, "load_inertia_kg_m2": 0.006},

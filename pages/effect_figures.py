@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +16,6 @@ from pages.effect_cases import View
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _DPI = 110
 _COLOURS = 48
@@ -68,13 +66,7 @@ def draw(path: Path, title: str, view: View, without: JointFit, with_it: JointFi
         axes[0].set_ylim(-high, high)
         if view.parts is not None:
             axes[1].legend(loc="best", fontsize=8.5)
-        _save(figure, path)
-
-
-def _save(figure: Figure, path: Path) -> None:
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=_DPI)
-    path.write_bytes(style.few_colours(stream.getvalue(), _COLOURS))
+        path.write_bytes(style.few_colours(style.render(figure, "png", _DPI), _COLOURS))
 
 
 def _rows(view: View, fit: JointFit) -> NDArray[np.intp]:

@@ -29,13 +29,14 @@ from idtool.fit.model import JointModel
 from idtool.io.toml import parse_toml
 from idtool.log import Log
 from idtool.model.units import file_key, unit_text
+from idtool.presentation.text import counted
 from idtool.rig.plant_file import parse_plant
 from idtool.rig.simulated import SimulatedRig
 from idtool.signals import record
 from idtool.verbs.identify import begin
 from pages.effect_cases import CASES, Case
 from pages.effect_figures import draw
-from pages.markdown import with_made
+from pages.markdown import table, with_made
 from testbench.plants import recorded
 
 FOLDER = Path("docs/effects")
@@ -213,8 +214,7 @@ def _links(names: Sequence[str]) -> str:
 def _in_c(effect: Effect) -> str:
     if effect.name in NOT_GUIDED:
         return "no"
-    memory = f"yes, {effect.memory} numbers of memory" if effect.memory > 1 else "yes"
-    return "yes, 1 number of memory" if effect.memory == 1 else memory
+    return f"yes, {counted(effect.memory, 'number')} of memory" if effect.memory else "yes"
 
 
 def _session(name: str, session: dict[str, Any]) -> str:
@@ -281,16 +281,11 @@ def index(sessions: dict[str, dict[str, Any]]) -> str:
     rows = []
     for effect in registry.library():
         session = sessions[effect.name]
-        rows.append(
-            f"| [{effect.name}]({effect.name}.md) | {_escaped(effect.formula)} | {', '.join(effect.follows)} "
-            f"| {effect.reveals} | {session['before_mnm']:.1f} to {session['after_mnm']:.1f} |"
-        )
-    head = "| effect | what it adds | what the residual follows | what shows it | error, mN m |"
-    return "\n".join([head, "|---|---|---|---|---|", *rows, ""])
-
-
-def _escaped(text: str) -> str:
-    return text.replace("|", "\\|")
+        error = f"{session['before_mnm']:.1f} to {session['after_mnm']:.1f}"
+        formula, follows = effect.formula.replace("|", "\\|"), ", ".join(effect.follows)
+        rows.append((f"[{effect.name}]({effect.name}.md)", formula, follows, effect.reveals, error))
+    head = ("effect", "what it adds", "what the residual follows", "what shows it", "error, mN m")
+    return "\n".join([*table(head, rows), ""])
 
 
 def pages() -> dict[Path, str]:

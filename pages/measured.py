@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from pages.markdown import row, table
 from testbench.recordings import RECORDINGS, Recording
 from testbench.regression import STANDS_FOR
 
@@ -117,22 +118,16 @@ def _goals(done: list[Recording], found: dict[str, Any]) -> str:
     counted = [found[r.name] for r in _counted(done)]
     large = sum(len(_large(one)) for one in counted)
     named = large - sum(len(unnamed(one)) for one in counted)
-    rows = [
-        (
-            "every effect of the regression above 5 % of Coulomb is named",
-            f"{named} of {large}",
-            named == large,
-        )
-    ]
+    goal = "every effect of the regression above 5 % of Coulomb is named"
+    rows = [(goal, f"{named} of {large}", named == large)]
     for which, words in (("in_sample", "in sample"), ("held_out", "held out")):
         near = sum((_ratio(one, which) or 1e9) <= AS_GOOD for one in counted)
         goal = f"error {words} at most {AS_GOOD} of the regression's on four sets of five"
         rows.append((goal, f"{near} of {len(counted)}", near >= 0.8 * len(counted)))
     false = sum(len(unconfirmed(one)) for one in counted)
     names = sum(e["name"] != "inertia" for one in counted for e in one.get("effects", []))
-    rows.append(
-        ("no false name (no column that joined confirms it)", f"{false} of {names} names", false == 0)
-    )
+    goal = "no false name (no column that joined confirms it)"
+    rows.append((goal, f"{false} of {names} names", false == 0))
     if "emps" in found and "authors" in found["emps"]:
         error = found["emps"]["authors"]["in_sample"]
         rows.append(("EMPS below 2.2 % as its authors count", f"{error:.2f} %", error < 2.2))
@@ -144,8 +139,12 @@ def _goals(done: list[Recording], found: dict[str, Any]) -> str:
     beyond = [found[r.name] for r in done]
     sane = sum(_sane(one) for one in beyond)
     rows.append(("refused, or no absurd number", f"{sane} of {len(beyond)}", sane == len(beyond)))
-    lines = [f"| {goal} | {reached} | {'yes' if met else '**no**'} |" for goal, reached, met in rows]
-    return "\n".join(["| goal | reached | met |", "|---|---|---|", *lines, ""])
+    lines = table(("goal", "reached", "met"), ((*cells, _yes(met)) for *cells, met in rows))
+    return "\n".join([*lines, ""])
+
+
+def _yes(met: bool) -> str:
+    return "yes" if met else "**no**"
 
 
 def _overview(done: list[Recording], found: dict[str, Any]) -> str:
@@ -155,18 +154,16 @@ def _overview(done: list[Recording], found: dict[str, Any]) -> str:
         "Errors on moving rows, per cent: tool / regression; `!`: more than 1.1 times as much;",
         "a name in brackets with `?`: no column confirms it; shares are of the torque.",
         "",
-        "| recording | named | columns above 5 % of Coulomb, not named | in sample | held out |",
-        "|---|---|---|---|---|",
     ]
-    return "\n".join([*head, *(_line(r, found[r.name]) for r in done), ""])
+    columns = ("recording", "named", "columns above 5 % of Coulomb, not named", "in sample", "held out")
+    return "\n".join([*head, *table(columns, (_cells(r, found[r.name]) for r in done)), ""])
 
 
-def _line(recording: Recording, one: dict[str, Any]) -> str:
+def _cells(recording: Recording, one: dict[str, Any]) -> tuple[str, ...]:
     title = recording.title + (" (not counted)" if recording.beyond else "")
     lacking = [f"{t['said']}: {t['percent_of_coulomb']:.0f} %" for t in unnamed(one)]
     named = "refused" if "refused" in one else _named(one)
-    errors = " | ".join(_pair(one, which) for which in ("in_sample", "held_out"))
-    return f"| {title} | {named} | {'; '.join(lacking) or '–'} | {errors} |"
+    return title, named, "; ".join(lacking) or "–", _pair(one, "in_sample"), _pair(one, "held_out")
 
 
 def _named(one: dict[str, Any]) -> str:
@@ -197,32 +194,30 @@ def _emps(found: dict[str, Any]) -> str:
         "Position through a 4th-order low-pass of 100 Hz, decimated to 50 Hz, all rows, `||e|| / ||F||`. Not",
         "every step of theirs is told, so their models stand here by our count too, with what they printed.",
         "",
-        "| model | recording | in sample | on the held-out rows, fitted without them | printed |",
-        "|---|---|---|---|---|",
     ]
+    rows: list[tuple[str, ...]] = []
     for name in shown:
         authors, pulses = found[name]["authors"], name == "emps_pulses"
         where = "pulses" if pulses else "identification"
         held = f"{authors['held_out']:.2f} %" if "held_out" in authors else "–"
         ours = "ours, textbook" if name == "emps_textbook" else "ours"
-        lines.append(f"| {ours} | {where} | {authors['in_sample']:.2f} % | {held} | – |")
+        rows.append((ours, where, f"{authors['in_sample']:.2f} %", held, "–"))
         if name == "emps_textbook":
             continue
         for kind, theirs in authors["models"].items():
             printed = theirs["printed"][pulses]
             which = "predicted" if pulses else "fitted"
-            errors = f"{theirs['all']:.2f} % | {theirs['held_out']:.2f} %"
+            errors = (f"{theirs[part]:.2f} %" for part in ("all", "held_out"))
             said = f"{printed} %" if printed else "–"
-            lines.append(f"| the authors', {kind} ({which}) | {where} | {errors} | {said} |")
+            rows.append((f"the authors', {kind} ({which})", where, *errors, said))
     for name in ("emps_textbook", "emps"):
         for other in found.get(name, {}).get("others", []):
             if "authors" in other:
                 ours = "ours, textbook" if name == "emps_textbook" else "ours"
-                error = f"{other['authors']:.2f} %"
-                lines.append(
-                    f"| {ours}, fitted to the identification | pulses | predicted: {error} | – | – |"
-                )
-    return "\n".join([*lines, ""])
+                error = f"predicted: {other['authors']:.2f} %"
+                rows.append((f"{ours}, fitted to the identification", "pulses", error, "–", "–"))
+    columns = ("model", "recording", "in sample", "on the held-out rows, fitted without them", "printed")
+    return "\n".join([*lines, *table(columns, rows), ""])
 
 
 def _others(done: list[Recording], found: dict[str, Any]) -> str:
@@ -232,22 +227,16 @@ def _others(done: list[Recording], found: dict[str, Any]) -> str:
         "",
         "Predicted with the parameter file of the first, on moving rows; so does the regression.",
         "",
-        "| fitted to | predicts | error | regression |",
-        "|---|---|---|---|",
     ]
+    rows = []
     for recording in done:
         for other in found[recording.name].get("others", []):
-            if "refused" in other:
-                lines.append(
-                    f"| {recording.title} | {titles[other['name']]} | refused: {other['refused']} | – |"
-                )
-                continue
-            worse = " !" if other["error"] > AS_GOOD * other["regression"] else ""
-            lines.append(
-                f"| {recording.title} | {titles[other['name']]} | {other['error']:.2f} %{worse} | "
-                f"{other['regression']:.2f} % |"
-            )
-    return "\n".join([*lines, ""])
+            error, theirs = f"refused: {other.get('refused')}", "–"
+            if "refused" not in other:
+                worse = " !" if other["error"] > AS_GOOD * other["regression"] else ""
+                error, theirs = f"{other['error']:.2f} %{worse}", f"{other['regression']:.2f} %"
+            rows.append((recording.title, titles[other["name"]], error, theirs))
+    return "\n".join([*lines, *table(("fitted to", "predicts", "error", "regression"), rows), ""])
 
 
 def _beyond(done: list[Recording], found: dict[str, Any]) -> str:
@@ -257,22 +246,22 @@ def _beyond(done: list[Recording], found: dict[str, Any]) -> str:
         "It must be refused, or stay sane: no prediction beyond 1.5 times the largest measured torque,",
         "no friction level beyond it. Others that break this are listed too.",
         "",
-        "| recording | why | outcome | largest prediction / measured | largest level / measured | sane |",
-        "|---|---|---|---|---|---|",
     ]
+    rows = []
     for recording in done:
         one = found[recording.name]
         if not recording.beyond and _sane(one):
             continue
-        outcome = "refused" if "refused" in one else f"`{one['verdict']}`"
-        sizes = (
-            "– | –" if "refused" in one else f"{one['sane']['predicted']:.2f} | {one['sane']['level']:.2f}"
-        )
-        why = recording.beyond or "one axis"
-        lines.append(
-            f"| {recording.title} | {why} | {outcome} | {sizes} | {'yes' if _sane(one) else '**no**'} |"
-        )
-    return "\n".join([*lines, ""])
+        outcome, sizes = "refused", ["–", "–"]
+        if "refused" not in one:
+            outcome = f"`{one['verdict']}`"
+            sizes = [f"{one['sane'][what]:.2f}" for what in ("predicted", "level")]
+        rows.append((recording.title, recording.beyond or "one axis", outcome, *sizes, _yes(_sane(one))))
+    columns = (
+        *("recording", "why", "outcome"),
+        *("largest prediction / measured", "largest level / measured", "sane"),
+    )
+    return "\n".join([*lines, *table(columns, rows), ""])
 
 
 def _section(recording: Recording, one: dict[str, Any]) -> str:
@@ -282,9 +271,7 @@ def _section(recording: Recording, one: dict[str, Any]) -> str:
     if "refused" in one:
         return "\n".join([*lines, f"Refused: {one['refused']}", ""])
     if one["published"]:
-        lines += ["| | published | found |", "|---|---|---|"]
-        lines += [f"| {name} | {known} | {value} |" for name, known, value in one["published"]]
-        lines.append("")
+        lines += ["| | published | found |", "|---|---|---|", *map(row, one["published"]), ""]
     lines += [
         f"Verdict `{one['verdict']}`, friction law `{one['friction']}`; named: {_named(one)}.",
         f"{one['rows']:,} rows; {one['moving']:,} thinned ones move; {one['seconds']:.1f} s of one core.",
