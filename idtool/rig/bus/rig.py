@@ -90,7 +90,8 @@ class ServoRig(Rig):
 
     def _configure(self, device: str, settings: Settings, baud: int) -> None:
         servo = self._servo
-        low, high = servo.position_limits
+        own = servo.own_limits()
+        low, high = own.position
         low = low if settings.low is None else settings.low
         high = high if settings.high is None else settings.high
         if low >= high:
@@ -98,16 +99,16 @@ class ServoRig(Rig):
                 f"the lowest position {low:.3g} rad is not below the highest {high:.3g} rad",
                 remedy="give low and high",
             )
-        speed = _at_most("speed", settings.speed, servo.speed_limit, "rad/s")
+        speed = _at_most("speed", settings.speed, own.speed, "rad/s")
         self.measures = servo.measures
         self.speed_step = servo.speed_step
-        self._refuse_strangers(settings)
-        current, duty = servo.current_limit, servo.duty_limit
+        self._refuse_strangers(settings, math.isfinite(own.current))
+        current, duty = own.current, own.duty
         if math.isfinite(current):
             current = _at_most("current", settings.current, current, "A")
         if servo.measures == "voltage":
             duty = _at_most("duty", settings.duty, duty, "of the supply")
-        temperature = _at_most("temperature", settings.temperature, servo.temperature_limit, "°C")
+        temperature = _at_most("temperature", settings.temperature, own.temperature, "°C")
         servo.limit(speed, current, duty)
         # a current of the supply is not the motor's: it is the servo's own limit, and none of the torque
         motor = current if servo.measures == "current" else math.inf
@@ -117,7 +118,7 @@ class ServoRig(Rig):
         needed = period_needed(servo.bytes_per_period, baud, servo.return_delay_s, latency_s(device))
         self.period_s = settings.period or next((p for p in _PERIODS if p >= needed), _PERIODS[-1])
 
-    def _refuse_strangers(self, settings: Settings) -> None:
+    def _refuse_strangers(self, settings: Settings, limits_current: bool) -> None:
         """Words that this servo has no use for."""
         name = self._servo.name
         if self.measures == "current":
@@ -127,7 +128,7 @@ class ServoRig(Rig):
             return
         why = f"the {name} measures no current of its motor"
         settings.refuse("constant", why, "give per_volt=, N m/V")
-        if not math.isfinite(self._servo.current_limit):
+        if not limits_current:
             settings.refuse("current", why, "give duty=, a share of the supply")
 
     def _axis(self, settings: Settings) -> Axis:

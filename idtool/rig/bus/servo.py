@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from idtool.rig.base import Measured, Mode, Sample
+from idtool.rig.base import Limits, Measured, Mode, Sample
 from idtool.rig.bus.transactions import Register, Transactions
 from idtool.rig.clock import Clock
 from idtool.rig.faults import ServoRefused
@@ -78,30 +78,9 @@ class Servo(ABC):
     def return_delay_s(self) -> float:
         """How long it waits before it answers, s."""
 
-    @property
     @abstractmethod
-    def position_limits(self) -> tuple[float, float]:
-        """Its lowest and highest position, rad."""
-
-    @property
-    @abstractmethod
-    def speed_limit(self) -> float:
-        """Its highest speed, rad/s."""
-
-    @property
-    @abstractmethod
-    def current_limit(self) -> float:
-        """Its highest current, A; inf where it measures none."""
-
-    @property
-    @abstractmethod
-    def duty_limit(self) -> float:
-        """The highest share of the supply's voltage that it puts on its motor."""
-
-    @property
-    @abstractmethod
-    def temperature_limit(self) -> float:
-        """Above it the servo shuts down, degrees Celsius."""
+    def own_limits(self) -> Limits:
+        """What it is set to; a current is the motor's or the supply's, inf where it measures none."""
 
     @abstractmethod
     def limit(self, speed: float, current: float, duty: float) -> None:

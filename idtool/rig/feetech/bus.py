@@ -15,33 +15,18 @@ from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
 from idtool.rig.clock import Clock
 from idtool.rig.faults import ServoRestarted, shutdown
-from idtool.rig.feetech.models import (
-    ACCELERATION,
-    CURRENT,
-    ERRORS,
-    GOAL_POSITION,
-    GOAL_SPEED,
-    GOAL_TIME,
-    LOAD,
-    POSITION,
-    SPEED,
-    STATUS,
-    TEMPERATURE,
-    TORQUE_ENABLE,
-    VOLTAGE,
-    Register,
-)
+from idtool.rig.feetech import models
 
 #: Baud rates that the servos come with or are set to.
 BAUD_RATES = (1_000_000, 500_000, 115_200)
 
 #: Readings begin at one of these registers in turn and end with the current.
 _BEGINS = range(33, 41)
-_END = CURRENT.address + CURRENT.size
+_END = models.CURRENT.address + models.CURRENT.size
 #: Bytes of a packet without parameters or data: header, id, length, instruction or error, checksum.
 _FRAME = 6
 _QUESTION = _FRAME + 2
-_GOAL = ACCELERATION.size + GOAL_POSITION.size + GOAL_TIME.size + GOAL_SPEED.size
+_GOAL = models.ACCELERATION.size + models.GOAL_POSITION.size + models.GOAL_TIME.size + models.GOAL_SPEED.size
 #: Bytes on the wire in one period: a goal and its answer, a reading and its answer.
 BYTES_PER_PERIOD = _FRAME + 1 + _GOAL + _FRAME + _QUESTION + _FRAME + _END - _BEGINS[0]
 
@@ -104,10 +89,10 @@ class Bus(Transactions):
         Raises:
             NotAnswering, DeviceGone, ServoShutdown.
         """
-        data = ACCELERATION.encode(acceleration) + GOAL_POSITION.encode(position)
-        data += GOAL_TIME.encode(0) + GOAL_SPEED.encode(speed)
+        data = models.ACCELERATION.encode(acceleration) + models.GOAL_POSITION.encode(position)
+        data += models.GOAL_TIME.encode(0) + models.GOAL_SPEED.encode(speed)
         self._goal = None  # an answer may be lost where the goal was not
-        self._write(ACCELERATION.address, data, alert=alert)
+        self._write(models.ACCELERATION.address, data, alert=alert)
         self._goal = position
 
     def present(self, *, alert: bool = True) -> Present:
@@ -125,16 +110,25 @@ class Bus(Transactions):
             self._turn += 1
             data = self._read(begin, _END - begin, alert=alert)
 
-            def value(register: Register, data: bytes = data, begin: int = begin) -> int:
+            def value(register: models.Register, data: bytes = data, begin: int = begin) -> int:
                 at = register.address - begin
                 return register.decode(data[at : at + register.size])
 
-            if alert and value(STATUS):
-                self.raise_shutdown(value(STATUS))
-            torque_off = self.torque and not value(TORQUE_ENABLE)
-            if not torque_off and self._goal in (None, value(GOAL_POSITION)):
+            if alert and value(models.STATUS):
+                self.raise_shutdown(value(models.STATUS))
+            torque_off = self.torque and not value(models.TORQUE_ENABLE)
+            if not torque_off and self._goal in (None, value(models.GOAL_POSITION)):
                 measured = self._asked + self._question_s
-                readings = (value(name) for name in (POSITION, SPEED, LOAD, VOLTAGE, TEMPERATURE))
+                readings = (
+                    value(name)
+                    for name in (
+                        models.POSITION,
+                        models.SPEED,
+                        models.LOAD,
+                        models.VOLTAGE,
+                        models.TEMPERATURE,
+                    )
+                )
                 return Present(measured, *readings)
             self.retries += 1
         if torque_off:
@@ -156,9 +150,9 @@ class Bus(Transactions):
         Raises:
             ServoShutdown: one is.
         """
-        bits = self.read(STATUS) if bits is None else bits
+        bits = self.read(models.STATUS) if bits is None else bits
         if bits:
-            raise shutdown(bits, ERRORS)
+            raise shutdown(bits, models.ERRORS)
 
     # ------------------------------------------------------------------ instructions
 

@@ -11,35 +11,11 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-from idtool.rig.base import Mode, Sample
+from idtool.rig.base import Limits, Mode, Sample
 from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Servo, ServoKind
 from idtool.rig.faults import DeviceGone, NotAnswering, WrongServo
+from idtool.rig.feetech import models
 from idtool.rig.feetech.bus import BYTES_PER_PERIOD, Bus
-from idtool.rig.feetech.models import (
-    ACCELERATION,
-    ACCELERATION_UNIT,
-    BYTE_ORDER,
-    COARSE,
-    DUTY_UNIT,
-    FINE_SPEED_BIT,
-    GOAL_SPEED,
-    HIGHEST_SPEED,
-    MAX_POSITION_LIMIT,
-    MIN_POSITION_LIMIT,
-    MODEL,
-    MODELS,
-    OPERATING_MODE,
-    PHASE,
-    POSITION_MODE,
-    RETURN_DELAY,
-    RETURN_DELAY_UNIT,
-    SPEED_UNIT,
-    STATUS_LEVEL,
-    TEMPERATURE_LIMIT,
-    TORQUE_ENABLE,
-    TORQUE_LIMIT,
-    VOLTAGE_UNIT,
-)
 
 #: By how much the goal is ahead of a motion, s, and with it how long one goes on that hears nothing more. It
 #: is longer than the lag of the position loop, or the axis would brake before each goal.
@@ -72,19 +48,19 @@ class FeetechServo(Servo):
     def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
         super().__init__(bus, zero)
         bus.ping()
-        if bus.read(BYTE_ORDER):
+        if bus.read(models.BYTE_ORDER):
             raise WrongServo(
                 f"the device with id {bus.id} is no servo of the STS or SMS series; "
                 "those of the SCS series have another table"
             )
-        number = bus.read(MODEL)
-        self.name = f"Feetech {MODELS.get(number, f'STS/SMS model {number}')}"
+        number = bus.read(models.MODEL)
+        self.name = f"Feetech {models.MODELS.get(number, f'STS/SMS model {number}')}"
         # a servo set to silence would look dead from here on; the setting is lost with its power
-        bus.write_unanswered(STATUS_LEVEL, 1)
+        bus.write_unanswered(models.STATUS_LEVEL, 1)
         bus.raise_shutdown()
-        self._unit = 1 if bus.read(PHASE) & FINE_SPEED_BIT else COARSE
-        self.speed_step = self._unit * SPEED_UNIT
-        low, high = bus.read(MIN_POSITION_LIMIT), bus.read(MAX_POSITION_LIMIT)
+        self._unit = 1 if bus.read(models.PHASE) & models.FINE_SPEED_BIT else models.COARSE
+        self.speed_step = self._unit * models.SPEED_UNIT
+        low, high = bus.read(models.MIN_POSITION_LIMIT), bus.read(models.MAX_POSITION_LIMIT)
         if low >= high:
             raise WrongServo("the servo is set to turn without limits; set its lowest and highest position")
         self._range = low, high
@@ -97,32 +73,21 @@ class FeetechServo(Servo):
 
     @property
     def return_delay_s(self) -> float:
-        return self._bus.read(RETURN_DELAY) * RETURN_DELAY_UNIT
+        return self._bus.read(models.RETURN_DELAY) * models.RETURN_DELAY_UNIT
 
-    @property
-    def position_limits(self) -> tuple[float, float]:
-        return self._radians(self._range[0]), self._radians(self._range[1])
-
-    @property
-    def speed_limit(self) -> float:
-        """The highest speed that the register takes, rad/s; how fast the motor turns nothing in it says."""
-        return HIGHEST_SPEED * SPEED_UNIT
-
-    @property
-    def current_limit(self) -> float:
-        return math.inf
-
-    @property
-    def duty_limit(self) -> float:
-        return self._bus.read(TORQUE_LIMIT) * DUTY_UNIT
-
-    @property
-    def temperature_limit(self) -> float:
-        return float(self._bus.read(TEMPERATURE_LIMIT))
+    def own_limits(self) -> Limits:
+        """As of every servo; the speed is what the register takes at most, which the motor may not reach."""
+        low, high = self._range
+        return Limits(
+            position=(self._radians(low), self._radians(high)),
+            speed=models.HIGHEST_SPEED * models.SPEED_UNIT,
+            duty=self._bus.read(models.TORQUE_LIMIT) * models.DUTY_UNIT,
+            temperature=float(self._bus.read(models.TEMPERATURE_LIMIT)),
+        )
 
     def limit(self, speed: float, current: float, duty: float) -> None:
         """Let the servo itself keep to a duty; speeds are limited with every goal."""
-        self._found.change(TORQUE_LIMIT, round(duty / DUTY_UNIT))
+        self._found.change(models.TORQUE_LIMIT, round(duty / models.DUTY_UNIT))
 
     # ------------------------------------------------------------------------- motion
 
@@ -130,13 +95,13 @@ class FeetechServo(Servo):
         """As every servo; speeds, too, are goals of positions, and a current limits nothing."""
         self._fastest = max(1, math.floor(speed / self.speed_step))
         if self.mode is None:
-            self._found.change(OPERATING_MODE, POSITION_MODE)
-            for register in (ACCELERATION, GOAL_SPEED):  # set with every goal, so put back here
+            self._found.change(models.OPERATING_MODE, models.POSITION_MODE)
+            for register in (models.ACCELERATION, models.GOAL_SPEED):  # set with every goal, so put back here
                 self._found.setdefault(register, self._bus.read(register))
             self._place = self._radians(self._bus.present().position)
             # before the torque, so that it cannot jump, and again, since some take the place where they stand
             self._go(self._place, _GENTLE)
-            self._bus.write(TORQUE_ENABLE, 1)
+            self._bus.write(models.TORQUE_ENABLE, 1)
             self._go(self._place, _GENTLE)
             self._bus.torque = True
         self._pace, self._speed, self._since = 0.0, 0.0, self._bus.clock.now()
@@ -144,18 +109,20 @@ class FeetechServo(Servo):
 
     def torque_off(self) -> None:
         self._bus.torque = False
-        self._bus.write(TORQUE_ENABLE, 0, alert=False)
+        self._bus.write(models.TORQUE_ENABLE, 0, alert=False)
         self.mode = None
 
     def accelerate_at(self, acceleration: float) -> None:
-        self._acceleration = min(max(math.ceil(acceleration / ACCELERATION_UNIT), 1), _MOST_ACCELERATION)
+        units = math.ceil(acceleration / models.ACCELERATION_UNIT)
+        self._acceleration = min(max(units, 1), _MOST_ACCELERATION)
 
     def move_at(self, speed: float) -> float:
         self._go_on()
         units = round(speed / self.speed_step)
         before, self._speed = self._speed, units * self.speed_step
         if units == 0:
-            self._place += self._pace * abs(self._pace) / (2.0 * self._acceleration * ACCELERATION_UNIT)
+            steepest = self._acceleration * models.ACCELERATION_UNIT
+            self._place += self._pace * abs(self._pace) / (2.0 * steepest)
             self._pace = 0.0
         # to rest it goes on as fast as it was; a speed of 0 is the highest to some servos
         self._go(self._place + self._speed * AHEAD_S, abs(self._speed) or abs(before) or _GENTLE)
@@ -165,7 +132,7 @@ class FeetechServo(Servo):
         """Where the axis should be by now: on its way, but never beyond the goal that it was given."""
         now = self._bus.clock.now()
         passed = min(now - self._since, AHEAD_S * max(self._bus.clock.scale, 1.0))
-        steepest = self._acceleration * ACCELERATION_UNIT * passed
+        steepest = self._acceleration * models.ACCELERATION_UNIT * passed
         pace = self._pace + min(max(self._speed - self._pace, -steepest), steepest)
         self._place += 0.5 * (self._pace + pace) * passed
         self._pace, self._since = pace, now
@@ -193,7 +160,7 @@ class FeetechServo(Servo):
         self._pace = self._speed = 0.0
 
     def _go(self, position: float, speed: float, *, alert: bool = True) -> None:
-        units = min(max(round(speed / self.speed_step), 1), HIGHEST_SPEED // self._unit)
+        units = min(max(round(speed / self.speed_step), 1), models.HIGHEST_SPEED // self._unit)
         self._bus.set_goal(self._counts(position), units, self._acceleration, alert=alert)
 
     def read(self, *, alert: bool = True) -> Sample:
@@ -204,8 +171,8 @@ class FeetechServo(Servo):
             now.speed * self.speed_step,
             None,
             float(now.temperature),
-            now.voltage * VOLTAGE_UNIT,
-            now.load * DUTY_UNIT,
+            now.voltage * models.VOLTAGE_UNIT,
+            now.load * models.DUTY_UNIT,
         )
 
     def arm(self) -> None:
