@@ -17,7 +17,6 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -27,8 +26,8 @@ from idtool.fleet.engine import Engine, open_engine
 from idtool.fleet.page import page
 from idtool.fleet.scheduler import Greeted
 from idtool.fleet.session import find_sessions, load
-from idtool.fleet.summary import Fleet, SessionRow, document, summarise, table
-from idtool.fleet.work import Outcome
+from idtool.fleet.summary import Fleet, document, summarise, table
+from idtool.fleet.work import Outcome, SessionRow
 from idtool.io.atomic import atomic_write, write_table, write_whole
 from idtool.parameters.axis import Axis
 from idtool.presentation.text import counted
@@ -98,10 +97,11 @@ def run_fleet(
     if pending:
         with open_engine(scheduler, workers) as engine:
             tell(f"{counted(len(pending), 'session')} on {engine.name}")
-            for done, (path, fingerprint, outcome) in enumerate(_work(engine, pending, options), start=1):
-                rows[path.name] = _keep(out, path.name, fingerprint, outcome)
-                said = f"failed: {outcome.error}" if outcome.error else outcome.verdict
-                tell(f"[{len(rows)}/{len(sessions)}] {path.name}: {said}")
+            for done, (fingerprint, outcome) in enumerate(_work(engine, pending, options), start=1):
+                _keep(out, fingerprint, outcome)
+                row = rows[outcome.row.session] = outcome.row
+                said = f"failed: {row.error}" if row.error else row.verdict
+                tell(f"[{len(rows)}/{len(sessions)}] {row.session}: {said}")
                 progress(done, len(pending))
     fleet = summarise([rows[path.name] for path in sessions], out / SESSIONS)
     rows_of_all = table(fleet)
@@ -147,23 +147,23 @@ def _kept(path: Path, out: Path, options: Options) -> SessionRow | None:
         return None  # missing or half of another version: to be done
 
 
-def _work(engine: Engine, sessions: list[Path], options: Options) -> Iterator[tuple[Path, str, Outcome]]:
-    """Session, fingerprint and outcome, as they end; at most `width` are loaded at a time."""
+def _work(engine: Engine, sessions: list[Path], options: Options) -> Iterator[tuple[str, Outcome]]:
+    """Fingerprint and outcome of each session, as they end; at most `width` are loaded at a time."""
     waiting = iter(sessions)
-    running: dict[Future[Outcome], tuple[Path, str]] = {}
+    running: dict[Future[Outcome], tuple[str, str]] = {}
     while True:
         while len(running) < engine.width and (path := next(waiting, None)):
             try:
                 task = load(path, asdict(options))
             except InputError as error:
-                yield path, "", Outcome(str(error))
+                yield "", Outcome(SessionRow(path.name, str(error)))
                 continue
-            running[engine.submit(task)] = path, task.fingerprint(__version__)
+            running[engine.submit(task)] = task.name, task.fingerprint(__version__)
         if not running:
             return
         for future in wait(running, return_when=FIRST_COMPLETED).done:
-            path, fingerprint = running.pop(future)
-            yield path, fingerprint, _outcome(future, path.name)
+            name, fingerprint = running.pop(future)
+            yield fingerprint, _outcome(future, name)
 
 
 def _outcome(future: Future[Outcome], name: str) -> Outcome:
@@ -176,26 +176,23 @@ def _outcome(future: Future[Outcome], name: str) -> Outcome:
             remedy="start it and run the command again; finished sessions are kept",
         ) from error
     except Exception:  # of either engine: the process died, or Dask gave up after several workers did
-        return Outcome(f"{name}: {_KILLED}")
+        return Outcome(SessionRow(name, f"{name}: {_KILLED}"))
 
 
-def _keep(out: Path, name: str, fingerprint: str, outcome: Outcome) -> SessionRow:
+def _keep(out: Path, fingerprint: str, outcome: Outcome) -> None:
     """Write what became of a session; the record last, so that half a session is none."""
-    folder = out / SESSIONS / name
+    folder = out / SESSIONS / outcome.row.session
     make_folder(folder)
     for file in (RECORD, *FILES, *OPTIONAL_FILES):  # of an earlier run
         (folder / file).unlink(missing_ok=True)
     for file, content in outcome.files.items():
         write_whole(folder / file, content)
-    values: dict[str, Any] = {key: value for key, value in asdict(outcome).items() if key != "files"}
-    row = SessionRow(session=name, **values)
     write_json(
         folder / RECORD,
         {
             "schema": RECORD_SCHEMA,
             "fingerprint": fingerprint,
             "finished": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-            **asdict(row),
+            **asdict(outcome.row),
         },
     )
-    return row

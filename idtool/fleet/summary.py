@@ -13,25 +13,12 @@ import pandas as pd
 
 from idtool.diagnosis.holm import holm
 from idtool.fleet import statistics
+from idtool.fleet.work import SessionRow
 from idtool.parameters import Parameter, Parameters
 
 SCHEMA = "ffc-id/fleet/1"
 #: Level of the tests.
 _FOUND = 0.05
-
-
-@dataclass(frozen=True)
-class SessionRow:
-    """A session as the summary has it; see `work.Outcome`."""
-
-    session: str
-    error: str = ""
-    unit: str = ""
-    date: str = ""
-    verdict: str = ""
-    before: float | None = None
-    after: float | None = None
-    noise: float | None = None
 
 
 @dataclass(frozen=True)

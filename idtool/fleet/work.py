@@ -16,18 +16,19 @@ from idtool.version import __version__
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SessionRow:
     """What became of a session.
 
     Attributes:
+        session: its name.
         error: why it failed, one sentence; "" if it did not.
         unit, date: whose session it is and when it was recorded (ISO; "" if nobody knows).
         verdict: of the diagnosis.
         before, after, noise: error of the base and of the extended model on held-out trials, and the noise
             of the sensor; None where the diagnosis has none.
-        files: name -> content of the result folder.
     """
 
+    session: str
     error: str = ""
     unit: str = ""
     date: str = ""
@@ -35,6 +36,13 @@ class Outcome:
     before: float | None = None
     after: float | None = None
     noise: float | None = None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """That, and its result folder: name -> content of each file."""
+
+    row: SessionRow
     files: dict[str, bytes] = field(default_factory=dict)
 
 
@@ -43,10 +51,10 @@ def identify_session(task: Task) -> Outcome:
     try:
         return _identify(task)
     except FfcIdError as error:
-        return Outcome(" ".join(str(error).split()))
+        return Outcome(SessionRow(task.name, " ".join(str(error).split())))
     except Exception as error:
         told = " ".join(f"{type(error).__name__}: {error}".split())[:300]
-        return Outcome(f"{task.name}: stopped by a fault of the program ({told}).")
+        return Outcome(SessionRow(task.name, f"{task.name}: stopped by a fault of the program ({told})."))
 
 
 def version() -> str:
@@ -67,19 +75,20 @@ def _identify(task: Task) -> Outcome:
             try:
                 log = Log.read(folder / name, torque_constant=constant, axis=Axis(**axis) if axis else None)
             except FfcIdError as error:
-                return Outcome(str(error).replace(f"{place}/", ""))
+                return Outcome(SessionRow(task.name, str(error).replace(f"{place}/", "")))
             logs.append(replace(log, source=f"{task.name}/{name}"))
         unit, date = identity(task, logs)
         result = identify(logs, **options)
         write_results(result, Path(place) / "result", command="ffc-id fleet", seed=options.get("seed", 0))
         files = {path.name: path.read_bytes() for path in (Path(place) / "result").iterdir()}
     errors = result.diagnosis["error"]
-    return Outcome(
+    row = SessionRow(
+        session=task.name,
         unit=unit,
         date=date.isoformat() if date else "",
         verdict=result.diagnosis["verdict"],
         before=errors["held_out"]["before"],
         after=errors["held_out"]["after"],
         noise=errors["noise_floor"],
-        files=files,
     )
+    return Outcome(row, files)

@@ -7,7 +7,7 @@ import signal
 from pathlib import Path
 
 from idtool.fleet.session import Task
-from idtool.fleet.work import Outcome, identify_session
+from idtool.fleet.work import Outcome, SessionRow, identify_session
 
 
 def broken(folder: Path) -> Path:
@@ -28,4 +28,4 @@ def pid_of(task: Task) -> Outcome:
     """Fails with the number of its process; dies of a session that says so."""
     if task.name.endswith("dies"):
         os.kill(os.getpid(), signal.SIGKILL)
-    return Outcome(f"{os.getpid()}")
+    return Outcome(SessionRow(task.name, f"{os.getpid()}"))

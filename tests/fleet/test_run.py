@@ -167,7 +167,7 @@ def test_whose_session_it_is_and_when(
 )
 def test_facts_that_cannot_be_used_fail_that_session(tmp_path: Path, facts: str, expected: str) -> None:
     outcome = identify_session(task_of("A", facts=facts, folder=tmp_path))
-    assert outcome.error.startswith(expected)
+    assert outcome.row.error.startswith(expected)
 
 
 def test_options_are_those_of_identify(fleet: Path) -> None:
@@ -257,7 +257,7 @@ def test_a_table_that_is_left_out_is_said(fleet: Path, monkeypatch: pytest.Monke
 def test_a_process_that_died_is_gone_when_its_session_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine, "identify_session", pid_of)
     with engine.open_engine(None, 1) as local:
-        assert local.submit(Task("lives", {}, b"", {})).result().error.isdigit()
+        assert local.submit(Task("lives", {}, b"", {})).result().row.error.isdigit()
         before = threading.active_count()
         with pytest.raises(BrokenProcessPool):
             local.submit(Task("dies", {}, b"", {})).result()
