@@ -26,7 +26,7 @@ from idtool.presentation import style, text
 from idtool.presentation.html import embedded, environment, resource
 from idtool.presentation.mathml import typeset
 from idtool.report import tables
-from idtool.report.effect_pictures import Beside, found_picture, typical_picture
+from idtool.report.effect_pictures import found_picture, typical_picture
 from idtool.report.evidence import Evidence, read_evidence
 from idtool.report.facts import Found, Pair
 from idtool.report.folding import quiet
@@ -85,40 +85,6 @@ class Picture:
     width: int
     height: int
     quiet: bool
-
-
-@dataclass(frozen=True)
-class ErrorRow:
-    """One line of the error table, as text."""
-
-    name: str
-    before: str
-    after: str
-    change: str
-
-
-@dataclass(frozen=True)
-class Bar:
-    """One bar of the verdict's little chart: share of the longest, 0 to 100."""
-
-    name: str
-    value: str
-    length: float
-    kind: str
-
-
-@dataclass(frozen=True)
-class EffectCard:
-    """An accepted effect: what it is, how sure, and what looks like it."""
-
-    title: str
-    formula: str
-    page: str
-    share: str
-    p_value: str
-    alternatives: str
-    reveals: str
-    pictures: tuple[Beside, ...]
 
 
 def write_report(
@@ -251,7 +217,8 @@ def _headline(evidence: Evidence) -> str:
     return text.change(before, after) if evidence.rows.extended else text.number(after, 3)
 
 
-def _bars(evidence: Evidence) -> list[Bar]:
+def _bars(evidence: Evidence) -> list[dict[str, Any]]:
+    """The verdict's little chart: `length` is the share of the longest bar, 0 to 100."""
     before, after = _headline_pair(evidence)
     if evidence.rows.extended:
         values = [("base model", before, "before"), ("with what was found", after, "after")]
@@ -260,35 +227,33 @@ def _bars(evidence: Evidence) -> list[Bar]:
     values.append(("measurement noise", evidence.diagnosis.error.noise_floor, "floor"))
     longest = max((value for _, value, _ in values if value is not None), default=0.0) or 1.0
     return [
-        Bar(name, text.number(value, 3), round(100.0 * value / longest, 1), kind)
+        {
+            "name": name,
+            "value": text.number(value, 3),
+            "length": round(100.0 * value / longest, 1),
+            "kind": kind,
+        }
         for name, value, kind in values
         if value is not None
     ]
 
 
-def _errors(evidence: Evidence) -> list[ErrorRow]:
-    error = evidence.diagnosis.error
+def _errors(evidence: Evidence) -> list[dict[str, str]]:
+    error, validation = evidence.diagnosis.error, evidence.diagnosis.validation
     pairs: dict[str, Pair] = {"held out": error.held_out, "training": error.training}
     pairs |= {text.words(name): pair for name, pair in error.by_experiment.items()}
-    rows = [
-        ErrorRow(
-            name,
-            text.number(pair.before, 3),
-            text.number(pair.after, 3),
-            text.change(pair.before, pair.after),
-        )
-        for name, pair in pairs.items()
-        if pair.before is not None or pair.after is not None
-    ]
-    validation = evidence.diagnosis.validation
-    return rows + [
-        ErrorRow(
-            f"validation: {text.words(name)}" if name not in ("", "validation") else "validation",
-            "–",
-            text.number(one.rmse, 3),
-            "–",
-        )
-        for name, one in (validation.errors if validation else {}).items()
+    rows = [(name, pair) for name, pair in pairs.items() if (pair.before, pair.after) != (None, None)]
+    for name, one in (validation.errors if validation else {}).items():
+        own = f"validation: {text.words(name)}" if name not in ("", "validation") else "validation"
+        rows.append((own, Pair(after=one.rmse)))
+    return [
+        {
+            "name": name,
+            "before": text.number(pair.before, 3),
+            "after": text.number(pair.after, 3),
+            "change": text.change(pair.before, pair.after),
+        }
+        for name, pair in rows
     ]
 
 
@@ -308,20 +273,20 @@ def _validation(evidence: Evidence) -> str:
     )
 
 
-def _card(evidence: Evidence, effect: Found) -> EffectCard:
+def _card(evidence: Evidence, effect: Found) -> dict[str, Any]:
+    """An accepted effect: what it is, how sure, and what looks like it."""
     known = registry.get(effect.name) if registry.knows(effect.name) else None
-    return EffectCard(
-        title=text.effect_title(effect.name),
-        formula=known.formula if known else "",
-        share="" if effect.percent_of_torque is None else share(effect.percent_of_torque),
-        p_value=text.p_text(effect.p_value),
-        alternatives=text.listed([text.effect_title(name) for name in effect.alternatives], "or"),
-        reveals=known.reveals if known else "",
-        page=known.page if known else "",
-        pictures=tuple(
-            filter(None, (found_picture(evidence, known), typical_picture(known)) if known else ())
-        ),
-    )
+    pictures = (found_picture(evidence, known), typical_picture(known)) if known else ()
+    return {
+        "title": text.effect_title(effect.name),
+        "formula": known.formula if known else "",
+        "share": "" if effect.percent_of_torque is None else share(effect.percent_of_torque),
+        "p_value": text.p_text(effect.p_value),
+        "alternatives": text.listed([text.effect_title(name) for name in effect.alternatives], "or"),
+        "reveals": known.reveals if known else "",
+        "page": known.page if known else "",
+        "pictures": list(filter(None, pictures)),
+    }
 
 
 def _candidates(evidence: Evidence) -> list[dict[str, Any]]:
