@@ -88,9 +88,7 @@ def _show(screen: Screen, comparison: Comparison, a: Path, b: Path) -> None:
         unit = unit_text("torque", comparison.kind)
         click.echo(f"\nprediction error, rms, {unit}")
         print_table(
-            screen,
-            ("logs", ">A", ">B", ">pairs", ">p", ""),
-            [_error_row(line) for line in comparison.errors],
+            screen, ("logs", ">A", ">B", ">pairs", ">p", ""), [_error_row(line) for line in comparison.errors]
         )
     if comparison.positions is not None:
         one, other = comparison.positions

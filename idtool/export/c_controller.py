@@ -230,8 +230,7 @@ def _effects(parameters: Parameters, controller: ForceFreeController) -> list[Ef
         form = effect.in_c(values)
         if form is None:
             raise InputError(
-                f"effect {entry.name} has no C form",
-                remedy=f"leave it out with --without {entry.name}",
+                f"effect {entry.name} has no C form", remedy=f"leave it out with --without {entry.name}"
             )
         # what holds a part of the friction comes first: see `idtool.control.load`
         (first if effect.holds(values)[0] > 0.0 else others).append(EffectInC.build(effect, form))

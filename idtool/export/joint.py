@@ -27,12 +27,7 @@ def inertia_alone(entry: EffectEntry) -> tuple[EffectEntry | None, str | None]:
 
 
 def simulated(
-    parameters: Parameters,
-    logs: Sequence[Log],
-    friction: str,
-    carries: Carries,
-    *,
-    bristle: bool,
+    parameters: Parameters, logs: Sequence[Log], friction: str, carries: Carries, *, bristle: bool
 ) -> Plan:
     """The plan of a joint in a simulator.
 

@@ -24,11 +24,10 @@ from numpy.typing import NDArray
 
 from idtool.errors import in_file
 from idtool.io.atomic import atomic_write, refuse_existing, write_whole
-from idtool.log.format import LOG_VERSION, TOP_KEYS, columns_of, header_axis, header_text, parse_header
+from idtool.log.format import TOP_KEYS, columns_of, header_axis, header_text, parse_header
 from idtool.log.rows import Numbers, frame_of, row_count, trial_of_rows, values_of
 from idtool.log.table import check_rows
 from idtool.log.text import read_text
-from idtool.log.writer import LogWriter
 from idtool.parameters.axis import Axis, check_constant
 from idtool.presentation.text import counted
 
@@ -36,8 +35,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["LOG_VERSION", "Log", "LogWriter", "columns_of", "header_text"]
 
 
 @dataclass(frozen=True, repr=False)

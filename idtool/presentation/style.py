@@ -113,13 +113,14 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
     return inside
 
 
-@contextmanager
-def into(axes: Axes) -> Iterator[None]:
-    """Figures that are drawn in the block take the place of these axes in their figure.
+def placed(draw: Callable[[], Figure], axes: Axes | None) -> Figure:
+    """A figure as `draw` makes it, or drawn into the place of these axes; the whole figure.
 
     Raises:
         InputError: the axes were not made by `subplots`, so that they have no cell to give.
     """
+    if axes is None:
+        return draw()
     given = getattr(axes, "get_subplotspec", None)
     cell = given() if given is not None else None
     if cell is None:
@@ -130,17 +131,9 @@ def into(axes: Axes) -> Iterator[None]:
     axes.remove()
     token = _PLACE.set(place)
     try:
-        yield
+        return draw().get_figure(root=True)
     finally:
         _PLACE.reset(token)
-
-
-def placed(draw: Callable[[], Figure], axes: Axes | None) -> Figure:
-    """A figure as `draw` makes it, or drawn into the place of these axes; the whole figure."""
-    if axes is None:
-        return draw()
-    with into(axes):
-        return draw().get_figure(root=True)
 
 
 def size(figure: Figure | SubFigure) -> tuple[float, float]:

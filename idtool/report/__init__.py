@@ -12,11 +12,4 @@ from idtool.report.gravity_figures import arm_figure, gravity_figure
 from idtool.report.loop_figures import dynamic_figure
 from idtool.report.page import write_report
 
-__all__ = [
-    "arm_figure",
-    "dynamic_figure",
-    "gravity_figure",
-    "save_figure",
-    "stribeck_figure",
-    "write_report",
-]
+__all__ = ["arm_figure", "dynamic_figure", "gravity_figure", "save_figure", "stribeck_figure", "write_report"]

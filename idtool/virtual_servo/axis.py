@@ -78,12 +78,7 @@ class VirtualAxis:
     """
 
     def __init__(
-        self,
-        file: PlantFile,
-        *,
-        seed: int = 0,
-        setup: TrialSetup | None = None,
-        sensors: str = "dynamixel",
+        self, file: PlantFile, *, seed: int = 0, setup: TrialSetup | None = None, sensors: str = "dynamixel"
     ) -> None:
         self.file = file
         self._rng = np.random.default_rng(seed)

@@ -114,10 +114,6 @@ class VirtualServo(ABC):
     def _measure(self) -> None:
         """Bring the readings of the table up to date."""
 
-    def overload(self) -> None:
-        """Shut the motor off because of an overload."""
-        self.fail(OVERLOAD)
-
     def fail(self, bits: int) -> None:
         """Set these bits of the error status; those of the servo's mask switch the torque off."""
         self.table[self.errors] |= bits

@@ -25,7 +25,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from idtool.errors import InputError, misspelt, nearest
-from idtool.virtual_servo.base import VirtualServo
+from idtool.virtual_servo.base import OVERLOAD, VirtualServo
 
 #: How late a late packet is, s of the host: past the time-out of the SDK.
 LATE_S = 0.06
@@ -135,7 +135,7 @@ class Mishaps:
             servo.stuck = True
         else:
             servo_does: dict[str, Callable[[], None]] = {
-                "overload": servo.overload,
+                "overload": lambda: servo.fail(OVERLOAD),
                 "error": lambda: servo.fail(int(fault.value)),
                 "watchdog": servo.trip_watchdog,
                 "power": servo.lose_power,

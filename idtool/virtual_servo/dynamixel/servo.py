@@ -51,9 +51,6 @@ class VirtualDynamixel(VirtualServo):
         model: its model number; 1150 is the XH540-V150-R.
         baud: its baud rate.
         now: the time at the start, s, in the clock of every later call.
-
-    Attributes:
-        table: its control table.
     """
 
     baud_rates = BAUD_RATES

@@ -36,9 +36,6 @@ class VirtualFeetech(VirtualServo):
         model: its model number; 777 is the STS3215.
         baud: its baud rate.
         now: the time at the start, s, in the clock of every later call.
-
-    Attributes:
-        table: its memory table.
     """
 
     baud_rates = BAUD_RATES
