@@ -5,8 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -30,16 +29,6 @@ _WORDS, _NAMES = 0.6, 0.75
 _MOST_NAMES = 12
 #: Failures, and what stands out, that a tile tells; the table has all.
 _MOST_TOLD = 8
-
-
-@dataclass(frozen=True)
-class _Picture:
-    name: str
-    title: str
-    alt: str
-    address: str
-    width: int
-    height: int
 
 
 def page(fleet: Fleet, name: str) -> str:
@@ -115,7 +104,7 @@ def _odd(fleet: Fleet) -> list[tuple[str, str]]:
     return [(name, text.listed(keys)) for name, keys in sorted(found.items())]
 
 
-def _pictures(fleet: Fleet) -> list[_Picture]:
+def _pictures(fleet: Fleet) -> list[dict[str, Any]]:
     pictures = []
     if fleet.parameters:
         alt = "Each parameter by unit, with standard errors; the median as a line, outliers in orange"
@@ -127,8 +116,9 @@ def _pictures(fleet: Fleet) -> list[_Picture]:
     return pictures
 
 
-def _embed(name: str, title: str, alt: str, figure: Figure) -> _Picture:
-    return _Picture(name, title, alt, *embedded(style.render(figure, "png")))
+def _embed(name: str, title: str, alt: str, figure: Figure) -> dict[str, Any]:
+    address, width, height = embedded(style.render(figure, "png"))
+    return {"name": name, "title": title, "alt": alt, "address": address, "width": width, "height": height}
 
 
 @style.styled

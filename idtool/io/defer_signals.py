@@ -24,15 +24,15 @@ def deferred_signals() -> Iterator[None]:
     def hold(number: int, _: Any) -> None:
         held.append(number)
 
-    names = [name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.getsignal(number) for number in (getattr(signal, name) for name in names)}
-    before = {number: handler for number, handler in before.items() if callable(handler)}
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    before = {number: had for number in numbers if callable(had := signal.getsignal(number))}
     for number in before:
         signal.signal(number, hold)
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, had in before.items():
+            signal.signal(number, had)
         if held:
             signal.raise_signal(held[0])

@@ -108,8 +108,8 @@ def effort_of(log: Log) -> Effort:
             remedy="switch the drive on and record again",
         )
     driven = values if on is None else values[on > 0.0]
+    raw = log.values_of(column)
     if driven.max() == driven.min():
-        raw = log.values_of(column)
         if column == names["duty"] and np.ptp(raw if on is None else raw[on > 0.0]) > 0.0:
             raise InputError(
                 f'column "{names["supply_voltage"]}" is 0, so that no duty makes a torque',
@@ -121,7 +121,6 @@ def effort_of(log: Log) -> Effort:
             file=log.source,
             remedy="check the sensor and the motor's mode, then record again",
         )
-    raw = log.values_of(column)
     read = (raw != 0.0) & (values != 0.0)
     scale = float(np.median(values[read] / raw[read])) if read.any() else 1.0
     unfit = {why: rows for why, rows in unfit.items() if rows.any()}

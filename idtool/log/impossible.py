@@ -291,9 +291,8 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
     # or goes on as before after one row at a speed that the axis does not get to and back in that time
     grain = resolution(position) / clock.period
     darts = beyond(np.concatenate([rate[:1], rate]), clock.breaks, width=3, step=grain)[1:]
-    darts &= ~(running_mean(clock.breaks.astype(float), 2 * _HELD + 1) > 0.0)[
-        1:
-    ]  # there is none to go on from
+    # beside a gap there is none to go on from
+    darts &= ~(running_mean(clock.breaks.astype(float), 2 * _HELD + 1) > 0.0)[1:]
     jumps = (np.flatnonzero((np.abs(change) > bound) | darts) + 1).tolist()
 
     def slip(row: int) -> float:

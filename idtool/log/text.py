@@ -187,7 +187,5 @@ def _check_lengths(text: LogText) -> None:
         raise InputError(
             "the line is empty" if blank else f"has {fields[row]} fields, expected {len(text.names)}",
             place=f"line {text.line(row)}",
-            remedy=f"correct or delete that line ({len(wrong)} such)"
-            if len(wrong) > 1
-            else "correct or delete that line",
+            remedy="correct or delete that line" + (f" ({len(wrong)} such)" if len(wrong) > 1 else ""),
         )

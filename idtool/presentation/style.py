@@ -13,8 +13,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import wraps
-from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Literal
 
 from idtool.errors import InputError
 from idtool.io.atomic import write_whole
@@ -28,9 +27,6 @@ if TYPE_CHECKING:
 
 #: Where `panels` draws in place of a figure of its own.
 _PLACE: ContextVar[SubFigure | None] = ContextVar("_PLACE", default=None)
-
-P = ParamSpec("P")
-R = TypeVar("R")
 
 MEASURED = "#3a3f45"
 BEFORE = "#d55e00"
@@ -102,15 +98,8 @@ def look() -> Iterator[None]:
         yield
 
 
-def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Draw a figure in our look."""
-
-    @wraps(draw)
-    def inside(*args: P.args, **kwargs: P.kwargs) -> R:
-        with look():
-            return draw(*args, **kwargs)
-
-    return inside
+#: Decorates a function that draws a figure in our look.
+styled = look()
 
 
 def placed(draw: Callable[[], Figure], axes: Axes | None) -> Figure:

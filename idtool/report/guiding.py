@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,21 +14,17 @@ from idtool.errors import InputError
 from idtool.presentation import text
 
 FILE = "teach.json"
+#: Of a row, as text, forces in N at the moving part -> where `teach.json` has it, and its digits.
+_COLUMNS = {
+    "force": ("force_n", 3),
+    "uneven": ("uneven_n", 2),
+    "speed": ("speed_mm_s", 3),
+    "stop": ("stop_ms", 2),
+}
 
 
-@dataclass(frozen=True)
-class GuidingRow:
-    """One parameter file, as text; forces in N at the moving part."""
-
-    name: str
-    force: str
-    uneven: str
-    speed: str
-    stop: str
-
-
-def read_guiding(folder: Path) -> list[GuidingRow]:
-    """The rows; none where the folder has no such file.
+def read_guiding(folder: Path) -> list[dict[str, str]]:
+    """The rows, one a parameter file; none where the folder has no such file.
 
     Raises:
         InputError: the file is there and is broken.
@@ -39,18 +34,15 @@ def read_guiding(folder: Path) -> list[GuidingRow]:
         return []
     try:
         document = json.loads(path.read_text("utf-8"))
-        return [_row(str(name), figures) for name, figures in document.items()]
+        return [{"name": name} | _row(figures) for name, figures in document.items()]
     except (ValueError, OSError, AttributeError, TypeError, KeyError) as error:
         raise InputError(
             "is no record of hand guiding", file=path, remedy="remove it, or make it again"
         ) from error
 
 
-def _row(name: str, figures: dict[str, Any]) -> GuidingRow:
-    def number(key: str, digits: int) -> str:
-        value = figures[key]
-        return text.number(None if value is None else float(value), digits)
-
-    return GuidingRow(
-        name, number("force_n", 3), number("uneven_n", 2), number("speed_mm_s", 3), number("stop_ms", 2)
-    )
+def _row(figures: dict[str, Any]) -> dict[str, str]:
+    return {
+        name: text.number(None if figures[key] is None else float(figures[key]), digits)
+        for name, (key, digits) in _COLUMNS.items()
+    }

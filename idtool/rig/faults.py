@@ -47,18 +47,10 @@ class BadReading(RigFault):
     """A sensor returned something that cannot be."""
 
 
-def in_words(bits: int, words: Mapping[int, str]) -> str:
-    """The errors of a status register, whose bits have these words.
-
-    >>> in_words(0x24, {0x04: "overheating", 0x20: "overload"})
-    'overheating, overload'
-    """
-    return ", ".join(word for bit, word in words.items() if bits & bit) or f"unknown error 0x{bits:02x}"
-
-
 def shutdown(bits: int, words: Mapping[int, str]) -> ServoShutdown:
-    """The fault of a servo whose status has these bits."""
+    """The fault of a servo whose status has these bits, which have these words."""
+    errors = ", ".join(word for bit, word in words.items() if bits & bit) or f"unknown error 0x{bits:02x}"
     return ServoShutdown(
-        f"the servo reports {in_words(bits, words)} and may have switched its motor off; "
+        f"the servo reports {errors} and may have switched its motor off; "
         "remove the cause, then switch its power off and on"
     )

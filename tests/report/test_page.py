@@ -454,7 +454,7 @@ def test_hand_guiding_is_told_where_there_is_a_record_of_it(tmp_path: Path) -> N
     figures = {"force_n": 5.4, "uneven_n": 0.09, "speed_mm_s": 18.9, "stop_ms": 10.0}
     (tmp_path / "teach.json").write_text(json.dumps({"base <model>": figures}), encoding="utf-8")
     (row,) = read_guiding(tmp_path)
-    assert (row.name, row.force, row.uneven) == ("base <model>", "5.40", "0.090")
+    assert (row["name"], row["force"], row["uneven"]) == ("base <model>", "5.40", "0.090")
     (tmp_path / "teach.json").write_text("[1]", encoding="utf-8")
     with pytest.raises(InputError, match="hand guiding"):
         read_guiding(tmp_path)

@@ -8,12 +8,12 @@ here: the status byte of every answer, and its length, which tells it from a lat
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from idtool.rig.clock import Clock, HostClock
-from idtool.rig.faults import DeviceGone, NotAnswering
+from idtool.rig.faults import DeviceGone, NotAnswering, shutdown
 
 #: How often a transaction is tried.
 TRIES = 4
@@ -55,6 +55,10 @@ class Transactions(ABC):
             no longer than `TRIES`.
     """
 
+    #: Where a servo of the vendor tells its hardware errors, and the words of the bits there.
+    _status: ClassVar[Register]
+    _errors: ClassVar[Mapping[int, str]]
+
     def __init__(
         self, port: Any, handler: Any, success: int, device: str, id: int, baud: int, clock: Clock | None
     ) -> None:
@@ -87,6 +91,19 @@ class Transactions(ABC):
             DeviceGone.
         """
         self._ask(lambda: self._send_write(register.address, register.encode(value)), None)
+
+    def raise_shutdown(self, bits: int | None = None) -> None:
+        """Raise if a hardware error is set.
+
+        Args:
+            bits: of the status; None asks for them.
+
+        Raises:
+            ServoShutdown: one is.
+        """
+        bits = self.read(self._status) if bits is None else bits
+        if bits:
+            raise shutdown(bits, self._errors)
 
     def _read(self, address: int, size: int, *, alert: bool) -> bytes:
         return self._ask(lambda: self._send_read(address, size), size, alert=alert)

@@ -13,7 +13,7 @@ from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
 from idtool.rig.clock import Clock
 from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, HARDWARE_ERRORS
-from idtool.rig.faults import ServoRefused, ServoRestarted, WatchdogTripped, shutdown
+from idtool.rig.faults import ServoRefused, ServoRestarted, WatchdogTripped
 
 #: Baud rates that the servos come with or are set to.
 BAUD_RATES = (57600, 1_000_000, 115200, 2_000_000, 3_000_000, 4_000_000)
@@ -79,6 +79,8 @@ class Bus(Transactions):
         DeviceGone: the port cannot be opened.
         RigFault: the SDK is not installed.
     """
+
+    _status, _errors = HARDWARE_ERROR, HARDWARE_ERRORS
 
     def __init__(self, device: str, id: int, baud: int, clock: Clock | None = None) -> None:
         sdk = vendor_sdk()
@@ -177,13 +179,3 @@ class Bus(Transactions):
             )
         if code:
             raise ServoRefused(f"the servo {_REFUSALS.get(code, f'answers with error {code}')}")
-
-    def raise_shutdown(self) -> None:
-        """Raise if a hardware error is set.
-
-        Raises:
-            ServoShutdown: it is.
-        """
-        bits = self.read(HARDWARE_ERROR)
-        if bits:
-            raise shutdown(bits, HARDWARE_ERRORS)

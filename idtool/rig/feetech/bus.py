@@ -14,7 +14,7 @@ from functools import partial
 from idtool.rig.bus.port import import_sdk, open_port
 from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
 from idtool.rig.clock import Clock
-from idtool.rig.faults import ServoRestarted, shutdown
+from idtool.rig.faults import ServoRestarted
 from idtool.rig.feetech import models
 
 #: Baud rates that the servos come with or are set to.
@@ -64,6 +64,8 @@ class Bus(Transactions):
         DeviceGone: the port cannot be opened.
         RigFault: the SDK is not installed.
     """
+
+    _status, _errors = models.STATUS, models.ERRORS
 
     def __init__(self, device: str, id: int, baud: int, clock: Clock | None = None) -> None:
         sdk = vendor_sdk()
@@ -119,17 +121,8 @@ class Bus(Transactions):
             torque_off = self.torque and not value(models.TORQUE_ENABLE)
             if not torque_off and self._goal in (None, value(models.GOAL_POSITION)):
                 measured = self._asked + self._question_s
-                readings = (
-                    value(name)
-                    for name in (
-                        models.POSITION,
-                        models.SPEED,
-                        models.LOAD,
-                        models.VOLTAGE,
-                        models.TEMPERATURE,
-                    )
-                )
-                return Present(measured, *readings)
+                read = (models.POSITION, models.SPEED, models.LOAD, models.VOLTAGE, models.TEMPERATURE)
+                return Present(measured, *map(value, read))
             self.retries += 1
         if torque_off:
             raise ServoRestarted(
@@ -140,19 +133,6 @@ class Bus(Transactions):
             "the servo has another goal than it was given: another program talks to it, or it lost its power "
             "for a moment"
         )
-
-    def raise_shutdown(self, bits: int | None = None) -> None:
-        """Raise if an error is set.
-
-        Args:
-            bits: of the status; None asks for them.
-
-        Raises:
-            ServoShutdown: one is.
-        """
-        bits = self.read(models.STATUS) if bits is None else bits
-        if bits:
-            raise shutdown(bits, models.ERRORS)
 
     # ------------------------------------------------------------------ instructions
 
