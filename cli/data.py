@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -44,8 +45,6 @@ def list_recordings(catalogue: Path | None, output: Output) -> None:
     \b
     ffc-id data list
     """
-    from dataclasses import asdict
-
     from idtool.io.catalogue import read_catalogue
 
     known = read_catalogue(catalogue).recordings

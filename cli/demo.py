@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,8 +103,6 @@ def _record(rig: str, folder: Path, seed: int, progress: Progress) -> list[Any]:
 
 def _guide(rig: str, result: Identification, seed: int) -> dict[str, dict[str, Any]]:
     """Hand guiding with the model without the effect and with it, on the same axis."""
-    from dataclasses import replace
-
     from idtool.control import ForceFreeController
     from idtool.guiding import ImpedanceHand
     from idtool.guiding.session import limits_of, teach

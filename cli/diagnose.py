@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -170,7 +171,7 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
     from idtool.report.result_folder import write_results
 
     output.warn(*result.recording.contradictions)  # before any number
-    write_results(result, folder, command=command_line(), seed=seed)
+    write_results(result, folder, command=shlex.join(["ffc-id", *sys.argv[1:]]), seed=seed)
     with Progress(output, "drawing the report") as bar:
         page = write_report(folder, progress=bar.at)
 
@@ -183,13 +184,6 @@ def finish(result: Identification, folder: Path, seed: int, output: Output) -> N
 
     output.result(result.diagnosis, show)
     output.next(*next_step_of(folder, result.recording.sources).words)
-
-
-def command_line() -> str:
-    """The command as it was typed, for the report."""
-    import shlex
-
-    return shlex.join(["ffc-id", *sys.argv[1:]])
 
 
 def print_verdict(screen: Screen, diagnosis: dict[str, Any]) -> None:

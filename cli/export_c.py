@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -15,9 +14,6 @@ from .guiding import idle_option, max_speed_option, period_option, session_limit
 from .numbers import NumberRange
 from .onward import ANY_RIG
 from .words import complete_effect
-
-if TYPE_CHECKING:
-    from .screen import Screen
 
 
 @click.command()
@@ -105,13 +101,7 @@ def export_c(
     )
     for note in result.notes:
         output.say(f"note: {note}.")
-
-    def show(screen: Screen) -> None:
-        click.echo(f"effects: {', '.join(result.effects) or 'none'}")
-        for file in result.files:
-            click.echo(f"written: {file}")
-
-    output.result(
-        {"files": [str(f) for f in result.files], "effects": result.effects, "notes": result.notes}, show
-    )
+    files = [str(file) for file in result.files]
+    lines = [f"effects: {', '.join(result.effects) or 'none'}", *(f"written: {file}" for file in files)]
+    output.result({"files": files, "effects": result.effects, "notes": result.notes}, lines)
     output.next("teach", "-p", params, "--rig", parameters.rig or ANY_RIG, "--tare")

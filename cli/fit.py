@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -114,8 +114,6 @@ class _Part:
             quality: how well it fits.
             draw: makes the figure.
         """
-        from dataclasses import replace
-
         from idtool.fit.findings import findings
         from idtool.fit.identifiability import shortcomings
 
@@ -193,8 +191,6 @@ def fit_gravity(part: _Part) -> None:
     \b
     ffc-id fit-gravity gravity.csv -p params.toml
     """
-    from dataclasses import replace
-
     from idtool.fit.results import gravity_parameters
     from idtool.fit.staged import fit_gravity as fit
     from idtool.signals.coverage import constant_tilt
@@ -243,8 +239,6 @@ def fit_static(part: _Part, friction: str) -> None:
     \b
     ffc-id fit-static sweep.csv -p params.toml
     """
-    from dataclasses import replace
-
     from idtool.fit.results import static_parameters
     from idtool.fit.staged import fit_static as fit
 
@@ -294,8 +288,6 @@ def fit_dynamic(part: _Part) -> None:
     \b
     ffc-id fit-dynamic sine.csv -p params.toml
     """
-    from dataclasses import replace
-
     from idtool.effects import registry
     from idtool.errors import InputError
     from idtool.fit.results import dynamic_parameters, effect_entry

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -112,8 +113,6 @@ def import_recording(
     ffc-id import my_bag/ -o log.csv --where joint=elbow
     ffc-id import bam.json -o params.toml
     """
-    from dataclasses import replace
-
     from idtool.importing import import_recording as convert
     from idtool.importing.bam_parameters import bam_parameters
     from idtool.io.atomic import refuse_existing

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -235,8 +236,6 @@ def _without_effects(
     corrected: bool,
 ) -> TeachFigures | None:
     """The same hand on the same simulated axis, effects and correction left out; None if there are none."""
-    from dataclasses import replace
-
     from idtool.errors import RigFault
     from idtool.guiding.session import limits_of
     from idtool.guiding.session import teach as run

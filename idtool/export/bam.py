@@ -14,7 +14,7 @@ from typing import final
 
 from idtool.errors import InputError
 from idtool.export.base import Plan, Target
-from idtool.export.joint import LEVELS_ALIKE, inertia_of
+from idtool.export.joint import BRISTLE, LEVELS_ALIKE, inertia_of
 from idtool.log import Log
 from idtool.parameters import Parameters
 
@@ -38,7 +38,7 @@ class Bam(Target):
         known = ("inertia", "stribeck_shape")
         lost = [entry.name.replace("_", " ") for entry in parameters.effects if entry.name not in known]
         if parameters.dynamic:
-            lost.append("the bristle of the LuGre model: presliding, friction lag and break-away")
+            lost.append(BRISTLE)
         notes = []
         if parameters.axis.torque_constant is None or parameters.axis.resistance is None:
             notes.append(

@@ -15,6 +15,8 @@ from idtool.parameters import EffectEntry, Parameters
 
 #: Friction levels that differ by less than this share of the Coulomb level are one: a file's digits.
 LEVELS_ALIKE = 1e-6
+#: What is lost with the bristle.
+BRISTLE = "the bristle of the LuGre model: presliding, friction lag and break-away"
 
 #: What of an effect a joint has (None: nothing), and a sentence on what is lost (None: nothing, or the usual
 #: sentence where the joint has nothing of it).
@@ -114,7 +116,7 @@ def _law_lost(parameters: Parameters) -> list[str]:
             f"beside the Coulomb level of {static['coulomb'].value:.4g} {unit}"
         )
     if parameters.has_bristle:
-        lost.append("the bristle of the LuGre model: presliding, friction lag and break-away")
+        lost.append(BRISTLE)
     return lost
 
 

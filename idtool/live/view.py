@@ -17,11 +17,14 @@ import os
 import subprocess
 import sys
 from contextlib import suppress
+from pathlib import Path
 from typing import Self
 
 from idtool.errors import RigFault
 from idtool.live.row import Row
 
+#: Started as a script: it imports nothing of this package.
+_SERVER = Path(__file__).with_name("server.py")
 #: Rows closer than this in the axis's own time are not sent, s.
 _EVERY_S = 0.02
 #: A server that does not end by then, once its input has, is ended, s.
@@ -51,7 +54,7 @@ class LiveView:
         self._last = -math.inf
         self.dropped = 0
         self._server = subprocess.Popen(
-            [sys.executable, "-I", server_file(), str(port), json.dumps(row.names)],
+            [sys.executable, "-I", str(_SERVER), str(port), json.dumps(row.names)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,  # Ctrl-C is for the loop; the page ends when the pipe does
@@ -101,13 +104,3 @@ class LiveView:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def server_file() -> str:
-    """Path of the server, which is started as a script: it imports nothing of this package."""
-    from importlib.util import find_spec
-
-    spec = find_spec("idtool.live.server")
-    assert spec is not None
-    assert spec.origin is not None
-    return spec.origin
