@@ -138,7 +138,7 @@ class _Search:
     """The steps of a diagnosis, and what they share.
 
     Attributes:
-        parts: training and held-out rows; weighed anew where slow rows turn out to fit worse.
+        parts: training and held-out rows; weighed anew where some turn out to fit worse.
         library, tell, given, tolerance: as in `diagnose`.
     """
 
@@ -151,7 +151,7 @@ class _Search:
     def found(self, starts: Sequence[JointFit]) -> _Found:
         """The effects beside the base model, with rows that count by what is left beside them.
 
-        Where slow rows leave more beside the effects than they did before, the search begins anew: what it
+        Where some rows leave more beside the effects than they did before, the search begins anew: what it
         took in while they counted otherwise may have been there for their sake. The effects that come in one
         by one mostly tell that, before the search has tried all that it does where none passes.
         """
@@ -181,7 +181,7 @@ class _Search:
         where they do not. If that is surely worse the search goes on from what was found."""
         if not self._weighed(found.selection.fit):
             return None
-        self.tell("weighing slow rows by what they leave")
+        self.tell("weighing rows by what their like leave")
         found.selection.onto(thin(self.parts.training))
         anew = self._best_of(self._trained(bases))
         if left_out_error(anew.selection.fit) <= SURELY * left_out_error(found.selection.fit):
@@ -379,8 +379,9 @@ def _notes(shown: Split, recording: Recording, final: JointFit) -> list[str]:
         )
     if recording.weight is not None:
         notes.append(
-            f"at low speed the model leaves {recording.weight.max() / recording.weight.min():.0f} times "
-            "as much as in motion; those rows count that much less."
+            "where the axis is slow, or its acceleration is least sure, the model leaves up to "
+            f"{recording.weight.max() / recording.weight.min():.0f} times as much as elsewhere; those rows "
+            "count that much less."
         )
     notes += filter(None, (of_the_readings(final, effect) for effect in final.model.spec.effects))
     return notes + _not_compared(shown.recording)

@@ -1,15 +1,18 @@
-"""What a row is worth where a model leaves more at low speed than in motion.
+"""What a row is worth where a model leaves more at low speed, or where the motion is less sure.
 
 Friction near standstill follows no law as closely as sliding does: a real axis may leave five times as much
-there, and where it creeps before it slides as much as all of its friction. Where all rows count the same,
-what the few slow ones leave hides what the moving ones tell and pulls at every parameter. So rows count by
-the inverse of what is left at their speed, as in feasible generalised least squares (Greene, Econometric
-Analysis, 7th ed., 2012, ch. 9); the variance is a step function that never rises with the speed.
+there, and where it creeps before it slides as much as all of its friction. And where an axis is thrown about,
+its acceleration is known much worse than where it glides: readings that are coarse, or not quite of the
+instant of their stamp, tell it with an error that the smoother knows, and inertia makes torque of that. Where
+all rows count the same, what such few leave hides what the others tell and pulls at every parameter. So rows
+count by the inverse of what is left on their like, as in feasible generalised least squares (Greene,
+Econometric Analysis, 7th ed., 2012, ch. 9); the variance is a step function that never rises with the speed,
+and in motion never falls with the uncertainty of the acceleration.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,30 +21,30 @@ from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 from idtool.signals import Recording
 
-#: A row is slow below this share of the usual top speed, slower below a third of that, and so on.
-_SLOW, _SLOWER, _STEPS = 0.05, 3.0, 4
+#: A row is slow below 5 % of the usual top speed, slower below a third of that, and so on.
+_SLOW_LIMITS = np.array([0.05 / 27.0, 0.05 / 9.0, 0.05 / 3.0, 0.05])
 #: Rows are weighed where plain least squares gets no more from them than weighed ones get from this share.
 _WASTEFUL = 0.8
+#: ... unsure where the error of its acceleration is half a noise of torque, more so at twice that, and so on.
+_SIZES = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
 #: Fewer rows than this tell no variance.
 _FEWEST = 20
 
 
 def weighed(recording: Recording, fit: JointFit) -> Recording:
-    """The recording with weights for its rows by their speed, or itself where they change little.
+    """The recording with weights for its rows by what is left on their like; itself if they change little.
 
     Args:
         recording: all rows, as they count now.
         fit: the best model so far, of some of them.
     """
     known = fit.model.recording
-    speed = np.abs(known.motion.velocity)
-    top = float(np.quantile(speed, 0.98))
-    limits = _limits(speed[known.row], top)
-    if not len(limits):
+    kinds = _kinds(fit)
+    group = kinds.of(known)[known.row]
+    if not group.any():
         return recording
-    group = np.searchsorted(limits, speed[known.row], side="right")
     count = np.bincount(group)
-    variance = _never_rising(np.bincount(group, (fit.residual / known.row_weight) ** 2) / count, count)
+    variance = kinds.smoothed(np.bincount(group, (fit.residual / known.row_weight) ** 2) / count, count)
     share, best = count / len(group), 1.0 / variance
     for now in (recording, replace(recording, weight=None)):
         squares = known.row_weight**2 if now.weight is not None else np.ones(len(group))
@@ -52,19 +55,57 @@ def weighed(recording: Recording, fit: JointFit) -> Recording:
             return now
     # as many rows as there are
     weight = np.sqrt(best / float(share @ best))
-    rows = weight[np.searchsorted(limits, np.abs(recording.motion.velocity), side="right")]
-    return replace(recording, weight=rows)
+    return replace(recording, weight=weight[kinds.of(recording)])
 
 
-def _limits(speed: Array, top: float) -> Array:
-    """Speeds that part the rows into groups of which each is large enough, slowest first; none if only one
-    is."""
+@dataclass(frozen=True)
+class _Kinds:
+    """Kinds of rows, by limits that rise: slow ones by their speed, then the others by how much torque the
+    uncertainty of their acceleration is."""
+
+    speeds: Array
+    sizes: Array
+    inertia: float
+
+    def of(self, recording: Recording) -> NDArray[np.intp]:
+        """The kind of every row, slowest first, then those of which the motion is surest."""
+        slow = np.searchsorted(self.speeds, np.abs(recording.motion.velocity), side="right")
+        if recording.unsure is None:
+            return slow
+        unsure = np.searchsorted(self.sizes, self.inertia * recording.unsure, side="right")
+        return np.where(slow < len(self.speeds), slow, slow + unsure)
+
+    def smoothed(self, variance: Array, count: NDArray[np.intp]) -> Array:
+        """Variances that never rise with the speed, nor fall with the uncertainty."""
+        slow, moving = np.split(variance, [len(self.speeds)])
+        few, many = np.split(count, [len(self.speeds)])
+        whole = float(moving @ many) / max(int(many.sum()), 1)
+        slow = _never_rising(np.append(slow, whole), np.append(few, many.sum()))
+        return np.append(slow[:-1], _never_rising(moving[::-1], many[::-1])[::-1])
+
+
+def _kinds(fit: JointFit) -> _Kinds:
+    """Kinds of which each has rows enough to tell its variance."""
+    known = fit.model.recording
+    speed = np.abs(known.motion.velocity)
+    top = float(np.quantile(speed, 0.98))
+    speeds = _filled(top * _SLOW_LIMITS, speed[known.row])
+    inertia = fit.values.get("inertia.inertia", 0.0)
+    sizes = np.empty(0)
+    if known.unsure is not None and inertia > 0.0:
+        moving = known.row[speed[known.row] >= speeds[-1]] if len(speeds) else known.row
+        sizes = _filled(known.noise * _SIZES, inertia * known.unsure[moving])
+    return _Kinds(speeds, sizes, inertia)
+
+
+def _filled(limits: Array, values: Array) -> Array:
+    """Those of rising limits that part the values into groups of which each is large enough."""
     found: list[float] = []
-    for limit in top * _SLOW * _SLOWER ** -np.arange(_STEPS, dtype=float)[::-1]:
-        between = (speed >= (found[-1] if found else 0.0)) & (speed < limit)
-        if np.count_nonzero(between) >= _FEWEST:
-            found.append(float(limit))
-    return np.array(found if np.count_nonzero(speed >= top * _SLOW) >= _FEWEST else [])
+    for limit in limits.tolist():
+        between = (values >= (found[-1] if found else -np.inf)) & (values < limit)
+        if np.count_nonzero(between) >= _FEWEST and np.count_nonzero(values >= limit) >= _FEWEST:
+            found.append(limit)
+    return np.array(found)
 
 
 def _never_rising(values: Array, count: NDArray[np.intp]) -> Array:

@@ -107,6 +107,7 @@ def record(logs: Sequence[Log], *, every_row: bool = False) -> Recording:
         tuple(one.impossible for one in repaired),
         tuple(one.wiring for one in repaired),
         unseen=unseen,
+        unsure=smoothed.unsure,
         by_voltage=any(effort.column == "duty" for effort in efforts),
         rig=_common_rig(logs),
     )

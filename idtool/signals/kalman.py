@@ -99,12 +99,12 @@ def backward(
 
     Returns:
         Smoothed states, shape (rows, 3); of each step r'Qr and tr(QN), shape (rows,): the jerk's
-        likelihood rises with its intensity where the first exceeds the second; and the variance of
-        the smoothed velocity, shape (rows,).
+        likelihood rises with its intensity where the first exceeds the second; and the variances of
+        the smoothed velocity and acceleration, shape (rows, 2).
     """
     p = passed
     rows = len(time)
-    state, power, share, spread = np.empty((rows, 3)), np.empty(rows), np.empty(rows), np.empty(rows)
+    state, power, share, spread = np.empty((rows, 3)), np.empty(rows), np.empty(rows), np.empty((rows, 2))
     _backward(
         time,
         variances,
@@ -214,6 +214,13 @@ def _forward(
 
 
 @jit()
+def _by_readings_ahead(N: Array, c0: float, c1: float, c2: float) -> float:
+    """c'Nc: what the readings ahead take off the variance of a part of the state of which c is the row."""
+    across = N[0, 1] * c0 * c1 + N[0, 2] * c0 * c2 + N[1, 2] * c1 * c2
+    return float(N[0, 0] * c0 * c0 + N[1, 1] * c1 * c1 + N[2, 2] * c2 * c2 + 2.0 * across)
+
+
+@jit()
 def _backward(
     time: Array,
     variances: Array,
@@ -250,9 +257,8 @@ def _backward(
         state[k, 0] = mean[k, 0] + c[0] * r[0] + c[1] * r[1] + c[2] * r[2]
         state[k, 1] = mean[k, 1] + c[1] * r[0] + c[3] * r[1] + c[4] * r[2]
         state[k, 2] = mean[k, 2] + c[2] * r[0] + c[4] * r[1] + c[5] * r[2]
-        for i in range(3):
-            Ng[i] = N[i, 0] * c[1] + N[i, 1] * c[3] + N[i, 2] * c[4]
-        spread[k] = c[3] - (c[1] * Ng[0] + c[3] * Ng[1] + c[4] * Ng[2])
+        spread[k, 0] = c[3] - _by_readings_ahead(N, c[1], c[3], c[4])
+        spread[k, 1] = c[5] - _by_readings_ahead(N, c[2], c[4], c[5])
         if first[k]:
             power[k] = 0.0
             share[k] = 0.0

@@ -58,6 +58,7 @@ class Recording:
         by_voltage: the torque is what the motor's voltage would make of it at a stand.
         rig: the word that opens the rig that ran all the logs (`--rig`), "" where they do not say one.
         weight: of each row in a fit, one over what models leave there, (rows,); None is the same for all.
+        unsure: standard deviation of the acceleration, rad/s^2 (m/s^2), (rows,); None where nobody knows it.
         own_filter: the low-pass that the torque went through before it was logged, None for none.
     """
 
@@ -81,6 +82,7 @@ class Recording:
     by_voltage: bool = False
     rig: str = ""
     weight: Array | None = None
+    unsure: Array | None = None
     own_filter: OwnFilter | None = None
 
     @cached_property
@@ -251,6 +253,7 @@ class Recording:
             at_rest=self.at_rest[rows],
             fold=None if self.fold is None else self.fold[rows],
             weight=None if self.weight is None else self.weight[rows],
+            unsure=None if self.unsure is None else self.unsure[rows],
             experiment=tuple(self.experiment[t] for t in wanted),
             source=tuple(self.source[t] for t in wanted),
         )

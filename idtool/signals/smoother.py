@@ -72,6 +72,7 @@ class Smoothed:
     """Estimates at the sample instants, shape (rows,) each.
 
     `surprise` is the squared normalised innovation of the row (about 1 per reading when all is well).
+    `unsure` is the standard deviation of the acceleration, by the noise of the readings and their jerk.
     `contradicted` says that the velocity reading is none of the position's motion, and was left out.
     `clock` is the standard deviation of time stamps that are not when the position was read, s; 0 where they
     add less than the steps of the reading do.
@@ -81,6 +82,7 @@ class Smoothed:
     velocity: Array
     acceleration: Array
     surprise: Array
+    unsure: Array
     contradicted: bool
     clock: float
 
@@ -125,10 +127,10 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     if position is not None:
         counted = used * np.array([True, False])
         alone = replace(series, variances=counted * variances)
-        own, untimely, spread = of_the_clock(alone, likeliest_jerk(alone, around), period, passed)
+        own, untimely, stamps = of_the_clock(alone, likeliest_jerk(alone, around), period, passed)
         series, alone = (replace(series, variances=one * (variances + untimely)) for one in (used, counted))
         around = NEAR + math.log10(own) if untimely.any() else around
-        clock = spread if np.mean(untimely[:, 0]) > resolution(position) ** 2 / 12.0 else 0.0
+        clock = stamps if np.mean(untimely[:, 0]) > resolution(position) ** 2 / 12.0 else 0.0
     likeliest = likeliest_jerk(series, around)
     surprise = _surprise_when_eager(series, likeliest, passed)
     contradicted = False
@@ -151,11 +153,12 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         series = replace(series, variances=used * (variances + untimely))
         surprise = _surprise_when_eager(series, likeliest, passed)
     window = _reach(period, series.usual, likeliest)
-    states, jerk = _adapt(series, np.full(rows, likeliest), likeliest, window, passed)
+    states, jerk, spread = _adapt(series, np.full(rows, likeliest), likeliest, window, passed)
     # rounding alone gives third differences of 1.3 times that variance: more is noise, not a counter
     if position is not None and variances[0] < 2.0 * resolution(position) ** 2 / 12.0:
         series, jerk, row = _with_edges(series, jerk, states[:, 1], resolution(position))
-        states = _adapt(series, jerk, likeliest, window, kalman.Passed.blank(len(series.time)))[0][row]
+        states, _, spread = _adapt(series, jerk, likeliest, window, kalman.Passed.blank(len(series.time)))
+        states, spread = states[row], spread[row]
     if position is not None:
         still = _at_rest(time, states, first, math.sqrt(12.0 * variances[0]))
         states[still, 1:] = 0.0
@@ -165,6 +168,7 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         np.ascontiguousarray(states[:, 1]),
         np.ascontiguousarray(states[:, 2]),
         surprise,
+        np.sqrt(spread[:, 1]),
         contradicted,
         clock,
     )
@@ -194,10 +198,9 @@ def _noise_beside(
         passed: is overwritten.
     """
     window = _reach(period, alone.usual, likeliest)
-    states, _ = _adapt(alone, np.full(len(velocity), likeliest), likeliest, window, passed)
-    spread = kalman.backward(alone.time, alone.variances, alone.first, passed)[3]
+    states, _, spread = _adapt(alone, np.full(len(velocity), likeliest), likeliest, window, passed)
     off = velocity - states[:, 1]
-    size, of_position = deviation(off), float(np.median(spread))
+    size, of_position = deviation(off), float(np.median(spread[:, 0]))
     if size**2 - of_position < _COLOURED * variance:
         return 0.0
     return _lasting(np.clip(np.nan_to_num(off), -3.0 * size, 3.0 * size)) * size**2 - of_position
@@ -283,8 +286,9 @@ def _reach(period: float, variances: Array, likeliest: float) -> int:
 
 def _adapt(
     series: Series, jerk: Array, likeliest: float, reach: int, passed: kalman.Passed
-) -> tuple[Array, Array]:
-    """Smoothed states, shape (rows, 3), and an intensity of the jerk for every row, from a first guess."""
+) -> tuple[Array, Array, Array]:
+    """Smoothed states, shape (rows, 3), and an intensity of the jerk for every row, from a first guess; the
+    variances of velocity and acceleration, shape (rows, 2)."""
     around = _Window(series.first, reach)
     for _ in range(_ROUNDS):
         kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
@@ -292,7 +296,8 @@ def _adapt(
         wanted = (around.sum(jerk * power) + _INERTIA) / (around.sum(jerk * share) + _INERTIA)
         jerk = np.clip(jerk * wanted, _QUIETEST * likeliest, _LOUDEST * likeliest)
     kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
-    return kalman.backward(series.time, series.variances, series.first, passed)[0], jerk
+    states, _, _, spread = kalman.backward(series.time, series.variances, series.first, passed)
+    return states, jerk, spread
 
 
 class _Window:

@@ -53,6 +53,7 @@ def thin(recording: Recording) -> Recording:
         at_rest=recording.at_rest[rows],
         fold=None if recording.fold is None else recording.fold[rows],
         weight=None if recording.weight is None else recording.weight[rows],
+        unsure=None if recording.unsure is None else recording.unsure[rows],
         noise=recording.noise * float(np.sqrt(variance)),
         filter=chosen,
     )

@@ -1,4 +1,4 @@
-"""What a row is worth where a model leaves more at low speed than in motion."""
+"""What a row is worth where a model leaves more at low speed, or where the motion is less sure."""
 
 from __future__ import annotations
 
@@ -47,9 +47,11 @@ def log(folder: Path, *, grip: float, seed: int = 0) -> Path:
     return path
 
 
-def fit(recording: Recording, residual: Array) -> Any:
+def fit(recording: Recording, residual: Array, inertia: float = 0.0) -> Any:
     """As much of a fit as is asked for."""
-    return SimpleNamespace(model=SimpleNamespace(recording=recording), residual=residual)
+    return SimpleNamespace(
+        model=SimpleNamespace(recording=recording), residual=residual, values={"inertia.inertia": inertia}
+    )
 
 
 @pytest.fixture
@@ -80,6 +82,50 @@ def test_the_slower_the_more_may_be_left(recording: Recording) -> None:
     size = np.where(creeping, 0.1, np.where(slow, 6.0, 1.0))
     weight = weighed(recording, fit(recording, noise * size)).row_weight
     assert np.ptp(weight[slow]) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_rows_count_by_how_sure_their_acceleration_is(recording: Recording) -> None:
+    """Twice and eight times the torque noise of their acceleration, and little of it by what was left."""
+    moving = np.abs(recording.motion.velocity) > 0.05 * np.quantile(np.abs(recording.motion.velocity), 0.98)
+    third = np.arange(len(moving)) // 500 % 3
+    unsure = recording.noise * np.choose(third, [0.01, 3.0, 12.0])
+    known = replace(recording, unsure=unsure)
+    size = np.choose(third, [1.0, 2.0, 6.0])[recording.row]
+    residual = np.random.default_rng(1).standard_normal(len(size)) * size
+    weight, sliding = weighed(known, fit(known, residual, 1.0)).row_weight, moving[recording.row]
+    typical = [np.median(weight[sliding & (third[recording.row] == k)]) for k in range(3)]
+    assert typical[0] / typical[1] == pytest.approx(2.0, rel=0.15)
+    assert typical[0] / typical[2] == pytest.approx(6.0, rel=0.15)
+    assert weighed(known, fit(known, residual, 0.0)) is known  # an axis without inertia needs no acceleration
+    assert (
+        weighed(known, fit(known, residual / size**2, 1.0)) is known
+    )  # nor do those that are surest leave most
+
+
+def test_a_fast_axis_of_which_the_stamps_are_jittery_gets_no_effect_for_it(tmp_path: Path) -> None:
+    """Steps at 100 Hz, read half a millisecond beside their stamps: half of the acceleration is noise."""
+    frames = []
+    for trial in range(6):
+        rng = np.random.default_rng(trial)
+        fine = 0.0005 * np.arange(24000)
+        goal = rng.uniform(-1.0, 1.0, 12)[(fine // 1.0).astype(int)] if trial % 2 else np.sin(1.3 * fine)
+        q, w = np.zeros(len(fine)), np.zeros(len(fine))
+        duty = np.zeros(len(fine))
+        for k in range(1, len(fine)):
+            duty[k] = np.clip(4.0 * (goal[k] - q[k - 1]) - 0.12 * w[k - 1], -0.95, 0.95)
+            free = w[k - 1] + 0.0005 / 0.016 * (2.0 * duty[k] - 0.26 * w[k - 1] - 0.3 * np.sin(q[k - 1]))
+            w[k] = np.sign(free) * max(abs(free) - 0.0005 / 0.016 * 0.06, 0.0)
+            q[k] = q[k - 1] + 0.0005 * w[k]
+        at = np.arange(100, len(fine) - 20, 20)
+        late = at + rng.integers(-1, 2, len(at))
+        step = 2.0 * np.pi / 4096.0
+        frame = {"trial": trial, "time_s": fine[at], "position_rad": step * np.round(q[late] / step)}
+        frames.append(pd.DataFrame(frame | {"torque_nm": 2.0 * np.round(duty[at], 3)}))
+    pd.concat(frames).to_csv(tmp_path / "log.csv", index=False)
+    found = identify([Log.read(tmp_path / "log.csv")])
+    assert found.diagnosis["verdict"] == "adequate"
+    assert [e.name for e in found.parameters.effects] == ["inertia"]
+    assert found.parameters.effects[0].parameters["inertia"].value == pytest.approx(0.016, rel=0.05)
 
 
 def test_an_axis_that_creeps_still_shows_its_stribeck_curve(tmp_path: Path) -> None:
@@ -142,7 +188,10 @@ def test_slow_rows_that_follow_nothing_hide_no_ripple(
     path = log(tmp_path, grip=0.25)
     found = identify([path])
     assert "position_ripple" in found.effects
-    assert any(note.startswith("at low speed the model leaves") for note in found.diagnosis["notes"])
+    assert any(
+        note.startswith("where the axis is slow, or its acceleration is least sure")
+        for note in found.diagnosis["notes"]
+    )
     rows = found.evidence.split.recording
     assert rows.weight is None, "what is shown and written is not weighed"
     monkeypatch.setattr(diagnosing, "weighed", lambda recording, fit: recording)
