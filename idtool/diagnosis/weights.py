@@ -44,7 +44,10 @@ def weighed(recording: Recording, fit: JointFit) -> Recording:
     if not group.any():
         return recording
     count = np.bincount(group)
-    variance = kinds.smoothed(np.bincount(group, (fit.residual / known.row_weight) ** 2) / count, count)
+    passed = kinds.inertia * fit.model.filtered_noise / known.noise
+    noise = np.zeros(len(group)) if known.unsure is None else (passed * known.unsure[known.row]) ** 2
+    left = (fit.residual / known.row_weight) ** 2
+    variance = kinds.smoothed(*(np.bincount(group, each) / count for each in (left, noise)), count)
     share, best = count / len(group), 1.0 / variance
     for now in (recording, replace(recording, weight=None)):
         squares = known.row_weight**2 if now.weight is not None else np.ones(len(group))
@@ -75,13 +78,17 @@ class _Kinds:
         unsure = np.searchsorted(self.sizes, self.inertia * recording.unsure, side="right")
         return np.where(slow < len(self.speeds), slow, slow + unsure)
 
-    def smoothed(self, variance: Array, count: NDArray[np.intp]) -> Array:
-        """Variances that never rise with the speed, nor fall with the uncertainty."""
+    def smoothed(self, variance: Array, noise: Array, count: NDArray[np.intp]) -> Array:
+        """Variances that never rise with the speed, nor fall with the uncertainty, where that explains them:
+        where less sure rows leave more than it can be, the model lacks something there, and they all count."""
         slow, moving = np.split(variance, [len(self.speeds)])
         few, many = np.split(count, [len(self.speeds)])
         whole = float(moving @ many) / max(int(many.sum()), 1)
-        slow = _never_rising(np.append(slow, whole), np.append(few, many.sum()))
-        return np.append(slow[:-1], _never_rising(moving[::-1], many[::-1])[::-1])
+        slow = _never_rising(np.append(slow, whole), np.append(few, many.sum()))[:-1]
+        rising = _never_rising(moving[::-1], many[::-1])[::-1]
+        more = many @ (rising - rising[0])
+        sure = more <= many @ np.where(rising > rising[0], noise[len(self.speeds) :], 0.0)
+        return np.append(slow, rising if sure else np.full(len(rising), whole))
 
 
 def _kinds(fit: JointFit) -> _Kinds:

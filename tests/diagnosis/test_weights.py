@@ -49,9 +49,8 @@ def log(folder: Path, *, grip: float, seed: int = 0) -> Path:
 
 def fit(recording: Recording, residual: Array, inertia: float = 0.0) -> Any:
     """As much of a fit as is asked for."""
-    return SimpleNamespace(
-        model=SimpleNamespace(recording=recording), residual=residual, values={"inertia.inertia": inertia}
-    )
+    model = SimpleNamespace(recording=recording, filtered_noise=recording.noise)
+    return SimpleNamespace(model=model, residual=residual, values={"inertia.inertia": inertia})
 
 
 @pytest.fixture
@@ -91,12 +90,15 @@ def test_rows_count_by_how_sure_their_acceleration_is(recording: Recording) -> N
     unsure = recording.noise * np.choose(third, [0.01, 3.0, 12.0])
     known = replace(recording, unsure=unsure)
     size = np.choose(third, [1.0, 2.0, 6.0])[recording.row]
-    residual = np.random.default_rng(1).standard_normal(len(size)) * size
+    residual = recording.noise * np.random.default_rng(1).standard_normal(len(size)) * size
     weight, sliding = weighed(known, fit(known, residual, 1.0)).row_weight, moving[recording.row]
     typical = [np.median(weight[sliding & (third[recording.row] == k)]) for k in range(3)]
     assert typical[0] / typical[1] == pytest.approx(2.0, rel=0.15)
     assert typical[0] / typical[2] == pytest.approx(6.0, rel=0.15)
     assert weighed(known, fit(known, residual, 0.0)) is known  # an axis without inertia needs no acceleration
+    assert (
+        weighed(known, fit(known, 3.0 * residual, 1.0)) is known
+    )  # more than that explains: something lacks
     assert (
         weighed(known, fit(known, residual / size**2, 1.0)) is known
     )  # nor do those that are surest leave most
