@@ -47,7 +47,8 @@ def weighed(recording: Recording, fit: JointFit) -> Recording:
     passed = kinds.inertia * fit.model.filtered_noise / known.noise
     noise = np.zeros(len(group)) if known.unsure is None else (passed * known.unsure[known.row]) ** 2
     left = (fit.residual / known.row_weight) ** 2
-    variance = kinds.smoothed(*(np.bincount(group, each) / count for each in (left, noise)), count)
+    left, noise = (np.bincount(group, each) / count for each in (left, noise))
+    variance = kinds.smoothed(left, noise, count)
     share, best = count / len(group), 1.0 / variance
     for now in (recording, replace(recording, weight=None)):
         squares = known.row_weight**2 if now.weight is not None else np.ones(len(group))
@@ -79,8 +80,8 @@ class _Kinds:
         return np.where(slow < len(self.speeds), slow, slow + unsure)
 
     def smoothed(self, variance: Array, noise: Array, count: NDArray[np.intp]) -> Array:
-        """Variances that never rise with the speed, nor fall with the uncertainty, where that explains them:
-        where less sure rows leave more than it can be, the model lacks something there, and they all count."""
+        """Variances that never rise with the speed, nor fall with the uncertainty where that explains them:
+        where less sure rows leave more than it can be, the model lacks something, and all count the same."""
         slow, moving = np.split(variance, [len(self.speeds)])
         few, many = np.split(count, [len(self.speeds)])
         whole = float(moving @ many) / max(int(many.sum()), 1)
