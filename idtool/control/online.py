@@ -128,7 +128,8 @@ class OnlineModel:
     @property
     def friction_bound(self) -> float:
         """The most that friction can hold at rest, N m (N)."""
-        return max(self.coulomb, self.static)
+        beside = sum(effect.grips(values) for effect, values in self._inside)
+        return max(self.coulomb, self.static) + beside
 
     @property
     def inertia(self) -> float:

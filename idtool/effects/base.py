@@ -237,6 +237,10 @@ class Effect(ABC):
         travel before it slips, N m/rad (N/m): a controller scales it with the friction that it learns."""
         return 0.0, 0.0
 
+    def grips(self, values: Values) -> float:
+        """The most that it holds at rest beside the friction level, N m (N)."""
+        return 0.0
+
     def constants(self, motion: Motion) -> dict[str, float]:
         """Numbers that the data set once (a reference temperature) and no fit varies."""
         return {}

@@ -98,6 +98,9 @@ class Hysteresis(Effect):
         per_travel = (level / reach for level, reach in zip(slips, reaches(values), strict=True))
         return share * sum(slips), share * sum(per_travel)
 
+    def grips(self, values: Values) -> float:
+        return 0.0 if values.get("of_friction") else sum(_yields(values))
+
     def acts_on(self, values: Values) -> tuple[int, ...]:
         return (TORQUE, LEVEL_TORQUE) if values.get("of_friction") else (TORQUE,)
 

@@ -253,7 +253,7 @@ def _light(c: ForceFreeController, its: AdmittanceLaw) -> Groups:
         _group("law: shares per period", **shares),
         _group(
             "law: motion",
-            **read("rest_speed", "servo_time"),
+            **read("rest_speed", "grain", "servo_time"),
             TRIM=2.0 * float(k["trim_rate"]) * c.period,  # at every other sample
             **read("trim_range", "tracking_time"),
             TRACKING_LEAST=4.0 * c.resolution,

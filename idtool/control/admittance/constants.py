@@ -57,7 +57,7 @@ CONSTANTS: dict[str, Constant] = {
     "usual_time": _C(2.0, "s", "what is felt at rest is usual after so long", _STUDY),
     "bias_time": _C(2.5, "s", "a steady torque in motion is taken for bias so slowly", _STUDY),
     "bias_most": _C(1.0, "noises", "and up to so much, less than `floor`", _STUDY),
-    "still": _C(0.05, "s", "an axis that kept its count for so long stands", "6 Hz at one count"),
+    "still": _C(0.05, "s", "an axis that kept its place for so long stands", "6 Hz at one count"),
     "coast": _C(
         0.006, "s", "a braked axis rests where it is so much later, at first", "40 rad/s^2 from 19 mm/s"
     ),
@@ -73,7 +73,7 @@ CONSTANTS: dict[str, Constant] = {
 
 #: What an axis brings beside; see `constants_of`.
 _AXIS = (
-    "period", "torque_constant", "gain", "noise", "servo_time", "speed", "rest_speed", "resolution",
+    "period", "torque_constant", "gain", "noise", "servo_time", "speed", "rest_speed", "resolution", "grain",
     "low", "high", "reports", "zero_most", "start_torque", "stop_torque", "refuse",
     "settle_periods", "still_periods", "brake_periods", "steady_periods",
     "tare_turn", "tare_top", "tare_cycle", "tare_part", "tare_apart", "tare_middle",

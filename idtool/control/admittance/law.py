@@ -192,6 +192,8 @@ def _axis(
         "speed": limits.speed,
         "rest_speed": rest_speed,
         "resolution": resolution,
+        # a fine sensor shows how a bristle gives under a hand, too: less than one noise would move it is none
+        "grain": max(1.01 * resolution, settings.gain * settings.noise * CONSTANTS["still"].value),
         "low": limits.position_min,
         "high": limits.position_max,
         "reports": share(model.late, period),

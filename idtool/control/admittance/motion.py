@@ -40,7 +40,7 @@ def brake(c: Any, s: Any, velocity: float) -> float:
     """Ask for the place where the axis comes to rest; once it is slow, for one place, until it stands."""
     if s.since == 0:
         s.fast = max(abs(velocity), c.rest_speed)
-    if s.since == 0 or abs(s.position - s.anchor) > 1.01 * c.resolution:
+    if s.since == 0 or abs(s.position - s.anchor) > c.grain:
         s.anchor = s.position
         s.moved = s.since
     s.since += 1
