@@ -1,9 +1,11 @@
 """Around any law: the teach button (ISO 10218 calls it an enabling device) and the load at rest.
 
-While the button is down the law guides. While it is up the axis is braked and held (`button`), and the law
-listens, hands off, so that its zero is of now when the button goes down again. Each listening is judged
-before anything may move (`rest_load`): what does not agree with the model is a fault as soon as the button
-is down, and a load that was hung on or taken off meanwhile is taken in.
+While the button is down the law guides. While it is up the axis is braked and held (`button`). Once the
+current is as quiet there as with hands off, the law listens, so that its zero is of now when the button
+goes down again; until then it has the zero of before, and a hand that is on the axis when the button goes
+down is a push. Each listening is judged before anything may move (`rest_load`): what does not agree with
+the model is a fault as soon as the button is down, and a load that was hung on or taken off meanwhile is
+taken in. A start by all of what was taken in is none: that load has left again, or was a hand.
 
 A payload that was told and was never mounted shows too: the axis then carries its own weight alone, as if a
 hand pushed up with the payload's. While the button is down it rises slowly, as the paper's does, and stands
@@ -26,6 +28,9 @@ PATIENCE = 5
 #: An axis without its payload takes so long to let the missing weight act, s, and rises so fast, rad/s (m/s).
 LIFT_S = 1.0
 LIFT_SPEED = {"rotary": 0.2, "linear": 0.01}
+#: A start that may be by a load that was taken in and has left is looked at for so long, s, by what is felt
+#: in the end of it, s: a hand that let go is gone by then, the drive has settled, one that pushes trembles.
+DOUBT_S, LOOK_S = 0.5, 0.2
 
 
 class EnabledLaw:
@@ -42,6 +47,8 @@ class EnabledLaw:
         self._rest = rest
         self._hold = hold
         self._lift_speed = LIFT_SPEED[model.axis.kind]
+        self._doubt = max(1, round(DOUBT_S / law.period))
+        self._look = max(1, round(LOOK_S / law.period))
         self._unit = "N" if model.axis.kind == "linear" else "N m"
         self.begin(0.0)
 
@@ -51,7 +58,8 @@ class EnabledLaw:
         self.fault: tuple[Reason, str] | None = None
         self.enabled = True
         self._has_button = False
-        self._waited = 0
+        self._stale = self._was_a_hand = False
+        self._waited = self._doubted = 0
         self._listen(position)
 
     def _listen(self, position: float) -> None:
@@ -59,6 +67,8 @@ class EnabledLaw:
         self._hold.hold(position)
         self._rest.forget()
         self._lift = 0.0
+        self._stale = False
+        self._doubted = 0
         self.law.begin(position)
 
     @property
@@ -84,6 +94,8 @@ class EnabledLaw:
             return f"the axis carries {rest.excess:+.3g} {self._unit} beside its model"
         if rest.missing:
             return "the payload that was told is not mounted: the axis rises slowly while the button is down"
+        if self._was_a_hand:
+            return "what was taken in as a load has left the axis again: it was a hand, or was taken off"
         if abs(rest.changed) > rest.least_change:
             return f"the load changed by {rest.changed:+.3g} {self._unit} and was taken in"
         return ""
@@ -94,21 +106,28 @@ class EnabledLaw:
         if enabled is not self.enabled:
             self.enabled = enabled
             self._lift = 0.0
+            self._doubted = 0
             rest.forget()
             if not enabled:
                 self._has_button = True
+                self._was_a_hand = False
                 if law.state not in (State.STARTING, State.RESTING):
                     hold.begin()
         if law.state is State.STARTING and abs(sample.velocity) > 2.0 * law.rest_speed:
             hold.begin()  # it moves: what it carries now says little of what it carries at rest
         if hold.stopping:
             law.limited = ()
+            listened = law.state is not State.STARTING
             command = hold.command(sample)
-            if not self._hold.stopping:
+            if not self._hold.stopping and listened:
+                law.stand(sample.position)
+                self._stale = True
+            elif not self._hold.stopping:
                 self._listen(sample.position)
             return command
         constant, load, offset = model.torque_constant, model.load, rest.offset + self._lift
-        listening = law.state is State.STARTING
+        before = law.state
+        listening = before is State.STARTING
         own = replace(sample, current=sample.current - offset / constant) if offset else sample
         command = law.raw_command(own)
         if listening or not enabled:
@@ -120,19 +139,49 @@ class EnabledLaw:
                     self._judge(sample)
             else:
                 law.rest()
-                if rest.watch(left - load.elastic):
+                if rest.watch(left, load.elastic, stale=self._stale):
                     self._listen(sample.position)
+            return hold.anchor
+        if self._in_doubt(before):
             return hold.anchor
         if rest.missing:
             self._raise()
         hold.hold(law.anchor)
         return command
 
+    def _in_doubt(self, before: State) -> bool:
+        """Whether a start is not to be believed yet: it may be by a load that was taken in and has left."""
+        law, rest = self.law, self._rest
+        if self._doubted < 0:  # it was looked at just now
+            self._doubted += 1
+            return False
+        if not self._doubted:
+            if before is not State.RESTING or law.state is not State.GUIDING:
+                return False
+            if rest.taken * law.torque <= 0.0:
+                rest.settle()
+                return False
+            rest.forget()
+        law.rest()
+        self._doubted += 1
+        if self._doubted > self._doubt - self._look:
+            rest.listen(law.raw)
+        if self._doubted < self._doubt:
+            return True
+        if rest.has_left():
+            rest.undo()
+            self._was_a_hand = rest.away
+            self._listen(self._hold.anchor)
+        else:
+            self._doubted = -self._doubt
+        return True
+
     def _judge(self, sample: Measurement) -> None:
         """The end of a listening."""
         rest, model = self._rest, self._model
         weight = model.weight_of(sample.payload, sample.tilt_alpha, sample.tilt_beta)
-        again = rest.judge(sample.payload, weight, model.load.level, button=self._has_button)
+        bent = model.bristle_stiffness * model.bristle
+        again = rest.judge(sample.payload, weight, model.load.level, bent, button=self._has_button)
         if not rest.excess:
             self._waited = 0
         elif self.enabled:

@@ -56,6 +56,10 @@ class Law(ABC):
         """The command before the limits, rad (m)."""
 
     @abstractmethod
+    def stand(self, position: float) -> None:
+        """The axis was braked from outside and stands here: rest, as after a stop of its own."""
+
+    @abstractmethod
     def rest(self) -> None:
         """The axis is held from outside: rest, keep the zero, start on nothing that was felt so far."""
 

@@ -84,6 +84,13 @@ class PaperLaw(Law):
         self._brake_until = 0.0
         self.limited = ()
 
+    def stand(self, position: float) -> None:
+        """The bristle is where its model has it."""
+        self.anchor = self.limits.clip(position)
+        self.wanted = self._last_push = 0.0
+        self._sense.resume()
+        self.rest()
+
     def rest(self) -> None:
         """The bristle stays as it is."""
         self.state = State.RESTING

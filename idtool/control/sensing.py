@@ -61,6 +61,10 @@ class HandSense:
         # a mean, because noise of the current would otherwise be frozen into the bristle
         self._mean += (self._left(sample) - self._mean) / self._samples
 
+    def resume(self) -> None:
+        """Go on after an interruption, in which the bristle stayed bent as it was."""
+        self._remainder.clear()
+
     def settle(self) -> None:
         """End of listening: deflect the bristle to what was heard, as far as friction allows; what is left
         is a load that nobody told of and moves the zero."""

@@ -165,6 +165,10 @@ def _enabling(c: ForceFreeController) -> Groups:
         "ARREST_KICK": button.KICK_SHARE * c.servo_time,
         "ARREST_COAST": button.COAST_S,
         "LEAST_CHANGE": rest_load.CHANGE_NOISES * uncertainty.noise,
+        "LEAST_VARIANCE": rest_load.STEP_VARIANCE * uncertainty.noise**2,
+        "QUIET": rest_load.QUIET,
+        "ALIKE": rest_load.ALIKE,
+        "LOUD": rest_load.LOUD,
         "LIFT": c.period / enabling.LIFT_S,
         "LIFT_SPEED": enabling.LIFT_SPEED[c.model.axis.kind],
     }
@@ -190,9 +194,11 @@ def _enabling(c: ForceFreeController) -> Groups:
     }
     if math.isfinite(limits.idle_s):
         counts["IDLE"] = periods(c.period, lambda t: t > limits.idle_s)
+    looks = {"DOUBT": enabling.DOUBT_S, "LOOK": enabling.LOOK_S}
+    signed = {name: str(max(1, round(time / c.period))) for name, time in looks.items()}
     return [
         _group("button and load at rest", **numbers),
-        ("button and load at rest: samples", {name: f"{count}u" for name, count in counts.items()}),
+        ("button and load at rest: samples", {n: f"{count}u" for n, count in counts.items()} | signed),
     ]
 
 

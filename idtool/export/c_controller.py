@@ -19,6 +19,10 @@ the Python controller itself (`c_constants`), so that the two do not part, and e
     tare.c       compare_part                     the middle of admittance.tare.sweep; likewise
     admittance.c forget_learned, raw_command      admittance.kernel.reset, .act
     enabling.c   arrest                           Hold.command
+                 mean_left, variance_left         RestLoad._mean, ._variance
+                 begin_window, listen_load        RestLoad._begin_window, .listen
+                 forget_load, undo_load           RestLoad.forget, .undo
+                 in_doubt                         EnabledLaw._in_doubt
                  judge_load, watch_load           RestLoad.judge, .watch
                  listen_here, begin_enabling, raw_command_enabled
                                                   EnabledLaw._listen, .begin, .raw_command

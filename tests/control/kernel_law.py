@@ -23,6 +23,7 @@ AXIS = {
     "speed": 1.0,
     "rest_speed": 0.05,
     "resolution": 0.0015,
+    "grain": 0.001515,
     "low": -1.0,
     "high": 1.0,
     "reports": 1.0,

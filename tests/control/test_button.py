@@ -118,11 +118,17 @@ def test_a_load_that_changes_while_the_button_is_up_is_taken_in(
     assert any("was taken in" in note for note in s.controller.status.notes)
 
 
+def trembling(t: float, size: float = PUSH) -> float:
+    """A push of that size by a hand that trembles by a tenth of it."""
+    return size * (1.0 + 0.1 * np.sqrt(2.0) * np.sin(2.0 * np.pi * 9.3 * t))
+
+
 @MODES
 def test_a_guided_axis_carries_the_load_that_it_took_in(mode: str) -> None:
-    """Let go after a push, it stays: what was hung on is a load and not a bent bristle."""
+    """Let go after a push, it stays: what was hung on is a load and not a bent bristle. The hand pushes by
+    about as much as was hung on, and trembles."""
     s = Session(mode, dict(BENCH), payload=lambda t: 0.8 if t > 1.0 else 0.4)
-    s.run(7.0, lambda t: t >= 3.0, lambda t: PUSH if 3.5 < t < 4.5 else 0.0)
+    s.run(7.0, lambda t: t >= 3.0, lambda t: trembling(t) if 3.5 < t < 4.8 else 0.0)
     assert s.position[s.at(4.5)] - s.position[s.at(3.5)] > 0.1
     assert s.moved(5.0, 7.0) < 8 * COUNT
 
@@ -132,6 +138,33 @@ def test_a_hand_that_leans_on_a_held_axis_is_no_load(mode: str) -> None:
     """Shorter than a load that stays: the push counts from the moment the button is down."""
     s = Session(mode).run(4.0, lambda t: t >= 2.0, lambda t: PUSH if t > 1.7 else 0.0)
     assert s.position[-1] > 0.2
+
+
+@MODES
+@pytest.mark.parametrize("up", [0.1, 0.4, 0.8, 1.5])
+def test_a_push_goes_on_where_the_button_is_let_go_of_and_pressed_again(mode: str, up: float) -> None:
+    s = Session(mode).run(
+        5.0, lambda t: t < 2.0 or t >= 2.0 + up, lambda t: trembling(t) if 1.0 < t < 4.0 else 0.0
+    )
+    assert not s.controller.status.fault
+    assert s.position[s.at(4.0)] - s.position[s.at(2.0 + up)] > 0.1
+    assert s.moved(4.3, 5.0) < 6 * COUNT
+
+
+@MODES
+def test_a_hand_that_leans_on_a_held_axis_for_long_is_a_push_if_it_trembles(mode: str) -> None:
+    s = Session(mode).run(6.0, lambda t: t >= 3.5, lambda t: trembling(t) if 1.0 < t < 5.0 else 0.0)
+    assert not any("taken in" in note for note in s.controller.status.notes)
+    assert s.position[s.at(5.0)] - s.position[s.at(3.5)] > 0.1
+    assert s.moved(5.3, 6.0) < 6 * COUNT
+
+
+@pytest.mark.parametrize("push", [PUSH, -PUSH])
+def test_one_that_is_as_quiet_as_a_load_is_none_any_more_once_it_leaves(push: float) -> None:
+    s = Session("light").run(8.0, lambda t: t < 0.9 or t >= 3.5, lambda t: push if 1.4 < t < 5.0 else 0.0)
+    assert any("has left the axis again" in note for note in s.controller.status.notes)
+    assert s.moved(3.5, 8.0) < 12 * COUNT
+    assert not s.controller.status.fault
 
 
 @MODES
@@ -249,11 +282,11 @@ UNCERTAINTY = Uncertainty(gravity=0.0, payload=0.03, per_payload=0.01, friction=
 
 def test_a_load_counts_once_it_stays() -> None:
     rest = RestLoad(20, 0.07, UNCERTAINTY, None)
-    taken = [rest.watch(0.0 if k < 60 else 0.2) for k in range(200)]
+    taken = [rest.watch(0.0 if k < 60 else 0.2, 0.0) for k in range(200)]
     assert taken.index(True) == 60 + 20 * (STEADY_WINDOWS + 1) - 1
     assert rest.changed == pytest.approx(0.2)
     rest.reset()
-    restless = [rest.watch(0.2 * ((k // 20) % 2)) for k in range(400)]
+    restless = [rest.watch(0.2 * ((k // 20) % 2), 0.0) for k in range(400)]
     assert not any(restless), "a hand does not stay"
 
 
@@ -261,14 +294,14 @@ def test_the_allowance_is_friction_and_two_standard_deviations() -> None:
     rest = RestLoad(20, 0.07, UNCERTAINTY, None)
     for left, payload in ((0.0, 0.0), (0.1, 1.0)):
         rest.listen(left)
-        rest.judge(payload, 0.0, 0.0, button=False)
+        rest.judge(payload, 0.0, 0.0, 0.0, button=False)
         assert rest.allowed == pytest.approx(0.07 + 2 * np.sqrt(0.03**2 + 0.01**2 + (0.01 * payload) ** 2))
         assert rest.excess == 0.0
     rest.listen(0.2)
-    assert not rest.judge(0.4, 0.0, 0.0, button=False)
+    assert not rest.judge(0.4, 0.0, 0.0, 0.0, button=False)
     assert rest.excess == pytest.approx(0.2)
     rest.listen(0.2)
-    rest.judge(0.4, 0.0, 0.2, button=False)
+    rest.judge(0.4, 0.0, 0.2, 0.0, button=False)
     assert rest.excess == 0.0, "an effect of the file says that friction holds more"
 
 

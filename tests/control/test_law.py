@@ -25,6 +25,10 @@ class Still(Law):
     def raw_command(self, sample: Measurement) -> float:
         return self.anchor
 
+    def stand(self, position: float) -> None:
+        self.anchor = position
+        self.rest()
+
     def rest(self) -> None:
         self.state = State.RESTING
 

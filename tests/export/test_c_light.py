@@ -176,7 +176,7 @@ def test_other_axes(change: Callable[[Parameters], Parameters], recorded: Sample
 def recorded_at(period: float) -> Samples:
     """A guided run of another period, 200 s at most."""
     rows = min(STEPS, round(200.0 / period))
-    return guided(light(), off(BENCH, 7), rows, 7, limits=RANGE, period=period)
+    return guided(light(), off(BENCH, 11), rows, 11, limits=RANGE, period=period)
 
 
 @pytest.mark.parametrize("period", [0.002, 0.0103, 0.05])

@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import Any
 
 from idtool.control.admittance.hand import forget_push, sense, watch
-from idtool.control.admittance.motion import brake, guide
+from idtool.control.admittance.motion import brake, guide, stand
 from idtool.control.admittance.record import USED
 from idtool.control.admittance.rest import hold, listen, rest
 from idtool.control.admittance.states import GUIDING, MAY_HOLD, STARTING, STOPPING, TARING
@@ -94,6 +94,12 @@ def act_in(
 def hold_in(s: Any) -> None:
     """As `hold`."""
     hold(s[0])
+
+
+@jit()
+def stand_in(c: Any, s: Any, position: float) -> None:
+    """As `stand`."""
+    stand(c[0], s[0], position)
 
 
 @jit()

@@ -97,6 +97,7 @@ class AdmittanceLaw(Law):
         kernel.act_in(self._constants, states, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
         tare.tare(self.constants, state)
         kernel.hold_in(states)
+        kernel.stand_in(self._constants, states, 0.0)
 
     def reset(self) -> None:
         """What was learned and trimmed is forgotten too."""
@@ -147,6 +148,12 @@ class AdmittanceLaw(Law):
         began = bool(tare.tare(self.constants, self._s))
         self._tell()
         return began
+
+    def stand(self, position: float) -> None:
+        """The zero may be off by what a stop can leave."""
+        self._remainder.clear()
+        kernel.stand_in(self._constants, self._states, position)
+        self._tell()
 
     def rest(self) -> None:
         """The zero stays as it is."""

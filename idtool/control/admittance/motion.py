@@ -36,6 +36,19 @@ def follow(c: Any, s: Any) -> float:
 
 
 @jit()
+def stand(c: Any, s: Any, position: float) -> float:
+    """It has come to rest here; what the motor holds now may be off by what a stop can leave."""
+    s.state = RESTING
+    s.anchor = min(max(position, c.low), c.high)
+    s.pushed = s.limited = 0
+    s.hand = s.w = 0.0
+    s.seen = s.nominal = s.reported = 0.0  # what stands has no speed, whatever the observer remembers
+    forget_push(s)
+    open_zero(c, s)
+    return float(s.anchor)
+
+
+@jit()
 def brake(c: Any, s: Any, velocity: float) -> float:
     """Ask for the place where the axis comes to rest; once it is slow, for one place, until it stands."""
     if s.since == 0:
@@ -45,14 +58,7 @@ def brake(c: Any, s: Any, velocity: float) -> float:
         s.moved = s.since
     s.since += 1
     if s.since - s.moved > c.still_periods:
-        s.state = RESTING
-        s.anchor = min(max(s.position, c.low), c.high)
-        s.pushed = 0
-        s.hand = 0.0
-        s.seen = s.nominal = s.reported = 0.0  # what stands has no speed, whatever the observer remembers
-        forget_push(s)
-        open_zero(c, s)
-        return float(s.anchor)
+        return stand(c, s, s.position)
     if s.since <= c.brake_periods or abs(velocity) > 4.0 * c.rest_speed:
         # at an even deceleration what is left of the way goes with the square of the speed
         s.x = s.position + c.coast * velocity * min(abs(velocity) / s.fast, 1.0)

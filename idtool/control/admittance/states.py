@@ -23,7 +23,12 @@ TRANSITIONS: dict[State, tuple[tuple[State, str], ...]] = {
     ),
     State.TARING: ((State.RESTING, "both cycles are done; what they taught is used or refused"),),
     State.GUIDING: ((State.STOPPING, "what is certain of the hand no longer pushes the way of the motion"),),
-    State.STOPPING: ((State.RESTING, "the axis has stood for `still`: to one count, or to less than one noise would move it by then"),),
+    State.STOPPING: (
+        (
+            State.RESTING,
+            "the axis has stood for `still`: to one count, or to less than one noise would move it by then",
+        ),
+    ),
 }
 
 #: What is known of the hand, as the compiled law counts it: in the order of the table.
