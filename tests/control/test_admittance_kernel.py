@@ -13,7 +13,7 @@ import pytest
 from idtool.control.admittance.constants import CONSTANTS, constants_of
 from idtool.control.admittance.hand import sense, uncertainty, watch
 from idtool.control.admittance.motion import certain
-from idtool.control.admittance.record import TOUCHED
+from idtool.control.admittance.record import NOT_EXPLAINED, OTHER_LOAD, TOUCHED
 from idtool.control.admittance.rest import hold, rest
 from idtool.control.admittance.states import GONE, GUIDING, MAY_HOLD, RESTING, SEEMS_GONE, STOPPING, TARING
 
@@ -275,7 +275,10 @@ def test_what_stays_as_it_is_for_a_second_is_taken_once_and_starts_nothing_shoul
     for _ in range(300):
         rest(c, s)
     assert abs(s["zero"] - zero) < 0.003  # the half minute's
-    for unknown in ({"outcome": TOUCHED}, {"zero_variance": 1.0}):
+    c, s = law(raw=0.03, hand=0.03, usual=0.03, since=99, outcome=TOUCHED)
+    rest(c, s)
+    assert s["grip"] == GONE  # a tare that something touched changed nothing
+    for unknown in ({"outcome": NOT_EXPLAINED}, {"outcome": OTHER_LOAD}, {"zero_variance": 1.0}):
         c, s = law(raw=0.03, hand=0.03, usual=0.03, since=99, **unknown)
         rest(c, s)
         assert s["grip"] == MAY_HOLD

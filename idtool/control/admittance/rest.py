@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from idtool.control.admittance.hand import forget_push, rest_bound
-from idtool.control.admittance.record import USED
+from idtool.control.admittance.record import TOUCHED, USED
 from idtool.control.admittance.states import GONE, GUIDING, MAY_HOLD, RESTING
 from idtool.model.jit import jit
 
@@ -22,9 +22,9 @@ STRAYS = 4
 
 @jit()
 def steady(c: Any, s: Any) -> float:
-    """What a rest takes for its zero though no hand was seen to leave: what has stayed as it is for `steady`,
-    and no more than what starts no motion should it have been a hand, once a tare told how much that is."""
-    if s.grip == GONE or s.outcome != USED:
+    """What a rest takes for its zero though no hand was seen to leave: what has stayed as it is for `steady`, no
+    more than what starts no motion should it have been a hand; nothing where a tare met what nobody knows."""
+    if s.grip == GONE or (s.outcome != USED and s.outcome != TOUCHED):
         return 0.0
     s.since = s.since + 1 if abs(s.hand - s.usual) <= c.noise else max(s.since - STRAYS, 0)
     if s.since < c.steady_periods:
