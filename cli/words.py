@@ -60,7 +60,7 @@ def complete_rig(_: click.Context, __: click.Parameter, incomplete: str) -> list
         found = _names_or_files(rig_names(), rest)
     elif kind == "replay":
         found = list(_paths(rest, (".csv", ".gz")))
-    elif kind == "dynamixel":
+    elif kind in ("dynamixel", "feetech"):
         devices = sorted(str(path) for mask in ("ttyUSB*", "ttyACM*") for path in Path("/dev").glob(mask))
         found = [device for device in devices if device.startswith(rest)]
     else:

@@ -23,7 +23,7 @@ STRAYS = 4
 @jit()
 def steady(c: Any, s: Any) -> float:
     """What a rest takes for its zero though no hand was seen to leave: what has stayed as it is for `steady`,
-    no more than what starts no motion should it have been a hand; nothing where a tare met what nobody knows."""
+    no more than what starts no motion should it have been a hand; nothing where a tare met the unknown."""
     if s.grip == GONE or (s.outcome != USED and s.outcome != TOUCHED):
         return 0.0
     s.since = s.since + 1 if abs(s.hand - s.usual) <= c.noise else max(s.since - STRAYS, 0)
