@@ -60,6 +60,7 @@ class _Port:
     """A port of the SDK on which these bytes arrive and then nothing."""
 
     is_using = False
+    packet_timeout = 20.0
 
     def __init__(self, data: bytes) -> None:
         self._data = data
@@ -77,11 +78,12 @@ class _Port:
 
 def answers(data: bytes) -> None:
     """Bytes for the backend: what the SDK takes for an answer must be one."""
+    from idtool.rig.bus.transactions import Transactions
     from idtool.rig.dynamixel.bus import Bus
 
     bus = Bus.__new__(Bus)
-    bus.id, bus.clock, bus._sdk, bus._port = 1, SkippingClock(), dynamixel_sdk, _Port(data)
-    bus._handler = dynamixel_sdk.Protocol2PacketHandler()
+    handler, success = dynamixel_sdk.Protocol2PacketHandler(), dynamixel_sdk.COMM_SUCCESS
+    Transactions.__init__(bus, _Port(data), handler, success, "fuzz", 1, 57_600, SkippingClock())
     answer = bus._answer(4)
     if answer is not None:
         error, content = answer
