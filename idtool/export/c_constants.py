@@ -119,7 +119,6 @@ def _axis(parameters: Parameters, c: ForceFreeController, used: frozenset[str]) 
     friction = {
         "COULOMB": model.coulomb,
         "STATIC": model.static,
-        "STRIBECK_VELOCITY": model.stribeck_velocity,
         "VISCOUS": model.viscous,
         "BRISTLE_STIFFNESS": model.bristle_stiffness,
         "BRISTLE_DAMPING": model.bristle_damping,
