@@ -8,8 +8,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
-from idtool.cli.words import effect_names, recipe_names, rig_names
+from idtool.cli.words import complete_rig, effect_names, recipe_names, rig_names
 
 from idtool.effects import registry
 from idtool.experiment.recipe import recipe_names as recipes
@@ -138,3 +139,13 @@ def test_the_script_says_how_to_install_it(shell: str) -> None:
     line = second if shell == "zsh" else first
     assert line.startswith("# To install it, ")
     assert f"ffc-id completion {shell}" in line
+
+
+@pytest.mark.parametrize("bus", ["dynamixel", "feetech"])
+def test_the_serial_devices_are_those_of_the_machine(bus: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    devices = {"ttyUSB*": ["/dev/ttyUSB0"], "ttyACM*": ["/dev/ttyACM1"]}
+    monkeypatch.setattr(Path, "glob", lambda _, mask: map(Path, devices[mask]))
+    context, parameter = click.Context(click.Command("run")), click.Option(["--rig"])
+    for typed, expected in (("", ["/dev/ttyACM1", "/dev/ttyUSB0"]), ("/dev/ttyU", ["/dev/ttyUSB0"])):
+        found = complete_rig(context, parameter, f"{bus}:{typed}")
+        assert [item.value for item in found] == [f"{bus}:{device}" for device in expected]
