@@ -182,7 +182,7 @@ class ForceFreeController:
         self._around = EnabledLaw(
             self.law,
             self.model,
-            RestLoad(self.rest_window, self.model.friction_bound, uncertainty, self.limits.mismatch),
+            RestLoad(self.rest_window, self.model.grip, uncertainty, self.limits.mismatch),
             Hold(self.limits, self.period, servo_time_s, self.law.rest_speed),
         )
         self._session = SessionLimits(self.limits, self.period, "m" if kind == "linear" else "rad")

@@ -128,8 +128,12 @@ class OnlineModel:
     @property
     def friction_bound(self) -> float:
         """The most that friction can hold at rest, N m (N)."""
-        beside = sum(effect.grips(values) for effect, values in self._inside)
-        return max(self.coulomb, self.static) + beside
+        return max(self.coulomb, self.static)
+
+    @property
+    def grip(self) -> float:
+        """The most that the axis can hold at rest by friction and hysteresis, N m (N)."""
+        return self.friction_bound + sum(effect.grips(values) for effect, values in self._inside)
 
     @property
     def inertia(self) -> float:

@@ -124,6 +124,7 @@ def _axis(parameters: Parameters, c: ForceFreeController, used: frozenset[str]) 
         "BRISTLE_DAMPING": model.bristle_damping,
         "LEVEL_FLOOR": least_level(model.coulomb, model.static),
         "FRICTION_BOUND": model.friction_bound,
+        "GRIP": model.grip,
     }
     share, reach = model.held
     if share > 0.0:

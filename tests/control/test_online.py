@@ -341,3 +341,12 @@ def test_what_is_reset_carries_nothing() -> None:
     model.reset()
     assert (load.gravity, load.elastic, load.damping, load.effects) == (0.0, 0.0, 0.0, 0.0)
     assert model.bristle == 0.0
+
+
+@pytest.mark.parametrize(("share", "beside"), [({}, 0.05), ({"of_friction": 1.0}, 0.0)], ids=["own", "of it"])
+def test_a_hysteresis_beside_the_friction_level_holds_at_rest_too(
+    share: dict[str, float], beside: float
+) -> None:
+    model = OnlineModel(parameters(BENCH, hysteresis={"stiffness": 5.0, "yield": 0.05} | share))
+    assert model.friction_bound == max(BENCH["coulomb"], BENCH["static"])
+    assert model.grip == pytest.approx(model.friction_bound + beside)
