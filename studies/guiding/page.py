@@ -258,7 +258,9 @@ friction, 13 % lower to 15 % higher on three days, cascaded drives with an integ
 late; files identified, gains of `tune`): break-away below 0.9 N on the five where they are tared, 1.1 to
 2.1 N on the stiffest of the others; 2.0 to 2.2 N at 19.2 mm/s; stop within 48 ms at the median, 111 ms at
 worst; wandering 9 mm at most; no fault of a brisk hand; nothing in 60 s of rest; leads by springs of 300 to
-4000 N/m without a false stop. **What is left there:** a hand that places the part, holds it by 0.2 to 0.4 N, which
+4000 N/m without a false stop.
+
+**What is left there:** a hand that places the part, holds it by 0.2 to 0.4 N, which
 friction partly hides, and opens slowly: on one placing in nine the axis creeps on by 0.5 to 3 mm by itself
 within two seconds, as the zero has taken a part of the hand. A load that swings as the button is pressed is
 followed.
