@@ -99,7 +99,7 @@ class Progress:
     def say(self, what: str) -> None:
         """What is being done now."""
         if self.visible:
-            self._bar.update(self._task, description=what)
+            self._bar.update(self._task, description=what, refresh=True)  # it may be over within a tick
 
     def at(self, done: float, of: float) -> None:
         """How far it is."""
