@@ -237,7 +237,8 @@ Not met on every axis, and why:
 - *Starts without a hand.* What a rest is wrong by there is beyond three standard deviations of what the law
   knows of it, or came within the last two seconds: a stop from a brisk push, with a friction level that the
   session found wrong at that speed. Readings that are 20 ms late let a start that was the hand's come
-  after it has left.
+  after it has left. And where a tare was refused as a hand of 1 N leant on it all the time, that hand starts
+  the axis as it leaves, by 0.2 mm: so long at rest its even force has become a part of the zero.
 - *Trembling and breathing hands.* A zero-mean force of 1.2 N is above what starts a motion. On one axis in
   six a trembling hand stops and starts again.
 
