@@ -195,7 +195,7 @@ class _Search:
 
     def _weighed(self, fit: JointFit) -> bool:
         """Whether rows count otherwise than before, by what a fit leaves on them."""
-        recording = weighed(self.parts.recording, fit)
+        recording = weighed(self.parts.recording, fit, unsure=not self.given)
         if recording is self.parts.recording:
             return False
         self.parts = replace(self.parts, recording=recording)

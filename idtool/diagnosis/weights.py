@@ -31,15 +31,17 @@ _SIZES = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
 _FEWEST = 20
 
 
-def weighed(recording: Recording, fit: JointFit) -> Recording:
+def weighed(recording: Recording, fit: JointFit, *, unsure: bool = True) -> Recording:
     """The recording with weights for its rows by what is left on their like; itself if they change little.
 
     Args:
         recording: all rows, as they count now.
         fit: the best model so far, of some of them.
+        unsure: whether rows count by how sure their acceleration is; under a model that somebody chose they
+            count as in any published fit.
     """
     known = fit.model.recording
-    kinds = _kinds(fit)
+    kinds = _kinds(fit, unsure=unsure)
     group = kinds.of(known)[known.row]
     if not group.any():
         return recording
@@ -92,7 +94,7 @@ class _Kinds:
         return np.append(slow, rising if sure else np.full(len(rising), whole))
 
 
-def _kinds(fit: JointFit) -> _Kinds:
+def _kinds(fit: JointFit, *, unsure: bool) -> _Kinds:
     """Kinds of which each has rows enough to tell its variance."""
     known = fit.model.recording
     speed = np.abs(known.motion.velocity)
@@ -100,7 +102,7 @@ def _kinds(fit: JointFit) -> _Kinds:
     speeds = _filled(top * _SLOW_LIMITS, speed[known.row])
     inertia = fit.values.get("inertia.inertia", 0.0)
     sizes = np.empty(0)
-    if known.unsure is not None and inertia > 0.0:
+    if unsure and known.unsure is not None and inertia > 0.0:
         moving = known.row[speed[known.row] >= speeds[-1]] if len(speeds) else known.row
         sizes = _filled(known.noise * _SIZES, inertia * known.unsure[moving])
     return _Kinds(speeds, sizes, inertia)

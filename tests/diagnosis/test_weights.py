@@ -196,5 +196,5 @@ def test_slow_rows_that_follow_nothing_hide_no_ripple(
     )
     rows = found.evidence.split.recording
     assert rows.weight is None, "what is shown and written is not weighed"
-    monkeypatch.setattr(diagnosing, "weighed", lambda recording, fit: recording)
+    monkeypatch.setattr(diagnosing, "weighed", lambda recording, fit, **_: recording)
     assert "position_ripple" not in identify([path]).effects
