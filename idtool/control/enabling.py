@@ -71,6 +71,14 @@ class EnabledLaw:
         self._doubted = 0
         self.law.begin(position)
 
+    def _stand(self, position: float) -> None:
+        """It was braked and stands here: with the zero of before, if the law had one."""
+        if self.law.state is State.STARTING:
+            self._listen(position)
+        else:
+            self.law.stand(position)
+            self._stale = True
+
     @property
     def state(self) -> State:
         """What it is doing; never FAULT."""
@@ -117,13 +125,9 @@ class EnabledLaw:
             hold.begin()  # it moves: what it carries now says little of what it carries at rest
         if hold.stopping:
             law.limited = ()
-            listened = law.state is not State.STARTING
             command = hold.command(sample)
-            if not self._hold.stopping and listened:
-                law.stand(sample.position)
-                self._stale = True
-            elif not self._hold.stopping:
-                self._listen(sample.position)
+            if not self._hold.stopping:
+                self._stand(sample.position)
             return command
         constant, load, offset = model.torque_constant, model.load, rest.offset + self._lift
         before = law.state

@@ -95,9 +95,8 @@ def sense(c: Any, s: Any, plain: float, elastic: float, damping: float, kept: fl
         s.dead = uncertainty(c, s)
     size = abs(s.hand)
     push = s.raw if s.hand > 0.0 else -s.raw
-    left = (
-        size > 0.0 and size - push > c.left * size and size - push > c.jump
-    )  # nobody was felt: nobody leaves
+    # where nobody was felt nobody leaves
+    left = size > 0.0 and size - push > c.left * size and size - push > c.jump
     fell = s.least_2 - push
     seems = left or (fell > c.seems * s.least_2 and fell > c.jump)
     s.hand += (1.0 if seems else c.hand_filter) * (s.raw - s.hand)
