@@ -23,10 +23,11 @@ from idtool.signals import Recording
 
 #: A row is slow below 5 % of the usual top speed, slower below a third of that, and so on.
 _SLOW_LIMITS = np.array([0.05 / 27.0, 0.05 / 9.0, 0.05 / 3.0, 0.05])
+#: A moving one is unsure where the error of its acceleration is half a noise of torque, more so at
+#: twice that, and so on.
+_SIZES = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
 #: Rows are weighed where plain least squares gets no more from them than weighed ones get from this share.
 _WASTEFUL = 0.8
-#: ... unsure where the error of its acceleration is half a noise of torque, more so at twice that, and so on.
-_SIZES = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
 #: Fewer rows than this tell no variance.
 _FEWEST = 20
 
