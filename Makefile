@@ -35,7 +35,7 @@ lint: $(VENV)/.ready-dev
 	$(BIN)/ruff format --check .
 
 types: $(VENV)/.ready-dev
-	$(BIN)/mypy --strict idtool cli
+	$(BIN)/mypy --strict idtool cli pages studies testbench benchmarks
 
 tests: export OPENBLAS_NUM_THREADS = 1
 tests: $(VENV)/.ready-dev

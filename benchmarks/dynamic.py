@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy import optimize
@@ -21,7 +22,7 @@ from idtool.signals import Recording, record
 
 _GA_GOAL, _DE_GOAL, _EVALUATIONS_GOAL = 400.0, 30.0, 3.0
 #: SciPy's own defaults, but for the seed.
-_DE = {"popsize": 15, "maxiter": 1000, "tol": 0.01, "polish": True}
+_DE: dict[str, Any] = {"popsize": 15, "maxiter": 1000, "tol": 0.01, "polish": True}
 
 
 def measure(
@@ -236,14 +237,15 @@ def against_same_kernel(recording: Recording, known: Parameters, *, most: int) -
 
 
 def _evolve(
-    cost: Callable[[Sequence[float]], float], bounds: Sequence[tuple[float, float]], most: int
+    cost: Callable[[Any], float], bounds: Sequence[tuple[float, float]], most: int
 ) -> tuple[optimize.OptimizeResult, float]:
     results: list[optimize.OptimizeResult] = []
     options = {**_DE, "maxiter": most}
+    box = optimize.Bounds(*np.array(bounds).T)
 
     def run() -> None:
         with np.errstate(all="ignore"):  # infinite costs where Euler runs away
-            results.append(optimize.differential_evolution(cost, bounds, seed=0, **options))
+            results.append(optimize.differential_evolution(cost, box, seed=0, **options))
 
     took = once(run)
     return results[0], took

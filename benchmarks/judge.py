@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -48,8 +49,8 @@ def counted() -> Iterator[dict[str, int]]:
         count["tangents"] += 1
         return tangents(*arguments)
 
-    lugre.propagate, lugre.propagate_blocks = count_plain, count_tangents
-    try:
+    with (
+        patch.object(lugre, "propagate", count_plain),
+        patch.object(lugre, "propagate_blocks", count_tangents),
+    ):
         yield count
-    finally:
-        lugre.propagate, lugre.propagate_blocks = plain, tangents

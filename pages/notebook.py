@@ -33,7 +33,10 @@ def cells(notebook: Path) -> list[str]:
 def execute(code: str, names: dict[str, Any]) -> tuple[str, Any]:
     """Run a cell in a namespace; what it printed, and the value of its last line if that is one."""
     body = ast.parse(code).body
-    last = ast.Expression(body.pop().value) if body and isinstance(body[-1], ast.Expr) else None
+    last = None
+    if body and isinstance(end := body[-1], ast.Expr):
+        last = ast.Expression(end.value)
+        body.pop()
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         exec(compile(ast.Module(body, []), "cell", "exec"), names)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import mujoco
@@ -135,7 +135,7 @@ def main(emps: str | None = None) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         log = emps_log(folder) if emps is None else Log.read(emps)
-        cases = {
+        cases: dict[str, Callable[[], tuple[list[Log], Parameters]]] = {
             "`sim:bench` (mrad)": lambda: on_bench("", folder),
             "... with an offset and a ripple of two waves (mrad)": lambda: on_bench(_ADDED, folder),
             "... and an asymmetry (mrad)": lambda: on_bench(_ADDED + _ASYMMETRY, folder),

@@ -149,7 +149,7 @@ def _other(recording: Recording, parameters: Parameters, other: Recording, folde
 def _joined(first: Rows, second: Rows) -> Rows:
     """The rows of both; those of the second are the held-out ones."""
     fold = np.concatenate([first.fold, np.full(len(second.time), OTHER)])
-    signals = {
+    signals: dict[str, Any] = {
         name: np.concatenate([getattr(first, name), getattr(second, name)])
         for name in ("trial", "time", "position", "velocity", "acceleration", "jerk", "torque")
     }

@@ -160,21 +160,22 @@ def told(axes: str, effect: str, session: Session, folder: Path) -> Iterator[Tol
             raise done.exception
         notes = json.loads(done.stdout)["notes"]
         found = {
-            name: one
+            name: one.ci95
             for name, one in _part(Parameters.read(params), command).items()
             if name in session.truth and one.identified and one.ci95 is not None
         }
-        off = tuple(
-            n for n, one in found.items() if not one.ci95[0] <= session.truth_of(n, command) <= one.ci95[1]
-        )
+        off = tuple(n for n, (low, high) in found.items() if not low <= session.truth_of(n, command) <= high)
         warned, with_offset = (any(words in note for note in notes) for words in (_WARNING, _WITH_OFFSET))
         yield Told(axes, effect, command, off, len(found), warned, with_offset)
 
 
 def _part(parameters: Parameters, command: str) -> Mapping[str, Parameter]:
     """What that command gives."""
-    part = {"fit-gravity": "gravity", "fit-static": "static", "fit-dynamic": "dynamic"}[command]
-    return getattr(parameters, part)
+    return {
+        "fit-gravity": parameters.gravity,
+        "fit-static": parameters.static,
+        "fit-dynamic": parameters.dynamic,
+    }[command]
 
 
 def one_session(axes: str, effect: str, number: int) -> list[Told]:

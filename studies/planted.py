@@ -139,11 +139,11 @@ def page(found: list[Outcome], share: float) -> str:
     for name in dict.fromkeys(one.recording for one in found):
         own = [one for one in new if one.recording == name]
         before = next(one.before for one in found if one.recording == name)
-        named = [one.effect for one in own if one.named]
+        right = [one.effect for one in own if one.named]
         lacking = [one for one in own if not one.named]
         missed = [one.effect + ("" if one.seen else " (nor by the regression)") for one in lacking]
         wrong = [f"{', '.join(sorted(one.wrong))} (for {one.effect})" for one in own if one.wrong]
-        cells = (sorted(before), named, missed, wrong)
+        cells = (sorted(before), right, missed, wrong)
         lines.append(f"| {BY_NAME[name].title} | {' | '.join(', '.join(cell) or '–' for cell in cells)} |")
     return "\n".join(lines) + "\n"
 

@@ -199,7 +199,7 @@ def _random_walk(rng: np.random.Generator, log: Log) -> np.ndarray:
     t = log.frame["time_s"].to_numpy()
     knots = np.arange(0.0, 4000.0, 8.0)
     walk = np.cumsum(rng.standard_normal(len(knots)))
-    return np.interp(t, knots, walk) - float(np.mean(np.interp(t, knots, walk)))
+    return np.asarray(np.interp(t, knots, walk) - float(np.mean(np.interp(t, knots, walk))))
 
 
 def _sudden_wear(rng: np.random.Generator, log: Log) -> np.ndarray:
@@ -222,7 +222,7 @@ def _end_stop(rng: np.random.Generator, log: Log) -> np.ndarray:
 def _second_resonance(rng: np.random.Generator, log: Log) -> np.ndarray:
     """Two masses on springs along for the ride, where the library knows of one: each trial from rest."""
     first = rng.uniform(2.0, 4.0)
-    return _ringing(log, first, 0.04) + _ringing(log, 2.3 * first, 0.04)
+    return np.asarray(_ringing(log, first, 0.04) + _ringing(log, 2.3 * first, 0.04))
 
 
 def _ringing(log: Log, frequency: float, damping: float) -> np.ndarray:

@@ -139,7 +139,7 @@ def torque_of(log: Log) -> Array:
 
 def held_out(log: Log) -> Flags:
     """Which rows are held out: every fourth trial, or where there are few trials three blocks of sixteen."""
-    return folds(log) == _HELD
+    return np.asarray(folds(log) == _HELD)
 
 
 def folds(log: Log) -> NDArray[np.intp]:
@@ -309,7 +309,7 @@ def _columns(rows: Rows) -> dict[str, Array]:
 
 
 def _unit(values: Array) -> Array:
-    return (values - values.mean()) / (values.std() or 1.0)
+    return np.asarray((values - values.mean()) / (values.std() or 1.0))
 
 
 def _offered(
@@ -345,7 +345,7 @@ def _way(rows: Rows, kind: str) -> Array:
 
 def _sine(rows: Rows, way: Array, waves: float) -> Array:
     angle = 2.0 * np.pi * waves * rows.position
-    return way[:, None] * np.column_stack([np.sin(angle), np.cos(angle)])
+    return np.asarray(way[:, None] * np.column_stack([np.sin(angle), np.cos(angle)]))
 
 
 def _line_error(rows: Rows, matrix: Array, kind: str) -> float:
@@ -396,5 +396,5 @@ def _error(rows: Rows, matrix: Array) -> float:
 
 def _gain(rows: Rows, matrix: Array, wider: Array) -> float:
     """What the wider matrix explains that the other does not, rms."""
-    left = [rows.torque - x @ _fit(rows, x) for x in (matrix, wider)]
-    return float(np.sqrt(max(np.mean(left[0] ** 2) - np.mean(left[1] ** 2), 0.0)))
+    before, after = (float(np.mean((rows.torque - x @ _fit(rows, x)) ** 2)) for x in (matrix, wider))
+    return float(np.sqrt(max(before - after, 0.0)))

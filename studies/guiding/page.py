@@ -8,7 +8,7 @@ import numpy as np
 
 from idtool.control.admittance.constants import CONSTANTS
 from idtool.control.admittance.states import GRIP_TRANSITIONS
-from idtool.control.states import ADMITTANCE, AROUND, PAPER
+from idtool.control.states import AROUND, LAWS
 from studies import teach_paper
 from studies.guiding.axes import Axis
 
@@ -63,7 +63,7 @@ def table(axes: list[Axis]) -> list[str]:
 
 def transitions() -> list[str]:
     """The tables of legal changes of state."""
-    laws = {"published": PAPER, "admittance": ADMITTANCE}
+    laws = {"published": LAWS["paper"], "admittance": LAWS["light"]}
     lines = ["| law | from | to | when |", "|---|---|---|---|"]
     for law, table in laws.items():
         for state, ways in table.items():

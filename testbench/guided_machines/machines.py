@@ -120,7 +120,7 @@ class StudyRig(Rig):
         command = trajectory.held(self.period_s)
         for part in np.array_split(command, max(1, len(command) // 50)):
             rows = self._follow(part, trajectory.mode == "velocity")
-            time = self._time + self.period_s * np.arange(1, len(part) + 1)
+            time = self._time + self.period_s * np.arange(1.0, len(part) + 1)
             self._time = float(time[-1])
             yield Block(time, rows[:, 0], rows[:, 1], rows[:, 2], part)
 
