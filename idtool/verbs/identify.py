@@ -255,7 +255,7 @@ def begin(
     search = partial(first_fits, spec=spec, optimizer=optimizer, seed=seed)
     fits = search(recording)
     # rows near standstill that follow no law would have the say in what the sliding ones show
-    if (rows := weighed(recording, fits[0])) is not recording:
+    if (rows := weighed(recording, fits[0], unsure=law != "coulomb")) is not recording:
         fits = search(rows)
     stepped = [step_down(fit) for fit in fits]
     if stepped[0][0].model.spec.friction == "lugre" and worth_a_restart(fits[0]):

@@ -128,6 +128,10 @@ def test_a_fast_axis_of_which_the_stamps_are_jittery_gets_no_effect_for_it(tmp_p
     assert found.diagnosis["verdict"] == "adequate"
     assert [e.name for e in found.parameters.effects] == ["inertia"]
     assert found.parameters.effects[0].parameters["inertia"].value == pytest.approx(0.016, rel=0.05)
+    # a model that somebody chose is fitted as any published one
+    fits = {law: begin(found.recording, law, "arm")[0][0] for law in ("lugre", "coulomb")}
+    assert fits["lugre"].model.recording.weight is not None
+    assert fits["coulomb"].model.recording.weight is None
 
 
 def test_an_axis_that_creeps_still_shows_its_stribeck_curve(tmp_path: Path) -> None:
