@@ -33,7 +33,7 @@ from idtool.presentation.text import counted
 from idtool.rig.plant_file import parse_plant
 from idtool.rig.simulated import SimulatedRig
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_model
 from pages.effect_cases import CASES, Case
 from pages.effect_figures import draw
 from pages.markdown import table, with_made
@@ -103,7 +103,7 @@ def logs_of(name: str) -> list[Log]:
 def look_into(name: str) -> dict[str, Any]:
     """Record the session of an effect, draw its picture, and say what the diagnosis made of it."""
     recording = record(logs_of(name))
-    starts, *_ = begin(recording, "lugre", "auto")
+    starts = base_model(recording, "lugre", "auto").fits
     found = diagnose(recording, starts, registry.library())
     effect = registry.get(name)
     with_it = found.final

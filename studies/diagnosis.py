@@ -25,8 +25,8 @@ from idtool.effects import registry
 from idtool.effects.base import Effect
 from idtool.log import Log
 from idtool.signals import record as as_recording
+from idtool.verbs.base_model import base_model
 from idtool.verbs.identification import parameters_of
-from idtool.verbs.identify import begin
 from idtool.verbs.predict import predict
 from testbench.diagnosis_cases import AXES, Case, cases, record
 from testbench.judging import absurdities
@@ -97,7 +97,7 @@ def _judged(
 
 def _diagnose(logs: list[Log], library: Sequence[Effect]) -> Diagnosis:
     recording = as_recording(logs)
-    starts, *_ = begin(recording, "lugre", "auto")
+    starts = base_model(recording, "lugre", "auto").fits
     return diagnose(recording, starts, library)
 
 

@@ -38,8 +38,9 @@ from idtool.report import write_report
 from idtool.report.result_folder import write_results
 from idtool.rig import forms, open_rig
 from idtool.signals import record
+from idtool.verbs.base_model import base_of_rows
 from idtool.verbs.identification import Identification
-from idtool.verbs.identify import begin, identify
+from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
 from testbench.imbalance import COSINE, SINE, pulled
 
@@ -97,10 +98,10 @@ def ffc_id(*words: str | Path) -> str:
 @pytest.mark.usefixtures("outside")
 def test_the_effect_goes_from_the_fit_to_the_board(tmp_path: Path) -> None:
     logs = pulled(tmp_path)
-    data = record(logs)
-    starts, notes, stepped = begin(data, "lugre", "auto")
+    base = base_of_rows(record(logs), "lugre", "auto")
     library = [effect for effect in registry.library() if effect.name in ("inertia", "imbalance")]
-    result = Identification(data, diagnose(data, starts, library), notes, {}, stepped[0][1])
+    evidence = diagnose(base.recording, base.fits, library)
+    result = Identification(base.recording, evidence, [*base.notes], {}, [*base.stepped_down[0][1]])
     found = result.parameters.effect("imbalance")
     assert found is not None
     assert found.values() == pytest.approx({"sine": SINE, "cosine": COSINE}, rel=0.1)

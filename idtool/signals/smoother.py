@@ -3,7 +3,8 @@
 State (q, w, a) driven by white jerk; measured: position, velocity or both. The estimates at the sample
 instants lag nothing and work at uneven sample times. How loud the jerk is, is found from the data: first
 one intensity for all rows, the likeliest; then for every row its own, so that a steady stretch is averaged
-long and a reversal is followed. A counter that turns slowly is read at its edges. Where the model of the
+long and a reversal is followed. A counter that turns slowly is read at its edges; a single velocity that
+the position denies is not used: a bristle would take it for a reversal. Where the model of the
 readings holds, regressors computed from such estimates bias a regression hardly at all, unlike those from
 any one filter. Innovations beyond a few standard deviations mark rows where the axis moved faster than
 the sampling shows.
@@ -141,11 +142,16 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
         contradicted = max(map(_too_fast, with_it)) > _too_fast(without) + _CONTRADICTED
         if contradicted:
             used, series, likeliest, surprise = counted, alone, own, without
-        elif (noise := _noise_beside(alone, own, velocity, variances[1], period, passed)) > 0.0:
-            variances[1] = noise
-            series = replace(series, variances=used * (variances + untimely))
-            likeliest = likeliest_jerk(series, around)
-            surprise = _surprise_when_eager(series, likeliest, passed)
+        else:
+            off, spread = _off_position(alone, own, velocity, period, passed)
+            noise = _noise_beside(off, spread, variances[1])
+            variances[1] = noise or variances[1]
+            stray = _stray(velocity, off, variances[1], spread) & ~first
+            if noise or stray.any():
+                used[stray, 1] = False
+                series = replace(series, variances=used * (variances + untimely))
+                likeliest = likeliest_jerk(series, around)
+                surprise = _surprise_when_eager(series, likeliest, passed)
     for _ in range(_MOST_DOUBTS):
         if _too_fast(surprise) < _DOUBTFUL:
             break
@@ -174,14 +180,41 @@ def smooth(time: Array, position: Array | None, velocity: Array | None, first: N
     )
 
 
-def _noise_beside(
-    alone: Series,
-    likeliest: float,
-    velocity: Array,
-    variance: float,
-    period: float,
-    passed: kalman.Passed,
-) -> float:
+def _off_position(
+    alone: Series, likeliest: float, velocity: Array, period: float, passed: kalman.Passed
+) -> tuple[Array, Array]:
+    """How far a velocity reading is off the velocity of the position alone, and the variance of the latter;
+    shape (rows,) both.
+
+    Args:
+        alone: the readings, of which only the position is used.
+        likeliest: the one intensity of the jerk for it.
+        velocity: the reading, shape (rows,); NaN where it cannot be used.
+        period: s, of the rows.
+        passed: is overwritten.
+    """
+    window = _reach(period, alone.usual, likeliest)
+    states, _, spread = _adapt(alone, np.full(len(velocity), likeliest), likeliest, window, passed)
+    return velocity - states[:, 1], spread[:, 0]
+
+
+def _stray(velocity: Array, off: Array, variance: float, spread: Array) -> NDArray[np.bool_]:
+    """Single velocity readings that go away and come back, further than those around them move, while the
+    position does not.
+
+    Args:
+        velocity: the reading, shape (rows,).
+        off, spread: of `_off_position`.
+        variance: of the reading's noise.
+    """
+    earlier, before, after, later = (np.roll(velocity, shift) for shift in (2, 1, -1, -2))
+    apart = np.abs(velocity - np.clip(velocity, np.minimum(before, after), np.maximum(before, after)))
+    moves = np.abs(before - earlier) + np.abs(later - after)
+    alone = apart - moves > math.sqrt(2.0 * TOO_FAST * variance)
+    return np.asarray(alone & (off**2 > TOO_FAST * (variance + spread)))
+
+
+def _noise_beside(off: Array, spread: Array, variance: float) -> float:
     """Variance of a low-passed velocity's noise, from how far it is off the velocity of the position alone;
     0 where it was not low-passed.
 
@@ -190,20 +223,14 @@ def _noise_beside(
     several rows: it weighs as white noise of so many times its variance.
 
     Args:
-        alone: the readings, of which only the position is used.
-        likeliest: the one intensity of the jerk for it.
-        velocity: the reading, shape (rows,); NaN where it cannot be used.
-        variance: of its noise, as third differences say it.
-        period: s, of the rows.
-        passed: is overwritten.
+        off, spread: of `_off_position`.
+        variance: of the noise, as third differences say it.
     """
-    window = _reach(period, alone.usual, likeliest)
-    states, _, spread = _adapt(alone, np.full(len(velocity), likeliest), likeliest, window, passed)
-    off = velocity - states[:, 1]
-    size, of_position = deviation(off), float(np.median(spread[:, 0]))
+    size, of_position = deviation(off), float(np.median(spread))
     if size**2 - of_position < _COLOURED * variance:
         return 0.0
-    return _lasting(np.clip(np.nan_to_num(off), -3.0 * size, 3.0 * size)) * size**2 - of_position
+    lasts = _lasting(np.clip(np.nan_to_num(off), -3.0 * size, 3.0 * size))
+    return max(lasts * size**2 - of_position, 0.0)
 
 
 def _lasting(noise: Array) -> float:

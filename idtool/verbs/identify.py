@@ -10,40 +10,23 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 
 from idtool.diagnosis.diagnose import diagnose
-from idtool.diagnosis.weights import weighed
 from idtool.effects import registry
 from idtool.effects.base import Effect
-from idtool.errors import InputError, nearest
-from idtool.fit.choose import (
-    CLEAR_EVIDENCE,
-    GRAVITY_CHOICES,
-    choose_gravity,
-    first_fit,
-    first_fits,
-    other_loads,
-    payloads_of,
-    step_down,
-)
+from idtool.errors import InputError
+from idtool.fit.choose import GRAVITY_CHOICES, other_loads, payloads_of
 from idtool.fit.drive import fit_drive
 from idtool.fit.findings import findings
-from idtool.fit.joint import JointFit, gain_in_evidence, refit
 from idtool.fit.known_load import Calibration, calibrate_by_axis
-from idtool.fit.model import JointModel
-from idtool.fit.own_filter import behind_own_filter, filtered_before
-from idtool.fit.restart import worth_a_restart
-from idtool.fit.shortcoming import Shortcoming
-from idtool.fit.spec import FRICTION_KINDS, FrictionKind, Spec
+from idtool.fit.spec import FRICTION_KINDS
 from idtool.log import Log
 from idtool.parameters import Parameters
 from idtool.parameters.drive import Drive
 from idtool.parameters.rows import rows_of
 from idtool.parameters.scaling import with_constant
-from idtool.signals import Recording, record
-from idtool.signals.own_filter import OwnFilter
-from idtool.signals.thin import thin
+from idtool.signals import record
+from idtool.verbs.base_model import base_model, check_choice
 from idtool.verbs.fit_motion import fit_motion
 from idtool.verbs.identification import Identification
 from idtool.verbs.predict import predict, refuse_other_axis
@@ -56,6 +39,15 @@ TEXTBOOK_EFFECTS = ("inertia", "torque_offset")
 READING, SEARCHING = "reading the motion", "searching the friction parameters"
 #: What the file may be fitted to.
 WEIGHED = ("torque", "position")
+
+_NOTHING = (
+    "these logs determine no parameter at all: the numbers are those of a fit to little but noise, or to "
+    "something that the model does not know; look at the logs with `ffc-id plot` first."
+)
+_OF_THE_POSITION = (
+    "the parameter file was fitted to the position, as asked for; the errors of the torque are those of the "
+    "fit to the torque before it."
+)
 
 
 def identify(
@@ -99,16 +91,13 @@ def identify(
     """
     own = tuple(map(registry.add, effects))
     registry.refuse_unknown(without)
-    if tolerance is not None and not 0.0 <= tolerance < 100.0:
-        raise InputError(
-            f"is {tolerance:g} %",
-            argument="tolerance",
-            remedy="give per cent of the torque, from 0 up to 100",
-        )
     _refuse_seen(logs, validate)
     law = check_choice("friction", friction, FRICTION_KINDS)
     check_choice("weigh", weigh, WEIGHED)
     check_choice("gravity", gravity, GRAVITY_CHOICES)
+    goal, asked = _tolerated(tolerance)
+    options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed, **asked}
+    options |= {"without": list(without)} if without else {}
     calibration = None
     if known_load:
         tell("finding the constant from the known load")
@@ -122,59 +111,57 @@ def identify(
     if calibration is not None and gravity == "arm" and payloads_of(recording):
         raise other_loads(recording)
     tell(SEARCHING)
-    base = partial(begin, law=law, gravity=gravity, optimizer=optimizer, seed=seed, without=without)
-    starts, notes, stepped = base(thin(recording))
-    if filtered_before(recording):
-        tell("finding the low-pass that the torque went through")
-        if found := _through_own_filter(recording, starts, base):
-            low_pass, (starts, notes, stepped) = found
-            recording = recording.through(low_pass)
-            notes.append(
-                "the torque went through a low-pass before it was logged, without delay (half of it passes "
-                f"at {low_pass.corner_hz:.3g} Hz); what the model predicts goes through the same."
-            )
-    library = tuple(effect for effect in (*registry.library(), *own) if effect.name not in without)
-    if without:
-        notes.append(f"left out as asked: {', '.join(without)}.")
-    if law == "coulomb":
-        library = tuple(effect for effect in library if effect.name in TEXTBOOK_EFFECTS)
-        notes.append(
-            "friction coulomb is the textbook model: no effects but inertia and offset were looked for."
-        )
-    evidence = diagnose(
-        recording, starts, library, tell, given=law == "coulomb", tolerance=0.01 * (tolerance or 0.0)
-    )
-    why, reasons = stepped[evidence.start]
-    reasons = [*reasons, *evidence.stepped_down]
-    notes = [*recording.contradictions, *notes, *why, *findings(evidence.final)]
-    options = {"friction": friction, "gravity": gravity, "optimizer": optimizer, "seed": seed}
-    options |= {"without": list(without)} if without else {}
-    options |= {} if tolerance is None else {"tolerance_percent": tolerance}
-    goals = all(log.column("position_command") is not None for log in logs)
-    drive = _drive_of(logs) if goals else None
+    base = base_model(recording, law, gravity, optimizer=optimizer, seed=seed, without=without, tell=tell)
+    library, left_out = _considered(law, own, without)
+    evidence = diagnose(base.recording, base.fits, library, tell, given=law == "coulomb", tolerance=goal)
+    why, reasons = base.stepped_down[evidence.start]
     result = Identification(
-        recording, evidence, notes, options, reasons, drive=drive, calibration=calibration, logs=tuple(logs)
+        base.recording,
+        evidence,
+        [*recording.contradictions, *base.notes, *left_out, *why, *findings(evidence.final)],
+        options,
+        [*reasons, *evidence.stepped_down],
+        drive=_drive_of(logs),
+        calibration=calibration,
+        logs=tuple(logs),
     )
     if not any(row.parameter.identified for row in rows_of(result.parameters)):
-        notes.insert(
-            0,
-            "these logs determine no parameter at all: the numbers are those of a fit to little but noise, "
-            "or to something that the model does not know; look at the logs with `ffc-id plot` first.",
-        )
+        result.notes.insert(0, _NOTHING)
     if calibration is not None:
-        notes += calibration.notes
+        result.notes.extend(calibration.notes)
     if weigh == "position":
         options["weigh"] = weigh
-        motion = fit_motion(logs, result.parameters, tell=tell)
-        notes.append(
-            "the parameter file was fitted to the position, as asked for; the errors of the torque are those "
-            "of the fit to the torque before it."
-        )
-        result = replace(result, motion=motion)
+        result.notes.append(_OF_THE_POSITION)
+        result = replace(result, motion=fit_motion(logs, result.parameters, tell=tell))
     if not validate:
         return result
     tell("predicting the logs to validate with")
     return replace(result, validation=predict(validate, result.parameters))
+
+
+def _tolerated(tolerance: float | None) -> tuple[float, dict[str, float]]:
+    """The error that is good enough, as a share, and how the options tell it."""
+    if tolerance is None:
+        return 0.0, {}
+    if not 0.0 <= tolerance < 100.0:
+        raise InputError(
+            f"is {tolerance:g} %",
+            argument="tolerance",
+            remedy="give per cent of the torque, from 0 up to 100",
+        )
+    return 0.01 * tolerance, {"tolerance_percent": tolerance}
+
+
+def _considered(
+    law: str, own: Sequence[Effect], without: Sequence[str]
+) -> tuple[tuple[Effect, ...], list[str]]:
+    """The effects that are looked for, and what is to say of those that are not."""
+    library = tuple(effect for effect in (*registry.library(), *own) if effect.name not in without)
+    notes = [f"left out as asked: {', '.join(without)}."] if without else []
+    if law != "coulomb":
+        return library, notes
+    notes.append("friction coulomb is the textbook model: no effects but inertia and offset were looked for.")
+    return tuple(effect for effect in library if effect.name in TEXTBOOK_EFFECTS), notes
 
 
 def _with_constant(logs: Sequence[Log], calibration: Calibration) -> list[Log]:
@@ -200,88 +187,13 @@ def _refuse_seen(logs: Sequence[Log], validate: Sequence[Log]) -> None:
 
 
 def _drive_of(logs: Sequence[Log]) -> Drive | None:
+    """The position loop of the servo, where all logs tell its goal and it can be found."""
+    if any(log.column("position_command") is None for log in logs):
+        return None
     try:
         return fit_drive(logs)
     except InputError:  # what was commanded is not what drives the motor, or its drive is never on
         return None
-
-
-#: Fits of the base model, notes on all of them, and of each why it stepped down (notes, what the data lack).
-Begun = tuple[list[JointFit], list[str], list[tuple[list[str], list[Shortcoming]]]]
-
-
-def _through_own_filter(
-    recording: Recording, starts: Sequence[JointFit], base: Callable[[Recording], Begun]
-) -> tuple[OwnFilter, Begun] | None:
-    """The low-pass of the logs, if the base model is clearly better behind one, and the fits behind it."""
-    best = _best(starts)
-    own, fit = behind_own_filter(best)
-    # what hides more noise than all that was read is none: it stands for a torque that is as smooth as that
-    hidden = fit.model.recording.noise > recording.torque_size
-    if hidden or gain_in_evidence(best, fit) <= CLEAR_EVIDENCE:
-        return None
-    return own, base(thin(recording.through(own)))
-
-
-def _best(fits: Sequence[JointFit]) -> JointFit:
-    return min(fits, key=lambda fit: fit.sse)
-
-
-def begin(
-    recording: Recording,
-    law: str,
-    gravity: str,
-    *,
-    optimizer: str = "direct",
-    seed: int = 0,
-    without: Sequence[str] = (),
-) -> Begun:
-    """Fits of the base model that the data can carry (`first_fits`); where LuGre leaves more than noise, the
-    last one is without presliding: a bristle may bend for what the model lacks."""
-    kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
-    if not recording.motion.velocity.any():
-        raise InputError(
-            "nothing moves", file=", ".join(recording.sources), remedy="record the axis while it moves"
-        )
-    model, columns = choose_gravity(recording, gravity)
-    notes = []
-    if model == "slide" and "base" not in columns:
-        notes.append(
-            "gravity never acts without payload: its base is not determined; add a run that stands upright."
-        )
-    inertia = registry.get("inertia")
-    has_inertia = inertia.name not in without and not inertia.missing(recording.motion)
-    spec = Spec(kind, model, columns, (inertia,) if has_inertia else ())
-    search = partial(first_fits, spec=spec, optimizer=optimizer, seed=seed)
-    fits = search(recording)
-    # rows near standstill that follow no law would have the say in what the sliding ones show
-    if (rows := weighed(recording, fits[0], unsure=law != "coulomb")) is not recording:
-        fits = search(rows)
-    stepped = [step_down(fit) for fit in fits]
-    if stepped[0][0].model.spec.friction == "lugre" and worth_a_restart(fits[0]):
-        static = replace(spec, friction="stribeck")
-        rigid, why, reasons = step_down(first_fit(rows, static, optimizer=optimizer, seed=seed))
-        why = ["no presliding is modelled: what was found predicts better without LuGre's.", *why]
-        stepped.append((rigid, why, reasons))
-    starts = [_bare(fit, spec) for fit, _, _ in stepped]
-    return starts, notes, [(why, reasons) for _, why, reasons in stepped]
-
-
-def _bare(fit: JointFit, spec: Spec) -> JointFit:
-    """The fit without what only helped the search."""
-    kept = replace(fit.model.spec, effects=spec.effects)
-    return refit(fit, JointModel.build(fit.model.recording, kept, fit.model.constants))
-
-
-def check_choice(argument: str, value: str, known: Sequence[str]) -> str:
-    """The value, if it is one of the known ones.
-
-    Raises:
-        InputError: it is not; the sentence suggests the nearest.
-    """
-    if value not in known:
-        raise InputError(f"unknown {argument} {value!r}", argument=argument, remedy=nearest(value, known))
-    return value
 
 
 def diagnose_from(

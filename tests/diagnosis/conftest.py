@@ -12,7 +12,7 @@ from idtool import Log
 from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 
 #: Of a contact that does not creep: its level, and the way over which it bends.
 LEVEL, REACH = 0.04, 0.03
@@ -49,5 +49,5 @@ def slipping(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
         trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
     path = tmp_path_factory.mktemp("slipping") / "log.csv"
     pd.concat(trials).to_csv(path, index=False)
-    (fit, *_), *_ = begin(record([Log.read(path)]), "lugre", "auto")
+    fit = base_of_rows(record([Log.read(path)]), "lugre", "auto").fits[0]
     return fit

@@ -19,7 +19,7 @@ from idtool.fit.joint import JointFit
 from idtool.fit.left_out import left_out_error
 from idtool.model.motion import since_reversal
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from testbench.plants import TORQUE_CONSTANT, Plant, record_session
 from tests.diagnosis.conftest import LEVEL, REACH
 
@@ -37,7 +37,7 @@ def one_way(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
         trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
     path = tmp_path_factory.mktemp("one_way") / "log.csv"
     pd.concat(trials).to_csv(path, index=False)
-    (fit, *_), *_ = begin(record([Log.read(path)]), "lugre", "auto")
+    fit = base_of_rows(record([Log.read(path)]), "lugre", "auto").fits[0]
     return fit
 
 
@@ -152,7 +152,7 @@ def test_a_motor_gives_no_more_torque_per_ampere_at_high_current(
         current = plain.torque / TORQUE_CONSTANT / (1.0 - kappa * np.abs(current))
     motion = replace(plain.motion, torque_constant=constant)
     spoilt = replace(plain, torque=TORQUE_CONSTANT * current, motion=motion)
-    (fit, *_), *_ = begin(spoilt, "lugre", "auto")
+    fit = base_of_rows(spoilt, "lugre", "auto").fits[0]
     effect = registry.get("torque_constant_saturation")
     trial = try_effect(fit, effect, best_start(fit, effect))
     values = trial.fit.model.effect_values(trial.fit.x, effect)

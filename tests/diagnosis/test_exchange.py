@@ -22,7 +22,7 @@ from idtool.parameters.axis import Axis
 from idtool.rig import open_rig
 from idtool.signals import record
 from idtool.signals.thin import thin
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from testbench.bench import SHORT_SESSION
 from testbench.plants import recorded
 from tests.diagnosis.conftest import swings
@@ -40,7 +40,7 @@ def axis(inside: str) -> JointFit:
         return friction + 0.02 + (waves + 0.001 * rng.normal(size=len(t)))
 
     recording = record([Log(swings(torque), Axis())])
-    (fit, *_), *_ = begin(recording, "coulomb", "none")
+    fit = base_of_rows(recording, "coulomb", "none").fits[0]
     for name in ("position_dependent_friction", inside):
         effect = registry.get(name)
         model = JointModel.build(fit.model.recording, fit.model.spec.adding(effect), fit.model.constants)
@@ -82,7 +82,7 @@ def test_one_lag_gives_way_to_the_two_that_it_stood_for() -> None:
     """A hobby servo with play whose motion is read late: a slip element takes a part of both."""
     runs = [parse_recipe(text, name) for name, text in SHORT_SESSION.items()]
     recording = thin(record(recorded(open_rig("sim:sts3215", seed=0), runs)))
-    (fit, *_), *_ = begin(recording, "lugre", "auto")
+    fit = base_of_rows(recording, "lugre", "auto").fits[0]
     element = registry.get("hysteresis")
     fit = completed(try_effect(fit, element, best_start(fit, element), far=True).fit)
     library = [effect for effect in registry.library() if effect.is_lag]

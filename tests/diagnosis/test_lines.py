@@ -15,7 +15,7 @@ from idtool.diagnosis.lines import strongest_line
 from idtool.effects import registry
 from idtool.fit.joint import JointFit
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from idtool.verbs.predict import predict
 
 #: Of the torque that beats, Hz and N m.
@@ -47,7 +47,7 @@ def session(path: Path, beats: float, share: float, on_one_clock: int = 6) -> Lo
 
 
 def base(log: Log) -> JointFit:
-    starts, *_ = begin(record([log]), "lugre", "auto")
+    starts = base_of_rows(record([log]), "lugre", "auto").fits
     return starts[0]
 
 

@@ -15,7 +15,7 @@ from idtool.diagnosis.candidates import best_start
 from idtool.diagnosis.pairs import hidden_pairs
 from idtool.effects import registry
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 
 
 def _swept(folder: Path, offset: float, asymmetry: float, seed: int) -> Log:
@@ -47,7 +47,7 @@ def test_an_offset_and_an_asymmetry_that_hide_each_other(tmp_path: Path) -> None
 
 def test_each_alone_looks_like_chance(tmp_path: Path) -> None:
     """... and both together do not, on any curve that the base model starts from."""
-    fits, *_ = begin(record([_swept(tmp_path, -0.022, 0.025, 0)]), "lugre", "none")
+    fits = base_of_rows(record([_swept(tmp_path, -0.022, 0.025, 0)]), "lugre", "none").fits
     effects = [registry.get(name) for name in ("torque_offset", "direction_asymmetry")]
     for fit in fits:
         scored = [(effect, best_start(fit, effect)) for effect in effects]
@@ -57,7 +57,7 @@ def test_each_alone_looks_like_chance(tmp_path: Path) -> None:
 
 def test_a_pair_that_takes_next_to_nothing_is_none(tmp_path: Path) -> None:
     """... however surely it is there: rows enough show anything."""
-    fits, *_ = begin(record([_swept(tmp_path, -0.022, 0.025, 0)]), "lugre", "none")
+    fits = base_of_rows(record([_swept(tmp_path, -0.022, 0.025, 0)]), "lugre", "none").fits
     effects = [registry.get(name) for name in ("torque_offset", "direction_asymmetry")]
     fit = fits[0]
     # beside a residual of something else, a hundred times as much

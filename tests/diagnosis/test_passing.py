@@ -19,7 +19,7 @@ from idtool.log import Log
 from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from tests.diagnosis.conftest import swings
 
 OFFSET, SPRING = (registry.get(name) for name in ("torque_offset", "position_stiffness"))
@@ -36,7 +36,7 @@ def base(spring: float, seed: int = 0) -> JointFit:
         return known + slow + 0.001 * rng.normal(size=len(t))
 
     recording = record([Log(swings(torque), Axis())])
-    (fit, *_), *_ = begin(recording, "coulomb", "none")
+    fit = base_of_rows(recording, "coulomb", "none").fits[0]
     return fit
 
 

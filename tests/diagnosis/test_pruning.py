@@ -18,7 +18,7 @@ from idtool.fit.left_out import left_out_error
 from idtool.fit.model import JointModel
 from idtool.model.motion import Array
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from testbench.plants import TORQUE_CONSTANT, Plant, record_session
 
 #: As `Case("several effects", 3150358905, ...)` of the study of the diagnosis draws it.
@@ -49,7 +49,7 @@ PLANT = Plant(
 def soft() -> JointFit:
     """A soft bristle, an offset and friction along the stroke; the offset is told as a spring."""
     recording = record(record_session(PLANT, "lab", 3150358905, temperature=False))
-    starts, *_ = begin(recording, "lugre", "auto")
+    starts = base_of_rows(recording, "lugre", "auto").fits
     loaded = JointModel.build(with_load(recording, starts[0]), starts[0].model.spec)
     fit, nothing = refit(starts[0], loaded), {"stiffness": 0.0, "pull": 0.0, "slope_1": 0.0, "slope_2": 0.0}
     for name in ("position_stiffness", "position_dependent_friction"):
@@ -203,7 +203,7 @@ def told_a_spring(true: bool) -> JointFit:
     bends = np.cos(np.pi * np.outer(np.linspace(0.0, 1.0, len(q)), np.arange(1, 6)))
     drift = 0.2 * bends @ np.linalg.lstsq(bends, q)[0]
     log = replace(log, rows=log.frame.assign(current_a=log.frame["current_a"] + drift / TORQUE_CONSTANT))
-    starts, *_ = begin(record([log]), "lugre", "auto")
+    starts = base_of_rows(record([log]), "lugre", "auto").fits
     spec = starts[0].model.spec.adding(registry.get("position_stiffness"))
     model = JointModel.build(starts[0].model.recording, spec, starts[0].model.constants)
     return refit(starts[0], model, {"position_stiffness.stiffness": 0.0, "position_stiffness.pull": 0.0})

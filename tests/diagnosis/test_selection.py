@@ -22,7 +22,7 @@ from idtool.fit.model import JointModel
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
 from idtool.signals import Recording, record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from testbench.plants import SESSION, Plant, record_session
 from tests.diagnosis.conftest import swings
 
@@ -42,7 +42,7 @@ def test_an_offset_that_a_soft_bristle_would_take_in() -> None:
         effects={"torque_offset": {"offset_nm": 0.0602}},
     )
     recording = record(record_session(plant, "dynamixel", 1, SESSION, temperature=False))
-    starts, *_ = begin(recording, "lugre", "auto")
+    starts = base_of_rows(recording, "lugre", "auto").fits
     found = diagnose(recording, starts, [registry.get(n) for n in ("torque_offset", "inertia")])
     assert found.base.values["bristle_stiffness"] < 0.1
     assert [effect.name for effect in found.effects] == ["torque_offset"]
@@ -89,7 +89,7 @@ def test_what_a_vetoed_effect_kept_out_is_looked_for_again(
         return np.full(30, 9.0 if "position_stiffness" in names else 1.0 if "torque_offset" in names else 4.0)
 
     monkeypatch.setattr(diagnosis, "held_out_squares", squares)
-    starts, *_ = begin(recording, "coulomb", "none")
+    starts = base_of_rows(recording, "coulomb", "none").fits
     library = [registry.get(name) for name in ("torque_offset", "position_stiffness", "inertia")]
     found = diagnose(recording, starts, library)
     assert [effect.name for effect in found.effects] == ["torque_offset"]
@@ -101,7 +101,7 @@ def test_a_delay_that_damping_stood_for(shared: Path) -> None:
     and a fit with it does."""
     logs = [Log.read(path) for path in sorted((shared / "sessions" / "transport_delay").glob("s*.csv.gz"))]
     recording = record(logs)
-    starts, *_ = begin(recording, "lugre", "auto")
+    starts = base_of_rows(recording, "lugre", "auto").fits
     library = [registry.get(name) for name in ("transport_delay", "compliance", "inertia")]
     found = diagnose(recording, starts, library)
     assert [effect.name for effect in found.effects] == ["transport_delay"]
@@ -135,7 +135,7 @@ def test_an_effect_that_shows_more_under_its_own_load(tmp_path: Path) -> None:
         torque = 0.06 * np.tanh(w / 0.05) + 0.05 * w + 0.8 * np.sin(q) + 0.001 * rng.normal(size=len(t))
         trials.append(pd.DataFrame({"trial": k, "time_s": t, "position_rad": q, "torque_nm": torque}))
     pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
-    (fit, *_), *_ = begin(record([Log.read(tmp_path / "log.csv")]), "coulomb", "arm")
+    fit = base_of_rows(record([Log.read(tmp_path / "log.csv")]), "coulomb", "arm").fits[0]
     light = fit.model.recording.with_load(*(1e-3 * np.sin(fit.model.recording.motion.position),) * 2)
     before = refit(
         fit, JointModel.build(light, fit.model.spec.adding(_UnderLoad())), {"under_load.plain": 0.0}
@@ -148,7 +148,7 @@ def test_an_effect_that_shows_more_under_its_own_load(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def offset_axis(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
     """The base fit of an axis with an offset of 0.03 N m that nobody declared."""
-    (fit, *_), *_ = begin(with_offset(tmp_path_factory.mktemp("offset")), "coulomb", "none")
+    fit = base_of_rows(with_offset(tmp_path_factory.mktemp("offset")), "coulomb", "none").fits[0]
     return fit
 
 

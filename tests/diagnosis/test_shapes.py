@@ -23,7 +23,7 @@ from idtool.fit.model import JointModel
 from idtool.model.contribution import FIELDS
 from idtool.model.motion import Array, Motion
 from idtool.signals import Recording, record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 
 #: Where and how large the bump of `bumpy` is, and how wide.
 AT, HEIGHT, WIDTH = 0.31, 0.03, 0.05
@@ -63,7 +63,7 @@ def bumpy(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 
 def base(recording: Recording) -> JointFit:
-    starts, *_ = begin(recording, "lugre", "auto")
+    starts = base_of_rows(recording, "lugre", "auto").fits
     return starts[0]
 
 

@@ -16,7 +16,7 @@ from idtool.fit.joint import JointFit, refit
 from idtool.fit.model import JointModel
 from idtool.fit.results import gravity_parameters
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from tests.diagnosis.conftest import swings
 
 DRIVE, BACKDRIVE, PER_PAYLOAD = 0.08, 0.02, 0.5
@@ -33,7 +33,7 @@ def lifting(tmp_path: Path) -> JointFit:
     frame["torque_nm"] += weight + friction + 0.001 * np.random.default_rng(0).normal(size=len(frame))
     frame.to_csv(tmp_path / "log.csv", index=False)
     recording = record([Log.read(tmp_path / "log.csv")])
-    (fit, *_), *_ = begin(recording, "coulomb", "slide")
+    fit = base_of_rows(recording, "coulomb", "slide").fits[0]
     return refit(fit, JointModel.build(with_load(recording, fit), fit.model.spec, fit.model.constants))
 
 

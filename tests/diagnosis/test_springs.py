@@ -15,7 +15,7 @@ from idtool.effects import registry
 from idtool.fit.joint import JointFit
 from idtool.fit.results import gravity_parameters
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from tests.diagnosis.conftest import swings
 
 GRAVITY, BENDS = 0.8, 0.25
@@ -31,7 +31,7 @@ def fitted(path: Path, bends: float) -> tuple[JointFit, Remainder | None]:
     )
     frame["torque_nm"] += 0.002 * np.random.default_rng(0).normal(size=len(frame))
     frame.to_csv(path / "log.csv", index=False)
-    (fit, *_), *_ = begin(record([Log.read(path / "log.csv")]), "coulomb", "arm")
+    fit = base_of_rows(record([Log.read(path / "log.csv")]), "coulomb", "arm").fits[0]
     spring = registry.get("position_stiffness")
     fit = try_effect(fit, spring, best_start(fit, spring), far=True).fit
     return fit, remainder(fit, tests_of_residual(fit, 0.0), ())

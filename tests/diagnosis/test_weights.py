@@ -20,7 +20,7 @@ from idtool.model.motion import Array, Motion
 from idtool.model.torque import Friction, predict
 from idtool.signals import record
 from idtool.signals.recording import Recording
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 
 TRIALS, ROWS, STEP = 8, 1500, 0.01
 FRICTION = Friction(0.3, 0.35, 0.1, 0.02, 60.0, 0.1)
@@ -129,7 +129,7 @@ def test_a_fast_axis_of_which_the_stamps_are_jittery_gets_no_effect_for_it(tmp_p
     assert [e.name for e in found.parameters.effects] == ["inertia"]
     assert found.parameters.effects[0].parameters["inertia"].value == pytest.approx(0.016, rel=0.05)
     # a model that somebody chose is fitted as any published one
-    fits = {law: begin(found.recording, law, "arm")[0][0] for law in ("lugre", "coulomb")}
+    fits = {law: base_of_rows(found.recording, law, "arm").fits[0] for law in ("lugre", "coulomb")}
     assert fits["lugre"].model.recording.weight is not None
     assert fits["coulomb"].model.recording.weight is None
 
@@ -148,7 +148,7 @@ def test_an_axis_that_creeps_still_shows_its_stribeck_curve(tmp_path: Path) -> N
             pd.DataFrame({"trial": k, "time_s": t, "position_rad": np.round(q, 6), "torque_nm": torque})
         )
     pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
-    starts, *_ = begin(record([Log.read(tmp_path / "log.csv")]), "lugre", "none")
+    starts = base_of_rows(record([Log.read(tmp_path / "log.csv")]), "lugre", "none").fits
     for found in starts:
         assert found.values["coulomb"] == pytest.approx(0.2, rel=0.05)
         assert found.values["static"] == pytest.approx(0.3, rel=0.05)

@@ -9,8 +9,9 @@ import pytest
 from idtool import Axis, Log
 from idtool.model.motion import Array
 from idtool.signals import record
+from idtool.verbs.base_model import base_of_rows
 from idtool.verbs.identification import Identification
-from idtool.verbs.identify import begin, identify
+from idtool.verbs.identify import identify
 
 _STEP_S = 0.014
 #: Torque of the load that is level, N m; friction over it.
@@ -49,11 +50,13 @@ def found(logs: list[Log]) -> Identification:
 
 
 def test_the_last_base_model_has_no_presliding_and_says_so(logs: list[Log]) -> None:
-    starts, _, stepped = begin(record(logs), "lugre", "auto")
-    assert [fit.model.spec.friction == "lugre" for fit in starts] == [True] * (len(starts) - 1) + [False]
-    assert stepped[-1][0][0].startswith("no presliding is modelled")
+    base = base_of_rows(record(logs), "lugre", "auto")
+    laws = [fit.model.spec.friction == "lugre" for fit in base.fits]
+    assert laws == [True] * (len(laws) - 1) + [False]
+    assert base.stepped_down[-1][0][0].startswith("no presliding is modelled")
     # the static curve, asked for, has no other beside it
-    assert all(fit.model.spec.friction != "lugre" for fit in begin(record(logs), "stribeck", "auto")[0])
+    static = base_of_rows(record(logs), "stribeck", "auto").fits
+    assert all(fit.model.spec.friction != "lugre" for fit in static)
 
 
 def test_effects_are_looked_for_without_presliding_too(found: Identification) -> None:

@@ -22,7 +22,7 @@ from idtool.export.targets import TARGETS, export
 from idtool.importing import import_recording, recording
 from idtool.rig import open_rig
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from pages.markdown import fences
 from testbench.imbalance import COSINE, SINE, pulled
 
@@ -46,7 +46,7 @@ def test_the_effect_is_named_and_recovered(tmp_path: Path) -> None:
     effect = example("Imbalance")()
     logs = pulled(tmp_path)
     data = record(logs)
-    starts, *_ = begin(data, "lugre", "auto")
+    starts = base_of_rows(data, "lugre", "auto").fits
     library = (registry.get("inertia"), registry.get("position_stiffness"), effect)
     found = diagnose(data, starts, library)
     assert "imbalance" in [one.name for one in found.effects], found.selection.candidates

@@ -21,7 +21,7 @@ from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
 from idtool.parameters import EffectEntry, Parameter
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from idtool.verbs.simulate import simulate
 from testbench.pendulums import Pendulum
 from tests.control.double import BENCH, parameters
@@ -78,7 +78,7 @@ def test_is_found_in_data_and_not_taken_for_a_ripple(tmp_path: Path) -> None:
         trials.append(pd.DataFrame(columns))
     pd.concat(trials).to_csv(tmp_path / "log.csv", index=False)
     recording = record([Log.read(tmp_path / "log.csv")])
-    starts, *_ = begin(recording, "coulomb", "auto")
+    starts = base_of_rows(recording, "coulomb", "auto").fits
     names = ("position_ripple", "position_stiffness", "inertia", "drive_backdrive")
     found = diagnose(recording, starts, [MotorCogging(), *map(registry.get, names)])
     assert [effect.name for effect in found.effects] == ["motor_cogging"]

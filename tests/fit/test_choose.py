@@ -23,13 +23,13 @@ from idtool.model.contribution import Contribution
 from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
 from idtool.signals import Recording, record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 from testbench.diagnosis_cases import Case
 from testbench.diagnosis_cases import record as recorded
 
 
 def _first(log: Path) -> JointFit:
-    (fit, *_), *_ = begin(record([Log.read(log)]), "lugre", "none")
+    fit = base_of_rows(record([Log.read(log)]), "lugre", "none").fits[0]
     return fit
 
 
@@ -71,7 +71,7 @@ def test_a_torque_that_fades_after_one_start_is_no_presliding(tmp_path: Path) ->
 def test_a_level_at_rest_that_ran_away_does_not_cost_the_bristle() -> None:
     """How far it bends is told by the level of sliding; that of standstill is anything at these speeds."""
     session = recorded(Case("one effect", 4275901015, ("compliance",), sensors="dynamixel", hard=True))
-    starts, *_ = begin(record(session.logs), "lugre", "auto")
+    starts = base_of_rows(record(session.logs), "lugre", "auto").fits
     assert starts[0].at_bound["static"]
     assert starts[0].model.spec.friction == "lugre"
 

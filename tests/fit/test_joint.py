@@ -12,7 +12,7 @@ import pytest
 from idtool import Axis, Log
 from idtool.fit.joint import JointFit, kept
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 
 
 def small(path: Path) -> JointFit:
@@ -20,7 +20,7 @@ def small(path: Path) -> JointFit:
     w = np.sin(t)
     frame = pd.DataFrame({"time_s": t, "position_rad": -np.cos(t), "torque_nm": np.sign(w) + 0.2 * w})
     frame.to_csv(path, index=False)
-    (found, *_), *_ = begin(record([Log.read(path)]), "coulomb", "none")
+    found = base_of_rows(record([Log.read(path)]), "coulomb", "none").fits[0]
     return found
 
 
@@ -55,7 +55,7 @@ def test_a_known_resistance_takes_nothing_but_viscous_friction_from_the_fit() ->
     fits = []
     for resistance in (None, 4.8):
         axis = Axis(torque_per_volt=0.25, resistance=resistance)
-        (found, *_), *_ = begin(record([Log(frame, axis)]), "coulomb", "none")
+        found = base_of_rows(record([Log(frame, axis)]), "coulomb", "none").fits[0]
         fits.append(found)
     whole, split = fits
     assert split.sse == pytest.approx(whole.sse, rel=1e-6)

@@ -13,7 +13,7 @@ from idtool import Log
 from idtool.fit.joint import JointFit
 from idtool.fit.left_out import clearly_less, prediction_errors, predicts_better
 from idtool.signals import record
-from idtool.verbs.identify import begin
+from idtool.verbs.base_model import base_of_rows
 
 COLUMNS = 4
 
@@ -32,7 +32,7 @@ def fit(tmp_path_factory: pytest.TempPathFactory) -> JointFit:
         trials.append(pd.DataFrame(frame))
     log = Path(tmp_path_factory.mktemp("log")) / "log.csv"
     pd.concat(trials).to_csv(log, index=False)
-    (found, *_), *_ = begin(record([Log.read(log)]), "coulomb", "none")
+    found = base_of_rows(record([Log.read(log)]), "coulomb", "none").fits[0]
     return found
 
 

@@ -14,14 +14,12 @@ import pytest
 from numba import njit
 
 from idtool import Axis, Log
-from idtool.fit.joint import JointFit
 from idtool.model.motion import Array
 from idtool.parameters import Parameter
 from idtool.signals import record
 from idtool.signals.coverage import turning_points
-from idtool.signals.thin import thin
+from idtool.verbs.base_model import base_of_rows
 from idtool.verbs.identification import parameters_of
-from idtool.verbs.identify import begin
 
 STEP_S = 50e-6
 COULOMB, STATIC, STRIBECK, VISCOUS, INERTIA = 0.07, 0.1, 0.05, 0.15, 0.01
@@ -75,7 +73,7 @@ def _found(case: Case, seeds: int) -> list[tuple[Parameter, Parameter]]:
     """sigma0 and sigma1 of each seed."""
     found = []
     for seed in range(seeds):
-        fits: list[JointFit] = begin(thin(record([_log(seed, case)])), "lugre", "none")[0]
+        fits = base_of_rows(record([_log(seed, case)]), "lugre", "none").fits
         dynamic = parameters_of(min(fits, key=lambda fit: fit.sse)).dynamic
         found.append((dynamic["bristle_stiffness"], dynamic["bristle_damping"]))
     return found

@@ -20,7 +20,7 @@ from idtool.model.motion import Motion
 from idtool.signals import record
 from idtool.signals.own_filter import OwnFilter, falls, noise_before
 from idtool.signals.thin import thin
-from idtool.verbs import identify as identification
+from idtool.verbs import base_model
 from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
 from testbench.plants import Plant, record_session
@@ -150,9 +150,9 @@ def test_what_hides_more_noise_than_was_read_is_no_filter(
     def behind(fit: JointFit) -> tuple[OwnFilter, JointFit]:
         return own, refit(fit, JointModel.build(fit.model.recording.through(own), fit.model.spec))
 
-    monkeypatch.setattr(identification, "filtered_before", lambda _: True)
-    monkeypatch.setattr(identification, "behind_own_filter", behind)
-    monkeypatch.setattr(identification, "gain_in_evidence", lambda *_: 100.0)
+    monkeypatch.setattr(base_model, "filtered_before", lambda _: True)
+    monkeypatch.setattr(base_model, "behind_own_filter", behind)
+    monkeypatch.setattr(base_model, "gain_in_evidence", lambda *_: 100.0)
     found = identify(session(7, "sine"), friction="coulomb")
     assert (found.recording.own_filter is not None) == taken
 

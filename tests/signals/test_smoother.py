@@ -79,6 +79,30 @@ def test_a_reading_that_disagrees_is_doubted_not_the_motion() -> None:
     )
 
 
+@pytest.mark.parametrize("size", [0.05, 0.2])
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_a_single_velocity_that_the_position_denies_is_not_used(size: float, way: float) -> None:
+    """50 to 200 times the noise: it would stop the axis, or turn it round, for one row."""
+    t, q, w, _ = truth()
+    read = w + 1e-3 * np.random.default_rng(0).normal(size=len(w))
+    rows = np.array([700, 713, 1500, 2200])
+    read[rows] += way * size * np.array([1.0, 0.8, -1.0, 1.2])
+    found = smooth(t, np.round(q, 4), np.round(read, 4), first_of(len(t)))
+    assert not (found.surprise > TOO_FAST).any()
+    assert np.max(np.abs(found.velocity - w)[rows[:, None] + np.arange(-3, 4)]) < 4e-3
+
+
+def test_a_velocity_that_leaps_for_good_is_motion() -> None:
+    """One that the axis starts with, overshoots and keeps is no single reading beside the others."""
+    t = 0.005 * np.arange(2000)
+    w = np.where(t < 5.0, 0.0, 0.2 + 0.05 * np.exp(-(((t - 5.01) / 0.006) ** 2)))
+    q = 0.005 * np.cumsum(w)
+    read = w + 1e-3 * np.random.default_rng(0).normal(size=len(w))
+    found = smooth(t, np.round(q, 4), np.round(read, 4), first_of(len(t)))
+    peak = slice(1000, 1006)
+    assert found.velocity[peak] == pytest.approx(w[peak], abs=0.01)
+
+
 def test_variance_of_a_reading() -> None:
     rng = np.random.default_rng(0)
     _, q, _, _ = truth()

@@ -17,8 +17,8 @@ from idtool.log import Log, impossible
 from idtool.log.effort import effort_of
 from idtool.model.motion import Array
 from idtool.signals import record
+from idtool.verbs.base_model import base_model
 from idtool.verbs.check import check
-from idtool.verbs.identify import begin
 
 from .support import document, ffc_id
 
@@ -140,7 +140,7 @@ def numbers(logs: list[Log]) -> dict[str, tuple[float, float]]:
     """Value and standard error of what the base model's fit determines."""
     from idtool.fit.results import dynamic_parameters, gravity_parameters, static_parameters
 
-    fit = begin(record(logs), "lugre", "auto")[0][0]
+    fit = base_model(record(logs), "lugre", "auto").fits[0]
     found = static_parameters(fit) | dynamic_parameters(fit) | gravity_parameters(fit)
     return {k: (p.value, p.stderr) for k, p in found.items() if p.identified and p.stderr}
 

@@ -1,0 +1,137 @@
+"""The base model of logs: gravity, inertia and a friction law, before any further effect is looked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from idtool.diagnosis.weights import weighed
+from idtool.effects import registry
+from idtool.errors import InputError, nearest
+from idtool.fit.choose import CLEAR_EVIDENCE, choose_gravity, first_fit, first_fits, step_down
+from idtool.fit.joint import JointFit, gain_in_evidence, refit
+from idtool.fit.model import JointModel
+from idtool.fit.own_filter import behind_own_filter, filtered_before
+from idtool.fit.restart import worth_a_restart
+from idtool.fit.shortcoming import Shortcoming
+from idtool.fit.spec import FRICTION_KINDS, FrictionKind, Spec
+from idtool.signals import Recording
+from idtool.signals.thin import thin
+
+
+@dataclass(frozen=True)
+class Base:
+    """Fits of the base model that the data can carry, the one to trust most first.
+
+    Attributes:
+        recording: all rows that they are of; behind a low-pass where the torque went through one.
+        fits: to the thinned rows; where LuGre leaves more than noise, the last one is without presliding.
+        notes: on all of them.
+        stepped_down: of each, notes on the law that the data cannot carry, and what they lack for it.
+    """
+
+    recording: Recording
+    fits: Sequence[JointFit]
+    notes: Sequence[str]
+    stepped_down: Sequence[tuple[Sequence[str], Sequence[Shortcoming]]]
+
+
+def base_model(
+    recording: Recording,
+    law: str,
+    gravity: str,
+    *,
+    optimizer: str = "direct",
+    seed: int = 0,
+    without: Sequence[str] = (),
+    tell: Callable[[str], None] = lambda _: None,
+) -> Base:
+    """The base model, behind the low-pass that the torque went through before it was logged, if it did.
+
+    Args:
+        recording: of one axis.
+        law, gravity, optimizer, seed, without, tell: as in `identify`.
+
+    Raises:
+        InputError: an unknown law, nothing moves, or the gravity that is asked for cannot be fitted.
+    """
+    of_rows = partial(base_of_rows, law=law, gravity=gravity, optimizer=optimizer, seed=seed, without=without)
+    base = replace(of_rows(thin(recording)), recording=recording)
+    if not filtered_before(recording):
+        return base
+    tell("finding the low-pass that the torque went through")
+    best = min(base.fits, key=lambda fit: fit.sse)
+    own, fit = behind_own_filter(best)
+    # what hides more noise than all that was read is none: it stands for a torque that is as smooth as that
+    hidden = fit.model.recording.noise > recording.torque_size
+    if hidden or gain_in_evidence(best, fit) <= CLEAR_EVIDENCE:
+        return base
+    recording = recording.through(own)
+    behind = of_rows(thin(recording))
+    note = (
+        "the torque went through a low-pass before it was logged, without delay (half of it passes "
+        f"at {own.corner_hz:.3g} Hz); what the model predicts goes through the same."
+    )
+    return replace(behind, recording=recording, notes=[*behind.notes, note])
+
+
+def base_of_rows(
+    rows: Recording,
+    law: str,
+    gravity: str,
+    *,
+    optimizer: str = "direct",
+    seed: int = 0,
+    without: Sequence[str] = (),
+) -> Base:
+    """The base model of just these rows, as they were logged.
+
+    Raises:
+        InputError: as `base_model`.
+    """
+    kind: FrictionKind = check_choice("friction", law, FRICTION_KINDS)  # type: ignore[assignment]
+    if not rows.motion.velocity.any():
+        raise InputError(
+            "nothing moves", file=", ".join(rows.sources), remedy="record the axis while it moves"
+        )
+    model, columns = choose_gravity(rows, gravity)
+    notes = []
+    if model == "slide" and "base" not in columns:
+        notes.append(
+            "gravity never acts without payload: its base is not determined; add a run that stands upright."
+        )
+    inertia = registry.get("inertia")
+    has_inertia = inertia.name not in without and not inertia.missing(rows.motion)
+    spec = Spec(kind, model, columns, (inertia,) if has_inertia else ())
+    search = partial(first_fits, spec=spec, optimizer=optimizer, seed=seed)
+    fits = search(rows)
+    # rows near standstill that follow no law would have the say in what the sliding ones show
+    if (counted := weighed(rows, fits[0], unsure=law != "coulomb")) is not rows:
+        fits, rows = search(counted), counted
+    stepped = [step_down(fit) for fit in fits]
+    # a bristle may bend for what the model lacks
+    if stepped[0][0].model.spec.friction == "lugre" and worth_a_restart(fits[0]):
+        static = replace(spec, friction="stribeck")
+        rigid, why, reasons = step_down(first_fit(rows, static, optimizer=optimizer, seed=seed))
+        why = ["no presliding is modelled: what was found predicts better without LuGre's.", *why]
+        stepped.append((rigid, why, reasons))
+    bare = [_bare(fit, spec) for fit, _, _ in stepped]
+    return Base(rows, bare, notes, [(why, reasons) for _, why, reasons in stepped])
+
+
+def _bare(fit: JointFit, spec: Spec) -> JointFit:
+    """The fit without what only helped the search."""
+    kept = replace(fit.model.spec, effects=spec.effects)
+    return refit(fit, JointModel.build(fit.model.recording, kept, fit.model.constants))
+
+
+def check_choice(argument: str, value: str, known: Sequence[str]) -> str:
+    """The value, if it is one of the known ones.
+
+    Raises:
+        InputError: it is not; the sentence suggests the nearest.
+    """
+    if value not in known:
+        raise InputError(f"unknown {argument} {value!r}", argument=argument, remedy=nearest(value, known))
+    return value
