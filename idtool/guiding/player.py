@@ -21,7 +21,8 @@ from idtool.control.guard import Measurement
 from idtool.control.online import OnlineModel
 from idtool.control.sensing import HandSense
 from idtool.errors import RigFault
-from idtool.guiding.session import LOG_EVERY, place_of
+from idtool.guiding.recorder import LOG_EVERY
+from idtool.guiding.session import place_of
 from idtool.io.defer_signals import deferred_signals
 from idtool.log import LogWriter, columns_of
 from idtool.parameters import Parameters

@@ -8,32 +8,26 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from idtool.control.force_free import ForceFreeController
-from idtool.control.guard import Fault, Limits, Reason, State
+from idtool.control.guard import Fault, Limits, Reason
 from idtool.errors import InputError, RigFault
 from idtool.experiment.black_box import with_remains
 from idtool.guiding.hand import Hand, travel_per_position
 from idtool.guiding.record import Record, TeachFigures, measure
-from idtool.io.atomic import refuse_existing
+from idtool.guiding.recorder import Recorder
 from idtool.io.defer_signals import deferred_signals
-from idtool.log import LogWriter, columns_of
-from idtool.model.units import file_key
 from idtool.parameters import Parameters
-from idtool.parameters.axis import Axis
 from idtool.rig.base import Rig, Sample, Trajectory, TrialSetup, Watch
 from idtool.rig.supervisor import Supervisor
 
 #: A hand may push this much faster (share) than the limit of the rig before it is stopped.
 _SPEED_TOLERANCE = 0.5
-#: Rows are handed to the log in portions of this many.
-LOG_EVERY = 25
 #: No tare takes longer, s.
 _TARE_AT_MOST_S = 30.0
 #: Faults that no sensor is to blame for.
@@ -111,43 +105,20 @@ def teach(
     """
     if hand is not None and not rig.simulated:
         raise InputError("a simulated hand cannot push a real axis", remedy="push it yourself")
-    if button is not None:
-        button = _released_first(button)
-    truth, setup = setup, setup if told_payload_kg is None else replace(setup, payload_kg=told_payload_kg)
+    told = setup if told_payload_kg is None else replace(setup, payload_kg=told_payload_kg)
     length = duration_s if duration_s is not None else (hand.duration if hand else math.inf)
-    held = max(1, round(controller.period / rig.period_s))
-    recorder = _Recorder(parameters.axis, rig, truth, log, force)
+    recorder = Recorder(parameters.axis, rig, setup, log, force)
     controller.reset()
     interrupted = False
-    fault: Fault | None = None
     rig = watched = Supervisor(rig, speed_tolerance=_SPEED_TOLERANCE)
+    run = _Run(controller, rig, told, hand, _released_first(button) if button else None)
     try:
-        rig.prepare(truth)
-        place = place_of(rig) if setup.start_position is None else setup.start_position
-        sample = rig.step(place)
-        effort = sample.effort
+        rig.prepare(setup)
+        run.begin(place_of(rig) if setup.start_position is None else setup.start_position)
         if tare:
-            sample, effort = _tare(controller, rig, setup, sample, held, button)
-            fault = controller.status.fault
-        begun = sample.time_s
-        while fault is None and sample.time_s - begun < length:
-            down = button is None or button(sample.time_s - begun)
-            command = _command(controller, setup, sample, effort, enabled=down)
-            fault = controller.status.fault
-            if fault is not None:
-                break  # its sample is in the fault's history, not in the log
-            effort = 0.0
-            for _ in range(held):
-                push = hand.torque(sample.time_s - begun, sample.position, sample.velocity) if hand else 0.0
-                recorder.add(sample, begun, command, push, controller)
-                if watch is not None:
-                    hand_now = controller.status.external_torque
-                    watch(sample.time_s, sample.position, sample.effort, hand_now)
-                sample = rig.step(command, push)
-                effort += sample.effort / held
-            if progress is not None and length < math.inf:
-                progress(min((sample.time_s - begun) / length, 1.0))
-        if fault is not None:
+            run.tare()
+        run.guide(recorder, length, watch, progress)
+        if (fault := run.fault) is not None:
             remedy = "" if fault.reason in _NO_SENSOR_S else "; check sensors and bus, then start again"
             count = len(recorder.rows)
             raise RigFault(
@@ -176,9 +147,8 @@ def teach(
             record, hand, resolution=controller.resolution, travel_ratio=travel_per_position(parameters)
         )
     notes = list(dict.fromkeys((*recorder.notes, *controller.status.notes)))
-    if figures is not None and not np.any(
-        np.abs(record.position - record.position[0]) > controller.resolution
-    ):
+    moved = np.abs(record.position - record.position[0]) > controller.resolution
+    if figures is not None and not moved.any():
         notes.append(_NOT_MOVED)
     if controller.mode == "light" and not tare:
         notes.append(_NOT_TARED)
@@ -198,36 +168,105 @@ def _released_first(button: Callable[[float], bool]) -> Callable[[float], bool]:
     return down
 
 
-def _tare(
-    controller: ForceFreeController,
-    rig: Rig,
-    setup: TrialSetup,
-    sample: Sample,
-    held: int,
-    button: Callable[[float], bool] | None,
-) -> tuple[Sample, float]:
-    """Step without a hand until the controller rests, tare, and step until it rests again.
+class _Run:
+    """Steps of a controller on a rig: it acts once per its own period, on the mean effort since it last did.
 
-    The axis moves only while the button is down; one that goes up ends the tare, and it begins anew with the
-    next press.
+    Args:
+        controller, rig, hand: as in `teach`.
+        setup: payload and tilt as the controller is told them.
+        button: whether the teach button is down, given the time of the run, s; None: there is none.
     """
-    effort, asked, waited, begun = sample.effort, False, 0.0, sample.time_s
-    while waited < _TARE_AT_MOST_S:
-        down = button is None or button(sample.time_s - begun)
-        waited += controller.period if down else 0.0
-        asked = asked and down
-        command = _command(controller, setup, sample, effort, enabled=down)
-        if controller.status.fault is not None:
-            break
-        effort = 0.0
-        for _ in range(held):
-            sample = rig.step(command)
-            effort += sample.effort / held
-        if not asked:
-            asked = controller.tare()
-        elif controller.ready:
-            break
-    return sample, effort
+
+    def __init__(
+        self,
+        controller: ForceFreeController,
+        rig: Rig,
+        setup: TrialSetup,
+        hand: Hand | None,
+        button: Callable[[float], bool] | None,
+    ) -> None:
+        self._controller, self._rig, self._setup = controller, rig, setup
+        self._hand, self._button = hand, button
+        self._held = max(1, round(controller.period / rig.period_s))
+
+    @property
+    def fault(self) -> Fault | None:
+        """Why the controller stopped following."""
+        return self._controller.status.fault
+
+    def begin(self, place: float) -> None:
+        """Stand at a place for one period of the rig."""
+        self._sample = self._rig.step(place)
+        self._effort = self._sample.effort
+
+    def tare(self) -> None:
+        """Step without a hand until the controller rests, tare, and step until it rests again.
+
+        The axis moves only while the button is down; one that goes up ends the tare, and it begins anew with
+        the next press.
+        """
+        asked, waited, begun = False, 0.0, self._sample.time_s
+        while waited < _TARE_AT_MOST_S:
+            down = self._down(begun)
+            waited += self._controller.period if down else 0.0
+            asked = asked and down
+            command = self._command(enabled=down)
+            if self.fault is not None:
+                return
+            self._hold(command, lambda _: 0.0)
+            if not asked:
+                asked = self._controller.tare()
+            elif self._controller.ready:
+                return
+
+    def guide(
+        self, recorder: Recorder, length: float, watch: Watch | None, progress: Callable[[float], None] | None
+    ) -> None:
+        """Follow the hand for so long, s, or until a fault."""
+        begun = self._sample.time_s
+        while self.fault is None and self._sample.time_s - begun < length:
+            command = self._command(enabled=self._down(begun))
+            if self._controller.status.fault is not None:
+                return  # its sample is in the fault's history, not in the log
+
+            def followed(sample: Sample, command: float = command) -> float:
+                push = 0.0
+                if self._hand is not None:
+                    push = self._hand.torque(sample.time_s - begun, sample.position, sample.velocity)
+                recorder.add(sample, begun, command, push, self._controller)
+                if watch is not None:
+                    felt = self._controller.status.external_torque
+                    watch(sample.time_s, sample.position, sample.effort, felt)
+                return push
+
+            self._hold(command, followed)
+            if progress is not None and length < math.inf:
+                progress(min((self._sample.time_s - begun) / length, 1.0))
+
+    def _down(self, begun: float) -> bool:
+        return self._button is None or self._button(self._sample.time_s - begun)
+
+    def _hold(self, command: float, push: Callable[[Sample], float]) -> None:
+        """Hold a command for a period of the controller, with the torque of a hand."""
+        efforts = []
+        for _ in range(self._held):
+            self._sample = self._rig.step(command, push(self._sample))
+            efforts.append(self._sample.effort)
+        self._effort = math.fsum(efforts) / self._held
+
+    def _command(self, *, enabled: bool) -> float:
+        sample, setup = self._sample, self._setup
+        return self._controller.step(
+            sample.position,
+            sample.velocity,
+            self._effort,
+            setup.payload_kg,
+            setup.tilt_alpha_rad,
+            setup.tilt_beta_rad,
+            temperature_degc=sample.temperature,
+            time_s=sample.time_s,
+            enabled=enabled,
+        )
 
 
 def with_session(limits: Limits, *, guided_speed: float, energy: float, idle_s: float) -> Limits:
@@ -263,117 +302,3 @@ def place_of(rig: Rig) -> float:
     """Where the axis is: a rig reports it only while it is commanded, so command it to stand."""
     blocks = list(rig.play(Trajectory(rig.period_s, "velocity", np.zeros(3))))
     return float(blocks[-1].position[-1])
-
-
-def _command(
-    controller: ForceFreeController,
-    setup: TrialSetup,
-    sample: Sample,
-    effort: float,
-    *,
-    enabled: bool = True,
-) -> float:
-    return controller.step(
-        sample.position,
-        sample.velocity,
-        effort,
-        setup.payload_kg,
-        setup.tilt_alpha_rad,
-        setup.tilt_beta_rad,
-        temperature_degc=sample.temperature,
-        time_s=sample.time_s,
-        enabled=enabled,
-    )
-
-
-def log_columns(axis: Axis, *, temperature: bool, effort: Iterable[str] = ("current",)) -> list[str]:
-    """Columns of the log of a run: those of any log, and the hand's torque, true and estimated.
-
-    Args:
-        axis: of the rig.
-        temperature: whether it measures one.
-        effort: roles of what stands for the motor's torque.
-    """
-    roles = columns_of(axis.kind)
-    names = ["trial", "time", "position", "velocity", *effort, "position_command"]
-    columns = [roles[name] for name in names]
-    columns += [file_key(name, "torque", axis.kind) for name in ("hand", "hand_estimated")]
-    columns += [roles[name] for name in ("payload", "tilt_alpha", "tilt_beta")]
-    return columns + ([roles["temperature"]] if temperature else [])
-
-
-class _Recorder:
-    """Keeps the rows and, if asked, appends them to a log as they come."""
-
-    def __init__(
-        self, axis: Axis, rig: Rig, setup: TrialSetup, log: str | os.PathLike[str] | None, force: bool
-    ) -> None:
-        self.rows: list[tuple[float, ...]] = []
-        self._readings = rig.step_readings
-        self._efforts: list[tuple[float, ...]] = []
-        self.states: list[State] = []
-        self.notes: dict[str, None] = {}  # a set that keeps its order
-        self._setup = (setup.payload_kg, setup.tilt_alpha_rad, setup.tilt_beta_rad)
-        self._written = 0
-        self._axis, self._log, self._force = axis, log, force
-        self._warm = False
-        self._writer: LogWriter | None = None
-        if log is not None:
-            refuse_existing(Path(log), force)  # before the axis moves
-
-    def add(
-        self, sample: Sample, begun: float, command: float, push: float, controller: ForceFreeController
-    ) -> None:
-        if self._log is not None and self._writer is None:
-            self._warm = sample.temperature is not None  # a rig without a thermometer gets no such column
-            columns = log_columns(self._axis, temperature=self._warm, effort=self._readings)
-            self._writer = LogWriter(self._log, columns, self._axis, "teach", force=self._force)
-        status = controller.status
-        self.rows.append(
-            (
-                sample.time_s - begun,
-                sample.position,
-                sample.velocity,
-                sample.effort,
-                math.nan if sample.temperature is None else sample.temperature,
-                command,
-                push,
-                status.external_torque,
-                controller.model.torque_constant * sample.effort,
-                status.gravity + status.friction + status.effects,
-            )
-        )
-        self._efforts.append(tuple(getattr(sample, name) for name in self._readings.values()))
-        self.states.append(status.state)
-        self.notes.update(dict.fromkeys(status.notes))
-        if self._writer is not None and len(self.rows) - self._written >= LOG_EVERY:
-            self._flush(self._writer)
-
-    def _flush(self, writer: LogWriter) -> None:
-        rows = np.array(self.rows[self._written :], dtype=float)
-        efforts = np.array(self._efforts[self._written :], dtype=float)
-        self._written = len(self.rows)
-        if not len(rows):
-            return
-        count = len(rows)
-        surroundings = np.tile(self._setup, (count, 1))
-        table = [np.zeros(count), *rows[:, :3].T, *efforts.T, *rows[:, 5:8].T, *surroundings.T]
-        if self._warm:
-            table.append(rows[:, 4])
-        writer.append(np.column_stack(table))
-
-    def close(self) -> None:
-        if self._writer is not None:
-            try:
-                self._flush(self._writer)
-            finally:
-                self._writer.close()
-
-    def record(self) -> Record:
-        if not self.rows:
-            raise InputError("the run was stopped before its first period", remedy="let it run longer")
-        time, position, velocity, current, warm, command, push, felt, motor, model = np.array(
-            self.rows, dtype=float
-        ).T
-        states = tuple(str(state) for state in self.states)
-        return Record(time, position, velocity, current, warm, command, push, felt, motor, model, states)
