@@ -199,7 +199,9 @@ def fit_gravity(part: _Part) -> None:
     result = fit(recording, optimizer=part.optimizer, seed=part.seed)
     spec = result.fit.model.spec
     fitted, notes = _doubted(result.fit)
-    parameters = replace(known, gravity_model=spec.gravity, gravity=gravity_parameters(fitted))
+    parameters = replace(
+        known, gravity_model=spec.gravity, gravity=gravity_parameters(fitted), weightless=False
+    )
     points = [(p.payload, p) for p in result.points if p.payload is not None]
     if spec.gravity == "slide" and "per_payload" in spec.gravity_columns:
         notes.append("payload steps determine m1 + 2 m2 and the payload slope, not m1 and m2 apart.")

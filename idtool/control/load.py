@@ -156,7 +156,8 @@ def numbers_of(
     """`numbers` of a file with these effects (values of the fit: `Effect.to_values`). Float64."""
     n = np.zeros(_EFFECTS)
     n[ARM] = parameters.gravity_model == "arm"
-    n[GRAVITY_1 : GRAVITY_2 + 1] = [p.value for p in parameters.gravity.values()]
+    if not parameters.weightless:
+        n[GRAVITY_1 : GRAVITY_2 + 1] = [p.value for p in parameters.gravity.values()]
     static = parameters.static
     n[COULOMB : VISCOUS + 1] = [
         static[k].value for k in ("coulomb", "static", "stribeck_velocity", "viscous")

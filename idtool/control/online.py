@@ -322,12 +322,13 @@ def check_complete(parameters: Parameters, file: Path | None = None) -> float:
             place=f"axis.{parameters.axis.constant_key}",
             remedy="the controller reads the hand from the motor current; add it from the servo's data sheet",
         )
-    if not parameters.gravity:
+    if not parameters.gravity and not parameters.weightless:
         raise InputError(
             "the parameter file has no gravity model",
             file=file,
             place="[gravity]",
-            remedy="add it with `ffc-id fit-gravity` or `ffc-id identify`",
+            remedy="add it with `ffc-id fit-gravity` or `ffc-id identify`; where gravity does not act write "
+            'model = "none"',
         )
     if not parameters.static:
         raise InputError(

@@ -116,6 +116,8 @@ def _axis(parameters: Parameters, c: ForceFreeController, used: frozenset[str]) 
         return unit_text(dimension, kind)
 
     gravity = {f"GRAVITY_{name.upper()}": p.value for name, p in parameters.gravity.items()}
+    if parameters.weightless:
+        gravity = {"GRAVITY_BASE": 0.0, "GRAVITY_PER_PAYLOAD": 0.0}
     friction = {
         "COULOMB": model.coulomb,
         "STATIC": model.static,

@@ -84,6 +84,7 @@ _REASONS = {
     Reason.SPEED_LIMIT: "guided faster than the session allows",
     Reason.ENERGY: "the axis gave energy to a hand that gave it none",
 }
+_GRAVITY_WORDS = {"arm": "gravity of an arm", "slide": "gravity of a slide", None: "no gravity"}
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 _SKETCH = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,62}")
 
@@ -280,7 +281,7 @@ def _context(parameters: Parameters, c: ForceFreeController, effects: list[Effec
         "has_command_step": c.limits.command_step is not None,
         "kind": kind,
         "unit": {dimension: unit_text(dimension, kind) for dimension in SUFFIXES},
-        "gravity_words": f"gravity of {'an arm' if parameters.gravity_model == 'arm' else 'a slide'}",
+        "gravity_words": _GRAVITY_WORDS[parameters.gravity_model],
         "friction_words": friction + ("" if not effects else ", and the effects"),
         "reasons": [(reason.name, words) for reason, words in _REASONS.items()],
         **_tare_words(c, kind),

@@ -69,6 +69,11 @@ def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | No
     return (choice, tuple(free)) if free else (None, ())
 
 
+def weightless(recording: Recording, model: str | None) -> bool:
+    """Whether an axis without a gravity model feels none: not where its tilt kept it away all along."""
+    return model is None and recording.motion.gravity_factor is None
+
+
 def _swings(recording: Recording) -> bool:
     """Whether the torque follows the sine and cosine of the angle, each payload by a size of its own."""
     motion = recording.motion

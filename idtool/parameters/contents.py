@@ -10,6 +10,8 @@ GRAVITY_MODELS: dict[str, dict[str, str]] = {
     "slide": {"base": "torque", "per_payload": "torque_per_payload"},
     "arm": {"sin": "torque", "cos": "torque"},
 }
+#: What a file says where gravity does not act on the axis.
+NO_GRAVITY = "none"
 STATIC: dict[str, str] = {
     "coulomb": "torque",
     "static": "torque",

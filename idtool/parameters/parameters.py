@@ -27,6 +27,7 @@ from idtool.parameters.contents import (
     CONTROLLER_KEYS,
     DYNAMIC,
     GRAVITY_MODELS,
+    NO_GRAVITY,
     STATIC,
     Controller,
     EffectEntry,
@@ -51,7 +52,10 @@ SCHEMA = "ffc-id/params/1"
 
 @dataclass(frozen=True, repr=False)
 class Parameters:
-    """Everything the parameter file holds. A part that was not fitted yet is empty (or None)."""
+    """Everything the parameter file holds. A part that was not fitted yet is empty (or None).
+
+    Where gravity is known not to act (`model = "none"` in the file) the axis is `weightless`.
+    """
 
     axis: Axis = field(default_factory=Axis)
     gravity_model: str | None = None
@@ -62,6 +66,7 @@ class Parameters:
     controller: Controller | None = None
     provenance: dict[str, Any] = field(default_factory=dict)
     drive: Drive | None = None
+    weightless: bool = False
 
     def __repr__(self) -> str:
         table = self.to_frame()
@@ -147,6 +152,8 @@ class Parameters:
         if self.gravity_model:
             dimensions = GRAVITY_MODELS[self.gravity_model]
             document["gravity"] = {"model": self.gravity_model, **_tables(self.gravity, dimensions, kind)}
+        elif self.weightless:
+            document["gravity"] = {"model": NO_GRAVITY}
         if self.static or self.dynamic:
             document["friction"] = {}
             if self.static:
@@ -230,8 +237,9 @@ class Parameters:
         some_friction(parts["static"], parts["dynamic"], axis.units)
         return cls(
             axis=axis,
-            gravity_model=model,
+            gravity_model=None if model == NO_GRAVITY else model,
             gravity=gravity,
+            weightless=model == NO_GRAVITY,
             static=positive(parts["static"], STATIC, "friction.static", axis.units),
             dynamic=positive(parts["dynamic"], DYNAMIC, "friction.dynamic", axis.units),
             effects=read_effects(effects_of_today(document, axis.units), axis.units),

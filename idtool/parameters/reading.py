@@ -14,6 +14,7 @@ from idtool.parameters.contents import (
     CONTROLLER_MODES,
     CONTROLLER_OPTIONAL,
     GRAVITY_MODELS,
+    NO_GRAVITY,
     PERIODS_S,
     Controller,
     EffectEntry,
@@ -34,13 +35,14 @@ def read_gravity(document: Mapping[str, Any], kind: Units) -> tuple[str | None, 
         return None, {}
     table = dict(table_at(document["gravity"], "gravity"))
     model = table.pop("model", None)
-    if not isinstance(model, str) or model not in GRAVITY_MODELS:
+    known = {**GRAVITY_MODELS, NO_GRAVITY: {}}
+    if not isinstance(model, str) or model not in known:
         raise InputError(
             "is missing" if model is None else f"unknown gravity model {short(model)}",
             place="gravity.model",
-            remedy=nearest(short(model).strip("'"), GRAVITY_MODELS),
+            remedy=nearest(short(model).strip("'"), known),
         )
-    return model, read_parameters(table, GRAVITY_MODELS[model], "gravity", kind)
+    return model, read_parameters(table, known[model], "gravity", kind)
 
 
 def read_effects(entries: Any, kind: Units) -> tuple[EffectEntry, ...]:

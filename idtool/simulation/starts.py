@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from idtool.fit.choose import choose_gravity
+from idtool.fit.choose import choose_gravity, weightless
 from idtool.model import gravity
 from idtool.parameters import GRAVITY_MODELS, EffectEntry, Parameter, Parameters
 from idtool.parameters.drive import Drive
@@ -45,6 +45,7 @@ def regress(recording: Recording) -> Parameters:
         axis=recording.axis,
         gravity_model=model,
         gravity={name: Parameter(value) for name, value in told.items()},
+        weightless=weightless(recording, model),
         static={
             "coulomb": Parameter(coulomb),
             "static": Parameter(coulomb),

@@ -9,6 +9,7 @@ from typing import Any
 from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.diagnosis.next_experiment import NextExperiment
 from idtool.experiment.recipe import document_of_command
+from idtool.fit.choose import weightless
 from idtool.fit.identifiability import shortcomings
 from idtool.fit.joint import JointFit
 from idtool.fit.known_load import Calibration
@@ -20,7 +21,7 @@ from idtool.fit.results import (
 )
 from idtool.fit.shortcoming import Shortcoming
 from idtool.log import Log
-from idtool.parameters import Parameters
+from idtool.parameters import NO_GRAVITY, Parameters
 from idtool.parameters.drive import Drive
 from idtool.parameters.scaling import in_torque
 from idtool.signals import Recording
@@ -118,10 +119,12 @@ class Identification:
 def parameters_of(fit: JointFit, options: dict[str, Any] | None = None) -> Parameters:
     """The parameter file of a fit."""
     spec, recording = fit.model.spec, fit.model.recording
+    told = spec.gravity is None and (options or {}).get("gravity") == NO_GRAVITY
     return Parameters(
         axis=recording.axis,
         gravity_model=spec.gravity,
         gravity=gravity_parameters(fit),
+        weightless=told or weightless(recording, spec.gravity),
         static=static_parameters(fit),
         dynamic=dynamic_parameters(fit),
         effects=effect_entries(fit),

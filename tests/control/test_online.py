@@ -170,6 +170,13 @@ def test_an_arm_carries_its_weight_whatever_the_tilt_columns_say() -> None:
     assert load.gravity == pytest.approx(0.3 * np.sin(0.5) - 0.1 * np.cos(0.5))
 
 
+def test_an_axis_that_gravity_does_not_act_on_carries_no_load() -> None:
+    """A horizontal one: its file says so. One that says nothing of gravity is refused below."""
+    file = replace(parameters(BENCH), gravity_model=None, gravity={}, weightless=True)
+    load = OnlineModel(file).update(Instant(0.0, 0.01, 0.5, 0.0, payload=0.4))
+    assert load.gravity == 0.0
+
+
 @pytest.mark.parametrize("missing", ["axis", "gravity", "static"])
 def test_what_a_controller_cannot_do_without_is_said(missing: str) -> None:
     file = parameters()

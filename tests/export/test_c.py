@@ -92,11 +92,15 @@ def _arm(file: Parameters) -> Parameters:
     return replace(file, gravity_model="arm", gravity=gravity)
 
 
+def _weightless(file: Parameters) -> Parameters:
+    return replace(file, gravity_model=None, gravity={}, weightless=True)
+
+
 def _rigid(file: Parameters) -> Parameters:
     return replace(file, dynamic={})
 
 
-@pytest.mark.parametrize("change", [_linear, _arm, _rigid], ids=["linear", "arm", "rigid"])
+@pytest.mark.parametrize("change", [_linear, _arm, _weightless, _rigid])
 def test_other_axes(change: Callable[[Parameters], Parameters], tmp_path: Path) -> None:
     file = change(parameters(BENCH, inertia={"inertia": 0.02}))
     samples = motion(STEPS, 0.01, seed=2, stroke=0.1 if change is _linear else 1.0)

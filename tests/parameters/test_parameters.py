@@ -76,11 +76,13 @@ def part_of(effect: str) -> Any:
 @st.composite
 def parameter_sets(draw: Any) -> Parameters:
     model = draw(st.none() | st.sampled_from(sorted(GRAVITY_MODELS)))
+    weightless = model is None and draw(st.booleans())
     effects = draw(st.lists(st.sampled_from(registry.names()), unique=True, max_size=3))
     return Parameters(
         axis=Axis(draw(st.sampled_from(["rotary", "linear"])), draw(st.none() | CONSTANTS)),
         gravity_model=model,
         gravity=draw(part(GRAVITY_MODELS[model])) if model else {},
+        weightless=weightless,
         static=draw(st.just({}) | part(STATIC)),
         dynamic=draw(st.just({}) | part(DYNAMIC)),
         effects=tuple(EffectEntry(name, draw(part_of(name))) for name in effects),

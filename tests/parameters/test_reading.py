@@ -80,6 +80,7 @@ BAD: dict[str, tuple[str, str, str]] = {
     "model": ('"slide"', '"slid"', "gravity.model: unknown gravity model 'slid'; did you mean \"slide\""),
     "model list": ('"slide"', '["slide"]', "gravity.model: unknown gravity model"),
     "no model": ('model = "slide"\n', "", "gravity.model: is missing"),
+    "no gravity, and a number": ('"slide"', '"none"', "gravity.base_nm: unknown key"),
     "key": ("coulomb_nm", "coulom_nm", 'friction.static.coulom_nm: unknown key; did you mean "coulomb_nm"'),
     "unit of the other kind": ("coulomb_nm", "coulomb_n", 'did you mean "coulomb_nm"'),
     "key missing": ("static_nm = {value = 0.03}\n", "", "friction.static.static_nm: is missing"),

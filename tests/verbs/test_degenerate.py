@@ -101,6 +101,19 @@ def test_nothing_is_found_that_the_log_cannot_tell(name: str, tmp_path: Path) ->
         assert code in {one["code"] for one in result.diagnosis["findings"]}
 
 
+@pytest.mark.parametrize("tilt", [True, False])
+def test_an_axis_on_its_side_is_weightless_unless_its_tilt_was_logged(tilt: bool, tmp_path: Path) -> None:
+    """Where gravity never acted though it can, a controller still has to be told of it."""
+    log = record(SWEEP, tmp_path / "sweep.csv")
+    if not tilt:
+        columns = [name for name in log.frame if "tilt" in name or "payload" in name]
+        log = replace(log, rows=log.frame.drop(columns=columns))
+    found = identify([log], friction="coulomb").parameters
+    assert found.gravity_model is None
+    assert found.weightless is not tilt
+    assert identify([log], friction="coulomb", gravity="none").parameters.weightless
+
+
 def test_logs_that_determine_nothing_say_so_first(tmp_path: Path) -> None:
     log = record(SINE, tmp_path / "noise.csv")
     noise = 0.1 * np.random.default_rng(0).standard_normal(len(log.frame))
