@@ -134,7 +134,7 @@ class JointModel:
             "bristle_damping": (0.0, _MOST_DAMPING * most / s.speed),
         }
         for effect in self.spec.effects:
-            for c in effect.active(self.recording.motion):
+            for c in effect.active(self._shown.motion):
                 table[f"{effect.name}.{c.name}"] = (c.lower, c.upper)
         pairs = [table.get(name, (-math.inf, math.inf)) for name in self.names]
         return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
@@ -262,9 +262,9 @@ class JointModel:
     def directions(self, x: Array, varied: NDArray[np.bool_] | None = None) -> list[Direction]:
         """One per coordinate, or per coordinate that is `varied`."""
         value = self.values(x)
-        motion: Motion = self.recording.motion
+        shown: Motion = self._shown.motion
         result = []
-        effects = {e.name: (e, self._of(e, value), _coordinates(e, motion)) for e in self.spec.effects}
+        effects = {e.name: (e, self._of(e, value), _coordinates(e, shown)) for e in self.spec.effects}
         wanted = np.ones(len(x), dtype=bool) if varied is None else varied
         flat = self.flat(x)
         for name in np.array(self.names)[wanted].tolist():

@@ -68,6 +68,23 @@ def base(recording: Recording) -> JointFit:
 
 
 @pytest.mark.parametrize("shape", UNNAMED, ids=lambda shape: shape.name)
+def test_a_run_on_which_its_variable_stands_still_has_finite_derivatives(
+    bumpy: Recording, shape: Unnamed
+) -> None:
+    """A run that is only thought of, of one load: `next_experiment` ended in a fault of linear algebra."""
+    rows = len(bumpy.motion)
+    shown = replace(bumpy, motion=replace(bumpy.motion, load=np.linspace(0.0, 1.0, rows)))
+    still = replace(shown, motion=replace(shown.motion, load=np.full(rows, 0.3), position=np.full(rows, 0.1)))
+    spec = replace(base(bumpy).model.spec, effects=(shape,))
+    model = JointModel(still, spec, {shape.name: {}}, coordinates_from=shown)
+    values = {"height": 0.1, "place": 0.2, "log_width": -4.0}
+    own = {f"{shape.name}.{name}": value for name, value in values.items()}
+    found = model.coordinates({**base(bumpy).values, **own})
+    for direction in model.directions(found):
+        assert all(np.isfinite(getattr(direction.effect, name)).all() for name in FIELDS)
+
+
+@pytest.mark.parametrize("shape", UNNAMED, ids=lambda shape: shape.name)
 def test_derivative_is_that_of_contribute(shape: Unnamed) -> None:
     t = np.linspace(0.0, 10.0, 400)
     motion = Motion(t, np.zeros(400, dtype=int), np.sin(t), np.cos(t), -np.sin(t), load=np.sin(2.0 * t))
