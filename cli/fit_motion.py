@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .axis import Given, axis_options
-from .common import Output, logs_argument, output_options, params_option
+from .common import PATH, Output, logs_argument, output_options, params_option
 
 if TYPE_CHECKING:
     from .screen import Screen
@@ -17,19 +17,23 @@ if TYPE_CHECKING:
 
 @click.command("fit-motion")
 @logs_argument
-@params_option("Parameter file to start from, rewritten; made if missing.")
+@params_option("Parameter file to write; one that is there is started from, unless --start names another.")
+@click.option(
+    "--start", type=PATH, default=None, help="Parameter file to start from, of identify; it stays as it is."
+)
 @axis_options
 @output_options
-def fit_motion(logs: Sequence[Path], params: Path, given: Given, output: Output) -> None:
+def fit_motion(logs: Sequence[Path], params: Path, start: Path | None, given: Given, output: Output) -> None:
     """Fit a parameter file to the motion: the position that the logged effort makes, over windows of 1 s.
 
     For servos that report duty in place of current, and wherever a model is judged by its position. Finds
     beside friction, gravity and inertia what bends the line from duty to torque, the friction that gears take
-    of a load, and, where the logs hold the goal, the servo's own position loop ([drive]). Starts from
-    the parameter file, or from a regression where there is none.
+    of a load, and, where the logs hold the goal, the servo's own position loop ([drive]). Starts from a
+    parameter file, whose effects are kept, or from a regression where there is none.
 
     \b
     ffc-id fit-motion *.csv -p motion.toml
+    ffc-id fit-motion *.csv -p motion.toml --start result/params.toml
     ffc-id simulate other.csv -p motion.toml --from goal -o simulated.csv
     """
     from idtool.model.units import is_linear
@@ -39,11 +43,12 @@ def fit_motion(logs: Sequence[Path], params: Path, given: Given, output: Output)
     from .progress import Progress
     from .tables import print_parameters
 
-    known = Parameters.read(params) if params.exists() else None
+    there = Parameters.read(params) if params.exists() else None
+    known = there if start is None else Parameters.read(start)
     read = given.read(logs, output, known.axis if known is not None else None)
     with Progress(output, "fitting the motion") as bar:
         result = run(read, known, progress=lambda share: bar.at(share, 1.0))
-    result.parameters.write_over(params, known)
+    result.parameters.write_over(params, there)
     unit = "mm" if is_linear(result.parameters.axis.units) else "mrad"
 
     def show(screen: Screen) -> None:

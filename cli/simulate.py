@@ -60,4 +60,4 @@ def simulate(
     write_table(out, result.frame)
     document = {"file": str(out), "from": source, **result.to_document()}
     output.result(document, (*result.lines, f"written: {out}"))
-    output.next("fit-motion", *logs, "-p", "motion.toml")
+    output.next("fit-motion", *logs, "-p", "motion.toml", "--start", params)

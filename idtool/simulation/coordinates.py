@@ -29,15 +29,18 @@ _LOGARITHMIC = ("coulomb", "static", "stribeck_velocity", "inertia", "doubling_l
 _BOUNDS = {"bend": (0.0, 5.0), "dead_band": (0.0, 0.3)}
 #: A logarithmic coordinate keeps within this factor of the scales, and one at a bound within this of it.
 _DECADES, _AT_BOUND = 1e4, 1e-3
+#: A friction curve that is over below this share of the lowest speed shows in nothing, as in fits of torque.
+_OF_SLOWEST = 0.2
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Typical sizes of the logs: effort, speed and way, as `idtool.signals` counts them."""
+    """Typical sizes of the logs: effort, speed, way, and the lowest speed at which the axis moved."""
 
     torque: float
     velocity: float
     position: float
+    slowest: float
 
     def of(self, dimension: str) -> float:
         """The size of a quantity of that dimension; 1 for a pure number."""
@@ -119,7 +122,10 @@ def coordinates_of(parameters: Parameters, scales: Scales, *, drive_was_off: boo
 def _coordinate(part: str, name: str, dimension: str, scales: Scales) -> Coordinate:
     scale = scales.of(dimension)
     if name in _LOGARITHMIC:
-        return Coordinate(part, name, scale, True, -math.log(_DECADES), math.log(_DECADES))
+        lowest = 1.0 / _DECADES
+        if name == "stribeck_velocity":
+            lowest = max(lowest, _OF_SLOWEST * scales.slowest / scale)
+        return Coordinate(part, name, scale, True, math.log(lowest), math.log(_DECADES))
     lower, upper = _BOUNDS.get(name, (-math.inf, math.inf))
     if name in ("viscous", "back_emf") or name.startswith("mu"):
         lower = 0.0

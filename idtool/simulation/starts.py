@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from idtool.fit.choose import choose_gravity, weightless
+from idtool.fit.spec import Scales as FitScales
 from idtool.model import gravity
 from idtool.parameters import GRAVITY_MODELS, EffectEntry, Parameter, Parameters
 from idtool.parameters.drive import Drive
@@ -66,6 +67,7 @@ def scales_of(recording: Recording) -> Scales:
         float(np.sqrt(np.mean(recording.torque**2))),
         max(float(np.quantile(np.abs(motion.velocity), 0.98)), 1e-9),
         max(float(np.ptp(motion.position)), 1e-9),
+        FitScales.of(recording).slowest,
     )
 
 

@@ -34,6 +34,10 @@ from idtool.simulation.starts import regress, scales_of, starts_of_a_gearbox
 
 #: Of the tries so many are followed to their end: after a few steps the best one is not always ahead.
 _FOLLOWED = 3
+_FROM_REGRESSION = (
+    "it began with a regression, so that friction along the stroke, ripple and the like are not in it and "
+    "pull at what is; `ffc-id identify` names them, and its file is where to start (--start)."
+)
 
 
 @dataclass(frozen=True)
@@ -108,6 +112,8 @@ def fit_motion(
     _check_that_effort_moves(fitted, recording)
     if not search.drive_was_off:
         fitted = _with_unseen_back_emf(fitted)
+    if known is None and not recording.by_voltage:
+        notes += [_FROM_REGRESSION]
     if lateness_in(fitted) and not lateness_in(first):
         notes += [f"the motion is read {1e3 * lateness_in(fitted):.1f} ms later than the effort beside it."]
     return MotionFit(

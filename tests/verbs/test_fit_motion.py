@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from idtool import InputError, Log, Parameters
+from idtool import Axis, InputError, Log, Parameters
 from idtool.importing import import_recording
-from idtool.parameters import Parameter
+from idtool.parameters import EffectEntry, Parameter
 from idtool.verbs.fit_motion import MotionFit, fit_motion
 from idtool.verbs.simulate import simulate
 from testbench.duty_servo import DutyServo
@@ -184,3 +186,51 @@ def test_of_two_minima_of_a_real_servo_it_finds_the_lower(measured: Path) -> Non
     found = fit_motion([*of[100], *of[200]]).parameters
     for source, most in (("goal", 0.050), ("effort", 0.050)):
         assert np.mean([simulate(log, found, source).mean_abs for log in of[800]]) < most  # type: ignore[arg-type]
+
+
+def _plain_arm() -> Log:
+    """An arm with Coulomb friction alone, whose servo reads 0.01 degrees a hundred times a second."""
+    step, friction = 1e-3, 0.4
+    rng, q, w, rows = np.random.default_rng(3), 0.0, 0.0, []
+    for k in range(24_000):
+        t = k * step
+        goal = 1.2 * math.sin(0.2 * math.pi * t) + 0.2 * math.sin(0.74 * math.pi * t) * min(0.5 * t, 1.0)
+        duty = min(max(6.0 * (goal - q) - 0.05 * w, -1.0), 1.0)
+        if k % 10 == 0:
+            rows.append((t, q, goal, duty, 12.0 + 0.05 * rng.standard_normal()))
+        free = w + step / 0.0489 * (12.0 * duty - 0.9444 * w - 1.8413 * math.sin(q))
+        w = math.copysign(max(abs(free) - friction * step / 0.0489, 0.0), free)
+        q += step * w
+    time, position, goals, duties, volts = np.array(rows).T
+    grain = math.radians(0.01)
+    frame = {
+        "time_s": time,
+        "position_rad": grain * np.round(position / grain),
+        "position_command_rad": goals,
+        "duty": np.round(duties, 3),
+        "supply_voltage_v": np.round(volts, 1),
+    }
+    return Log(pd.DataFrame({"trial": 0} | frame), Axis(), source="arm.csv")
+
+
+def test_friction_that_does_not_fall_with_the_speed_has_no_stribeck_velocity() -> None:
+    """Nothing tells Coulomb friction from one that rises to it below every speed that is read."""
+    static = fit_motion([_plain_arm()]).parameters.static
+    assert static["coulomb"].value == pytest.approx(0.4, rel=0.02)
+    assert static["static"].value == pytest.approx(0.4, rel=0.05)
+    assert not static["stribeck_velocity"].identified
+
+
+def test_it_starts_from_one_file_and_writes_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, start, motion = tmp_path / "log.csv", tmp_path / "start.toml", tmp_path / "motion.toml"
+    PLAIN.log(1.0, 0.25, seconds=4.0).frame.to_csv(log, index=False)
+    asymmetric = EffectEntry("direction_asymmetry", {"asymmetry": Parameter(0.01)})
+    known = fitted().parameters
+    replace(known, effects=(*known.effects, asymmetric)).write(start)
+    before = start.read_bytes()
+    code, *_ = ffc_id(capsys, "fit-motion", log, "-p", motion, "--start", start)
+    assert code == 0
+    assert start.read_bytes() == before
+    assert Parameters.read(motion).effect("direction_asymmetry") is not None
