@@ -1,14 +1,15 @@
-"""The low-pass that a torque went through before it was logged, where it has no delay.
+"""The low-pass that a torque went through before it was logged.
 
 A drive's noise is white: its spectrum is level up to the highest frequency that a log shows. Where it falls
-there like a power of the frequency, somebody smoothed the torque, forwards and backwards (filtfilt), before
-it was written. The motion was not smoothed with it, so what a model predicts from it must go through the same
-filter before the two are compared. Which filter is told by how much of a prediction is in the log, frequency
-by frequency (`idtool.fit.own_filter`).
+there like a power of the frequency, the torque was smoothed before it was written: by the drive as it came,
+or by somebody later on, forwards and backwards (filtfilt). The motion was not smoothed with it, so what a
+model predicts from it must go through the same filter before the two are compared. Which filter is told by
+how much of a prediction is in the log, frequency by frequency (`idtool.fit.own_filter`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -29,46 +30,85 @@ _FROM, _TO = 0.6, 0.98
 _FROM_BELOW, _LOUDER = 0.35, 0.75
 #: The kernel is cut where it has died away, so many periods of the corner from its middle.
 _PERIODS = 1.0
+#: Parts of a row in which the answer of a filter that runs forwards alone is added up.
+_FINE = 32
+#: Corners are the same to within this share.
+_NEAR = 0.05
+#: Orders of filters that run forwards alone.
+CAUSAL_ORDERS = (2.0, 1.0)
 
 
 @dataclass(frozen=True)
 class OwnFilter:
-    """Zero phase, gain 1 / (1 + (f / corner)^order): a Butterworth filter, forwards and backwards.
+    """A Butterworth filter, as a drive runs it, or forwards and backwards.
 
     Attributes:
-        corner_hz: frequency at which it halves the amplitude.
+        corner_hz: frequency at which half of the power passes, or forwards and backwards of the amplitude.
         order: exponent with which the gain falls.
+        causal: whether it ran forwards alone, with the delay that this makes; of order 1 or 2.
     """
 
     corner_hz: float
     order: float
+    causal: bool = False
 
     def gain(self, frequency: Array) -> Array:
         """At frequencies in Hz."""
-        return np.asarray(1.0 / (1.0 + (frequency / self.corner_hz) ** self.order))
+        ratio = frequency / self.corner_hz
+        if self.causal:
+            return np.asarray(1.0 / np.sqrt(1.0 + ratio ** (2.0 * self.order)))
+        return np.asarray(1.0 / (1.0 + ratio**self.order))
 
     def kernel(self, rate: float) -> Array:
-        """Weights of the rows around one, at a rate in Hz; odd in number, their sum is 1."""
+        """Weights of the rows around one, from those before it on, at a rate in Hz; odd in number, their sum
+        is 1."""
         half = max(int(np.ceil(_PERIODS * rate / self.corner_hz)), 1)
-        around = np.fft.irfft(self.gain(np.asarray(np.fft.rfftfreq(4 * half, 1.0 / rate), dtype=float)))
-        weights = np.concatenate([around[-half:], around[: half + 1]])
+        if self.causal:
+            weights = np.concatenate([self._answer(half, rate)[::-1], np.zeros(half)])
+        else:
+            around = np.fft.irfft(self.gain(np.asarray(np.fft.rfftfreq(4 * half, 1.0 / rate), dtype=float)))
+            weights = np.concatenate([around[-half:], around[: half + 1]])
         return np.asarray(weights / weights.sum())
+
+    def _answer(self, rows: int, rate: float) -> Array:
+        """What is left of a row at itself and so many rows after it, of a torque that goes straight from row
+        to row."""
+        fine = (np.arange(rows * _FINE) + 0.5) / _FINE
+        turned = 2.0 * np.pi * self.corner_hz / rate * fine
+        if self.order == 1.0:
+            impulse = np.exp(-turned)
+        else:
+            impulse = np.exp(-turned / math.sqrt(2.0)) * np.sin(turned / math.sqrt(2.0))
+        row = fine.astype(int)
+        near, far = (np.bincount(row, impulse * share, rows) for share in (1.0 - fine + row, fine - row))
+        return np.asarray(np.append(near, 0.0) + np.concatenate([[0.0], far]))
+
+    def is_near(self, other: OwnFilter) -> bool:
+        """Whether the two are one, to what any log tells of its corner."""
+        alike = self.order == other.order and self.causal == other.causal
+        return alike and abs(math.log(self.corner_hz / other.corner_hz)) < _NEAR
 
     def noise_gain(self, motion: Motion) -> float:
         """How much of the standard deviation of white noise passes."""
         return float(np.linalg.norm(self.kernel(1.0 / motion.period)))
 
-    def to_provenance(self) -> dict[str, float]:
+    def to_provenance(self) -> dict[str, float | bool]:
         """As a parameter file keeps it."""
-        return {"low_pass_hz": float(f"{self.corner_hz:.6g}"), "low_pass_order": float(f"{self.order:.4g}")}
+        return {
+            "low_pass_hz": float(f"{self.corner_hz:.6g}"),
+            "low_pass_order": float(f"{self.order:.4g}"),
+            **({"low_pass_causal": True} if self.causal else {}),
+        }
 
     @classmethod
     def from_provenance(cls, known: Mapping[str, Any]) -> OwnFilter | None:
-        """What a parameter file keeps of it; None for none, or for no two positive numbers."""
+        """What a parameter file keeps of it; None for none, or for no filter that there is."""
         corner, order = known.get("low_pass_hz"), known.get("low_pass_order")
+        causal = known.get("low_pass_causal") is True
         if not (isinstance(corner, int | float) and isinstance(order, int | float)):
             return None
-        return cls(float(corner), float(order)) if corner > 0.0 and order > 0.0 else None
+        there = corner > 0.0 and order > 0.0 and (not causal or order in CAUSAL_ORDERS)
+        return cls(float(corner), float(order), causal) if there else None
 
     def matrix(self, motion: Motion) -> SparseRows:
         """The filter as a matrix, shape (rows, rows); it does not reach over the border of a stretch."""
@@ -86,7 +126,11 @@ class OwnFilter:
         pointer = np.concatenate([[0], np.cumsum(count)])
         columns = np.arange(pointer[-1]) - np.repeat(pointer[:-1] - low, count)
         values = weights[columns + np.repeat(middles[which] + half - row, count)]
-        values /= np.repeat(np.add.reduceat(values, pointer[:-1]), count)
+        inside = np.add.reduceat(values, pointer[:-1])
+        if self.causal:  # before a stretch the axis stood, under the torque with which it begins
+            values[pointer[:-1]] += 1.0 - inside
+        else:
+            values /= np.repeat(inside, count)
         return SparseRows.of(values, columns, pointer, rows)
 
 

@@ -17,7 +17,11 @@ from idtool.fit.restart import worth_a_restart
 from idtool.fit.shortcoming import Shortcoming
 from idtool.fit.spec import FRICTION_KINDS, FrictionKind, Spec
 from idtool.signals import Recording
+from idtool.signals.own_filter import OwnFilter
 from idtool.signals.thin import thin
+
+#: A low-pass is told so many times at most, each time from the base model behind the last one.
+_PASSES = 4
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,11 @@ class Base:
     fits: Sequence[JointFit]
     notes: Sequence[str]
     stepped_down: Sequence[tuple[Sequence[str], Sequence[Shortcoming]]]
+
+    @property
+    def best(self) -> JointFit:
+        """The fit that leaves least."""
+        return min(self.fits, key=lambda fit: fit.sse)
 
 
 def base_model(
@@ -58,22 +67,48 @@ def base_model(
     """
     of_rows = partial(base_of_rows, law=law, gravity=gravity, optimizer=optimizer, seed=seed, without=without)
     base = replace(of_rows(thin(recording)), recording=recording)
-    if not filtered_before(recording):
-        return base
+    if own := low_pass_of(base.best, recording, tell):
+        base = _told_anew(recording, own, of_rows)
+    own = base.recording.own_filter
+    return replace(base, notes=[*base.notes, *([_filtered(own)] if own else [])])
+
+
+def _told_anew(recording: Recording, own: OwnFilter, of_rows: Callable[[Recording], Base]) -> Base:
+    """The base model behind a low-pass, which that tells better than one that was fitted beside none."""
+    base: Base | None = None
+    for _ in range(_PASSES):
+        filtered = recording.through(own)
+        anew = replace(of_rows(thin(filtered)), recording=filtered)
+        if base is not None and anew.best.sse >= base.best.sse:
+            break
+        base, before = anew, own
+        own, _ = behind_own_filter(anew.best)
+        if own.is_near(before):
+            break
+    assert base is not None
+    return base
+
+
+def low_pass_of(fit: JointFit, recording: Recording, tell: Callable[[str], None]) -> OwnFilter | None:
+    """The low-pass that the torque of a recording went through, where a fit says clearly which; None where
+    none is known that was not known before."""
+    if recording.own_filter is not None or not filtered_before(recording):
+        return None
     tell("finding the low-pass that the torque went through")
-    best = min(base.fits, key=lambda fit: fit.sse)
-    own, fit = behind_own_filter(best)
+    spec = fit.model.spec.without("transport_delay")  # which stands for the delay of a filter
+    plain = refit(fit, JointModel.build(fit.model.recording, spec, fit.model.constants))
+    own, behind = behind_own_filter(plain)
     # what hides more noise than all that was read is none: it stands for a torque that is as smooth as that
-    hidden = fit.model.recording.noise > recording.torque_size
-    if hidden or gain_in_evidence(best, fit) <= CLEAR_EVIDENCE:
-        return base
-    recording = recording.through(own)
-    behind = of_rows(thin(recording))
-    note = (
-        "the torque went through a low-pass before it was logged, without delay (half of it passes "
-        f"at {own.corner_hz:.3g} Hz); what the model predicts goes through the same."
+    hidden = behind.model.recording.noise > recording.torque_size
+    return None if hidden or gain_in_evidence(fit, behind) <= CLEAR_EVIDENCE else own
+
+
+def _filtered(own: OwnFilter) -> str:
+    how = "as a drive filters" if own.causal else "without delay"
+    return (
+        f"the torque went through a low-pass before it was logged, {how} ({own.corner_hz:.3g} Hz); what the "
+        "model predicts goes through the same."
     )
-    return replace(behind, recording=recording, notes=[*behind.notes, note])
 
 
 def base_of_rows(

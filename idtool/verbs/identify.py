@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from idtool.diagnosis.diagnose import diagnose
 from idtool.effects import registry
@@ -26,7 +27,7 @@ from idtool.parameters.drive import Drive
 from idtool.parameters.rows import rows_of
 from idtool.parameters.scaling import with_constant
 from idtool.signals import record
-from idtool.verbs.base_model import base_model, check_choice
+from idtool.verbs.base_model import base_model, check_choice, low_pass_of
 from idtool.verbs.fit_motion import fit_motion
 from idtool.verbs.identification import Identification
 from idtool.verbs.predict import predict, refuse_other_axis
@@ -111,9 +112,17 @@ def identify(
     if calibration is not None and gravity == "arm" and payloads_of(recording):
         raise other_loads(recording)
     tell(SEARCHING)
-    base = base_model(recording, law, gravity, optimizer=optimizer, seed=seed, without=without, tell=tell)
+    based = partial(
+        base_model, law=law, gravity=gravity, optimizer=optimizer, seed=seed, without=without, tell=tell
+    )
     library, left_out = _considered(law, own, without)
-    evidence = diagnose(base.recording, base.fits, library, tell, given=law == "coulomb", tolerance=goal)
+    search = partial(diagnose, library=library, tell=tell, given=law == "coulomb", tolerance=goal)
+    base = based(recording)
+    evidence = search(base.recording, base.fits)
+    # what the base model lacked may have hidden a low-pass from it, which a delay then stands for
+    if low_pass := low_pass_of(evidence.selection.fit, base.recording, tell):
+        base = based(recording.through(low_pass))
+        evidence = search(base.recording, base.fits)
     why, reasons = base.stepped_down[evidence.start]
     result = Identification(
         base.recording,

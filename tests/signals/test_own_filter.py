@@ -18,12 +18,12 @@ from idtool.fit.spec import Spec
 from idtool.log import Log
 from idtool.model.motion import Motion
 from idtool.signals import record
-from idtool.signals.own_filter import OwnFilter, falls, noise_before
+from idtool.signals.own_filter import CAUSAL_ORDERS, OwnFilter, falls, noise_before
 from idtool.signals.thin import thin
 from idtool.verbs import base_model
 from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
-from testbench.plants import Plant, record_session
+from testbench.plants import Plant, record_session, with_effects
 
 PAPER = Plant(0.070, 0.030, 0.090, 0.155, 0.051, 0.297, 0.006, 0.2295, 0.4457)
 
@@ -34,15 +34,20 @@ def session(seed: int, *experiments: str) -> list[Log]:
     return record_session(PAPER, "lab", seed, experiments or ("gravity", "sine"))
 
 
-def smoothed(logs: list[Log], corner: float, order: int) -> list[Log]:
-    """The logs with a current that a Butterworth filter smoothed trial by trial, forwards and backwards."""
+def smoothed(logs: list[Log], corner: float, order: int, *, causal: bool = False) -> list[Log]:
+    """The logs with a current that a Butterworth filter smoothed trial by trial, forwards and backwards, or
+    as it came."""
     done = []
     for log in logs:
         frame = log.frame.copy()
         for _, rows in frame.groupby("trial"):
             rate = 1.0 / rows["time_s"].diff().median()
             b, a = signal.butter(order, corner, fs=rate)
-            frame.loc[rows.index, "current_a"] = signal.filtfilt(b, a, rows["current_a"])
+            current = rows["current_a"].to_numpy()
+            if causal:
+                frame.loc[rows.index, "current_a"] = current[0] + signal.lfilter(b, a, current - current[0])
+            else:
+                frame.loc[rows.index, "current_a"] = signal.filtfilt(b, a, current)
         done.append(replace(log, rows=frame))
     return done
 
@@ -73,9 +78,25 @@ def test_the_gain_is_that_of_a_butterworth_filter_used_twice() -> None:
     np.testing.assert_allclose(kernel, theirs[1000 - half : 1001 + half], atol=0.02 * theirs.max())
 
 
-def test_a_level_stays_and_no_stretch_sees_another() -> None:
+@pytest.mark.parametrize("order", CAUSAL_ORDERS)
+def test_one_that_runs_forwards_alone_answers_as_scipy_s(order: float) -> None:
+    """Of a torque that goes straight from row to row, at a rate as coarse as thinned rows have."""
+    own, rate, fine = OwnFilter(5.0, order, causal=True), 50.0, 40
+    time = np.arange(200 * fine) / (rate * fine)
+    torque = np.interp(time, np.arange(201) / rate, np.random.default_rng(0).standard_normal(201))
+    b, a = signal.butter(int(order), 5.0, fs=rate * fine)
+    rows = np.arange(200) / rate
+    motion = Motion(rows, np.zeros(200, dtype=int), rows, np.ones(200), np.zeros(200))
+    once = torque[0] + signal.lfilter(b, a, torque - torque[0])[::fine]
+    np.testing.assert_allclose(own.matrix(motion) @ torque[::fine], once, atol=0.03)
+    frequency, theirs = signal.freqz(b, a, 64, fs=rate * fine)
+    np.testing.assert_allclose(own.gain(frequency[:16]), np.abs(theirs[:16]), atol=1e-3)
+
+
+@pytest.mark.parametrize("own", [OwnFilter(4.0, 4.0), OwnFilter(4.0, 2.0, causal=True)])
+def test_a_level_stays_and_no_stretch_sees_another(own: OwnFilter) -> None:
     motion = record(session(1)).motion
-    matrix = OwnFilter(4.0, 4.0).matrix(motion)
+    matrix = own.matrix(motion)
     np.testing.assert_allclose(matrix @ np.ones(len(motion)), 1.0)
     stretch = motion.stretch.astype(float)
     np.testing.assert_allclose(matrix @ stretch, stretch)
@@ -122,11 +143,39 @@ def test_it_is_found_and_predicted_through(corner: float) -> None:
         assert through <= ratio * not_through
 
 
+@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.long)])
+def test_that_of_a_drive_is_found_and_pulls_at_no_number(order: int) -> None:
+    """It was told as a delay of the axis, with an inertia 40 % off."""
+    found = identify(smoothed(session(4), 5.0, order, causal=True)).parameters
+    assert found.provenance["low_pass_hz"] == pytest.approx(5.0, rel=0.15)
+    assert found.provenance["low_pass_order"] == order
+    assert found.provenance["low_pass_causal"] is True
+    assert [effect.name for effect in found.effects] == ["inertia"]
+    assert found.effects[0].parameters["inertia"].value == pytest.approx(0.006, rel=0.15)
+    assert found.dynamic["bristle_damping"].value == pytest.approx(0.297, rel=0.05)
+    assert OwnFilter.from_provenance(found.provenance) == OwnFilter(
+        found.provenance["low_pass_hz"], float(order), causal=True
+    )
+
+
+@pytest.mark.long
+def test_it_is_found_behind_an_effect_that_hid_it() -> None:
+    """What the base model lacks leaves so much that no filter shows beside it."""
+    bench = Plant(0.080, 0.115, 0.08, 0.12, 8.0, 0.2, 0.008, 0.2, 0.42)
+    plant = with_effects(bench, {"load_dependent_friction": {"mu": 0.12}})
+    logs = record_session(plant, "lab", 4, ("gravity", "sine"))
+    found = identify(smoothed(logs, 5.0, 2, causal=True)).parameters
+    assert found.provenance["low_pass_causal"] is True
+    assert {effect.name for effect in found.effects} == {"inertia", "load_dependent_friction"}
+
+
 def test_white_noise_needs_none() -> None:
     assert "low_pass_hz" not in identify(session(5)).parameters.provenance
     assert OwnFilter.from_provenance({"low_pass_hz": "ten", "low_pass_order": 4.0}) is None
     assert OwnFilter.from_provenance({"low_pass_hz": -1.0, "low_pass_order": 4.0}) is None
     assert OwnFilter.from_provenance({"low_pass_hz": 9.0, "low_pass_order": 4}) == OwnFilter(9.0, 4.0)
+    causal = {"low_pass_hz": 9.0, "low_pass_order": 4, "low_pass_causal": True}
+    assert OwnFilter.from_provenance(causal) is None
 
 
 def test_no_filter_is_looked_for_that_sees_beyond_the_stretches() -> None:
