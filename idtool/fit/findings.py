@@ -22,6 +22,7 @@ def findings(fit: JointFit, parts: Sequence[str] = PARTS) -> list[str]:
     return [
         *_about_effort(fit.model.recording),
         *(_about_friction(fit) if "static" in parts else []),
+        *(_about_lags(fit) if "effects" in parts else []),
         *(one.sentence for one in shortcomings(fit, parts)),
         *fit.model.recording.told_of_rows(),
     ]
@@ -43,6 +44,16 @@ def _about_effort(recording: Recording) -> list[str]:
             "of the torque: `ffc-id fit-motion` fits the motion itself."
         )
     return notes
+
+
+def _about_lags(fit: JointFit) -> list[str]:
+    lags = [effect.title.lower() for effect in fit.model.spec.effects if effect.is_lag]
+    if not lags or fit.model.recording.position_resolution > 0.0:
+        return []
+    return [
+        f"no position was logged, and a speed that a drive filters makes {' and '.join(lags)} where none is, "
+        "and pulls at inertia and bristle damping: log the position to be sure of them."
+    ]
 
 
 def _about_friction(fit: JointFit) -> list[str]:
