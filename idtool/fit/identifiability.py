@@ -60,6 +60,8 @@ _ALIKE = 0.15
 _HARDLY_OTHER = 0.8
 #: Effects that look like friction in one direction.
 _ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
+#: A torque over the position, which in one direction may as well be friction there.
+_OVER_THE_STROKE = ("position_stiffness", "position_ripple")
 #: An axis whose speed falls below this share of the top speed of its trial starts, stops or turns there.
 _TURNS = 0.2
 
@@ -149,12 +151,14 @@ def one_direction(fit: JointFit) -> Shortcoming | None:
     # the bristle bends the same way all the time, and as far as those levels say
     lacking += [f"dynamic.{name}" for name in DYNAMIC if name in fit.model.names]
     other = "gravity" if constant else "an offset"
+    along = [e.title.lower() for e in spec.effects if e.name in _OVER_THE_STROKE]
+    nor = f", nor {' and '.join(along)} from friction along the stroke" if along else ""
     run = run_command(recording, "sweep")
     return Shortcoming(
         "one_direction",
         ("gravity", "static", "dynamic"),
         tuple(lacking),
-        f"one direction only: Coulomb friction and {other} cannot be told apart",
+        f"one direction only: Coulomb friction and {other} cannot be told apart{nor}",
         f"move both ways through the same stretch (`{run}`)",
         run,
     )
