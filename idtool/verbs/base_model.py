@@ -75,17 +75,20 @@ def base_model(
 
 def _told_anew(recording: Recording, own: OwnFilter, of_rows: Callable[[Recording], Base]) -> Base:
     """The base model behind a low-pass, which that tells better than one that was fitted beside none."""
-    base: Base | None = None
-    for _ in range(_PASSES):
+
+    def behind(own: OwnFilter) -> Base:
         filtered = recording.through(own)
-        anew = replace(of_rows(thin(filtered)), recording=filtered)
-        if base is not None and anew.best.sse >= base.best.sse:
+        return replace(of_rows(thin(filtered)), recording=filtered)
+
+    base = behind(own)
+    for _ in range(_PASSES):
+        again, fit = behind_own_filter(base.best)
+        if again.is_near(own) or _hides_all(fit):
             break
-        base, before = anew, own
-        own, _ = behind_own_filter(anew.best)
-        if own.is_near(before):
+        anew = behind(again)
+        if anew.best.sse >= base.best.sse:
             break
-    assert base is not None
+        base, own = anew, again
     return base
 
 
@@ -98,9 +101,13 @@ def low_pass_of(fit: JointFit, recording: Recording, tell: Callable[[str], None]
     spec = fit.model.spec.without("transport_delay")  # which stands for the delay of a filter
     plain = refit(fit, JointModel.build(fit.model.recording, spec, fit.model.constants))
     own, behind = behind_own_filter(plain)
-    # what hides more noise than all that was read is none: it stands for a torque that is as smooth as that
-    hidden = behind.model.recording.noise > recording.torque_size
-    return None if hidden or gain_in_evidence(fit, behind) <= CLEAR_EVIDENCE else own
+    return None if _hides_all(behind) or gain_in_evidence(fit, behind) <= CLEAR_EVIDENCE else own
+
+
+def _hides_all(fit: JointFit) -> bool:
+    """Whether a low-pass hides more noise than all that was read: it is none, but stands for a torque that is
+    as smooth as that."""
+    return fit.model.recording.noise > fit.model.recording.torque_size
 
 
 def _filtered(own: OwnFilter) -> str:
