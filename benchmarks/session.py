@@ -11,7 +11,8 @@ from benchmarks.table import Goal, Section, seconds
 from benchmarks.timing import interleaved
 from idtool import Log
 from idtool.signals import record
-from idtool.verbs.identify import begin, identify
+from idtool.verbs.base_model import base_model
+from idtool.verbs.identify import identify
 
 _FIT_GOAL, _WHOLE_GOAL = 1.5, 10.0
 #: Every second payload, three speeds and the four sines: 42,168 rows.
@@ -53,7 +54,7 @@ def measure(
     rows = sum(len(log.frame) for log in logs)
 
     def fits_only() -> None:
-        begin(record(logs), "lugre", "auto")
+        base_model(record(logs), "lugre", "auto")
 
     best = interleaved({"fits": fits_only, "whole": lambda: identify(logs)}, rounds)
     profile = cProfile.Profile()
