@@ -82,11 +82,11 @@ class Unit:
 def canonical(text: str) -> str:
     """A unit without its marks, so that rad/s, rad_s and rad_per_s are one.
 
-    >>> canonical("N·m"), canonical("rad_per_s"), canonical("µs")
-    ('nm', 'rads', 'us')
+    >>> canonical("N·m"), canonical("rad_per_s"), canonical("µs"), canonical("percent")
+    ('nm', 'rads', 'us', 'percent')
     """
     text = text.strip().lower().replace("°", "deg").replace("µ", "u").replace("μ", "u")
-    return re.sub(r"per|[\s_/*·^.\-]", "", text)
+    return re.sub(r"per(?!cent|mille)|[\s_/*·^.\-]", "", text)
 
 
 def dimension(role: str, kind: Kind) -> str | None:
