@@ -12,7 +12,7 @@ import pandas as pd
 
 from idtool.errors import InputError, UsageError
 from idtool.importing import cleaning
-from idtool.importing.conversion import Unit, dimension, given_unit, named_unit, si_unit
+from idtool.importing.conversion import TURNED_ROUND, Unit, dimension, given_unit, named_unit, si_unit
 from idtool.importing.names import Meaning, Taken, as_command, choose, meaning, role_of, unit_at_end
 from idtool.importing.table import Table
 from idtool.log.format import columns_of
@@ -116,7 +116,8 @@ def with_units(
     stated: dict[str, str] = {}
     for left, text in units.items():
         role, _ = role_of(left)
-        given_unit(text, role, kind)  # a misspelt unit is told before a missing column
+        if text != TURNED_ROUND:
+            given_unit(text, role, kind)  # a misspelt unit is told before a missing column
         if role not in chosen:
             raise UsageError(
                 f"--unit {left}={text}: no column was taken for {role}; add --map {left}=COLUMN."
@@ -130,14 +131,17 @@ def with_units(
         named = named_unit(item.unit, role, kind) if item.unit else None
         why = "given" if item.source in given else "named"
         unit = named or Unit(si_unit(role, kind), 1.0)
-        if role in stated:
-            unit, why = given_unit(stated[role], role, kind), "given"
+        text = stated.get(role, "")
+        if text and text != TURNED_ROUND:
+            unit, why = given_unit(text, role, kind), "given"
         elif not named and item.source in presumed and kind == "rotary":
             unit, why = given_unit(presumed[item.source], role, kind), "presumed"
         elif not named and dimension(role, kind) and item.source not in given:
             why = "presumed"
             if role == "time":
                 _refuse_odd_clock(table[item.source], item.source)
+        if text == TURNED_ROUND:
+            unit = given_unit(f"-{unit.text or 1}", role, kind)
         taken.append(
             Taken(column, role, item.source, unit, why, item.commanded and role in ("torque", "current"))
         )

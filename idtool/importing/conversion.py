@@ -60,6 +60,9 @@ _DIMENSIONS: dict[str, tuple[str, str]] = {
 #: Where a format itself says that its numbers are SI, whatever the kind of axis.
 SI_UNITS = "SI"
 
+#: A unit of `--unit` that turns a column round and leaves it the unit that it has.
+TURNED_ROUND = "-"
+
 _SCALED = re.compile(r"^([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
 _COUNTS = re.compile(r"^(?:count|counts|tick|ticks)(?:/s)?:(\d+(?:\.\d+)?)$")
 

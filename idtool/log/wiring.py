@@ -15,10 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.log.clock import GAP
+from idtool.log.format import columns_of
 from idtool.log.sensor_faults import resolution
 from idtool.model.motion import Array
 from idtool.model.motor import MOST_CURRENT_A, highest_back_emf
 
+#: What an option calls the role of a column.
+_ROLE_OF = {
+    column: role for one in (columns_of("rotary"), columns_of("linear")) for role, column in one.items()
+}
 #: Rows of a stretch over which ways are compared: more than a speed reading is late.
 _STRETCH = 20
 #: Position and speed speak of one motion if they go together so well, and of one unit to within this factor
@@ -275,8 +280,9 @@ def _power(
     if mean + _CERTAIN * error < 0 and -mean > _SHARE * float(np.mean(np.abs(torque * w))):
         return [
             "the torque pushes along with the motion, so that friction would drive the axis: "
-            f'"{read_from}" or the position is inverted (`ffc-id import --unit '
-            f"{read_from.partition('_')[0]}=-1` turns it round), or something else moved the axis"
+            f'"{read_from}" or the position is inverted (`ffc-id import --unit {_ROLE_OF[read_from]}=-` '
+            "turns it round; the minus goes before its unit where you gave one), or something else moved "
+            "the axis"
         ]
     one_way = max(float(np.mean(torque > 0)), float(np.mean(torque < 0))) > _ONE_SIGN
     if one_way and abs(mean) < _NO_POWER * float(np.mean(np.abs(torque * w))):

@@ -76,6 +76,24 @@ def test_units_are_converted(tmp_path: Path, role: str, unit: str, value: float,
     assert found[0] == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("name", "mapping", "turned", "says"),
+    [
+        ("current [mA]", {}, -2e-3, "-mA"),
+        ("x12_mA", {"current": "x12_mA"}, -2e-3, "-mA"),
+        ("current", {}, -2.0, "-A"),
+    ],
+)
+def test_a_minus_alone_turns_a_column_round_in_the_unit_that_it_has(
+    tmp_path: Path, name: str, mapping: dict[str, str], turned: float, says: str
+) -> None:
+    """What `check` recommends for an inverted current read mA as A where it was a factor."""
+    file = put(tmp_path, f"t_s,q_rad,{name}\n0,1,2\n0.01,1,3\n")
+    imported = import_recording(file, mapping=mapping, units={"current": "-"})
+    assert imported.log.frame["current_a"][0] == pytest.approx(turned)
+    assert imported.taken[-1].unit.text == says
+
+
 def test_linear_axis_and_units_in_names(tmp_path: Path) -> None:
     log = import_recording(put(tmp_path, "t_ms,pos [mm],force_kN\n0,1,2\n10,2,3\n")).log
     assert log.axis.kind == "linear"

@@ -155,15 +155,19 @@ def test_a_duty_of_nothing_is_the_same_on_every_row() -> None:
         effort_of(log(duty=np.zeros(_ROWS), supply_voltage_v=SUPPLY))
 
 
-def test_a_duty_of_the_wrong_sign_is_named_as_the_duty() -> None:
+def test_an_effort_of_the_wrong_sign_is_named_by_its_column() -> None:
     time = np.arange(1200) * 0.01
     swing, speed = np.sin(0.6 * time), 0.6 * np.cos(0.6 * time)
     torque = swing + 0.3 * np.sign(speed) + 0.3 * speed
     noise = np.random.default_rng(0).normal(0.0, 3e-3, (2, len(time)))
     frame = {"trial": 0, "time_s": time, "position_rad": swing + 0.03 * noise[0]}
-    frame |= {"duty": noise[1] - 0.3 * torque, "supply_voltage_v": 7.4 + 0.0 * time}
-    (said,) = record([Log(pd.DataFrame(frame), Axis())]).wiring[0]
-    assert '"duty" or the position is inverted (`ffc-id import --unit duty=-1` turns it round)' in said
+    duty = noise[1] - 0.3 * torque
+    by_voltage = pd.DataFrame(frame | {"duty": duty, "supply_voltage_v": 7.4 + 0.0 * time})
+    (said,) = record([Log(by_voltage, Axis())]).wiring[0]
+    assert '"duty" or the position is inverted (`ffc-id import --unit duty=-` turns it round' in said
+    by_bus = pd.DataFrame(frame | {"duty": 0.0 * time - 0.5, "bus_current_a": -0.5 * duty})
+    (said,) = record([Log(by_bus, Axis())]).wiring[0]
+    assert "`ffc-id import --unit bus_current=-` turns it round" in said
 
 
 def test_a_log_of_an_axis_that_stands_still_says_so() -> None:
