@@ -30,7 +30,7 @@ from idtool.log import Log
 from idtool.model.units import Units, unit_text
 from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC, EffectEntry, Parameter, Parameters
 from idtool.parameters.axis import Axis
-from idtool.presentation.text import quantity
+from idtool.presentation.text import listed, quantity
 
 SCHEMA = "ffc-id/comparison/1"
 #: Chance that two fits of one unchanged axis are said to differ, over everything that is compared.
@@ -144,19 +144,17 @@ class Comparison:
     @property
     def sentence(self) -> str:
         """The verdict in plain words."""
-        return " ".join([self._about_parameters(), *self._about_effects(), *self._about_errors()])
+        return " ".join([*self._about_effects(), self._about_parameters(), *self._about_errors()])
 
     def _about_parameters(self) -> str:
         found = self.differing
         if not self.tested:
             return "No parameter can be compared: none is determined in both files."
-        if not found and self.tested == 1:
-            return "No difference: the one parameter that both files determine agrees."
         if not found:
-            return (
-                f"No difference: the {self.tested} parameters that both files determine agree within their"
-                " uncertainty."
-            )
+            the = "The" if self.only_a or self.only_b else "No difference: the"
+            if self.tested == 1:
+                return f"{the} one parameter that both files determine agrees."
+            return f"{the} {self.tested} parameters that both files determine agree within their uncertainty."
         shown = ", ".join(_in_words(line) for line in found[:3])
         more = f" and {len(found) - 3} more" if len(found) > 3 else ""
         return (
@@ -165,11 +163,12 @@ class Comparison:
         )
 
     def _about_effects(self) -> list[str]:
-        return [
-            f"Only {name} has {' and '.join(effects)}."
+        only = [
+            f"only {name} has {listed(list(effects))}"
             for name, effects in (("A", self.only_a), ("B", self.only_b))
             if effects
         ]
+        return [f"The effects differ: {' and '.join(only)}."] if only else []
 
     def _about_errors(self) -> list[str]:
         if not self.errors:

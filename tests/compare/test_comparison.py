@@ -129,7 +129,10 @@ def test_effects_of_one_file_only() -> None:
     result = compare(BASE, replace(BASE, effects=(offset,)))
     assert (result.only_a, result.only_b) == (("inertia",), ("torque_offset",))
     assert result.verdict == "effects_differ"
-    assert "Only A has inertia. Only B has torque_offset." in result.sentence
+    assert result.sentence == (
+        "The effects differ: only A has inertia and only B has torque_offset. "
+        "The 8 parameters that both files determine agree within their uncertainty."
+    )
     assert [one.why for one in result.parameters if one.part == "inertia"] == ["only in A"]
     assert result.notes == (
         "inertia and torque_offset in one file only can shift the other parameters of that file.",
