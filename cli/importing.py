@@ -151,7 +151,7 @@ def import_recording(
     imported.log.write(target, force=force)
     _tell(output, imported, target)
     output.result(_document(imported, target), ())
-    output.next("check", target)
+    output.next("check", target, odd=[str(target)] if imported.doubts else [])
 
 
 def _write_parameters(
@@ -179,6 +179,8 @@ def _tell(output: Output, imported: Imported, target: Path) -> None:
         output.say(f"  kept as they are: {', '.join(imported.kept)}")
     for note in imported.notes:
         output.say(f"note: {note}.")
+    for doubt in imported.doubts:
+        output.say(f"! {doubt}")
     count = frame["trial"].nunique()
     trials = f"{count} trial{'s' if count != 1 else ''}"
     output.say(f"{target}: {len(frame)} rows, {trials}, {imported.log.axis.kind} axis.")
@@ -207,4 +209,5 @@ def _document(imported: Imported, target: Path) -> dict[str, Any]:
         },
         "kept": list(imported.kept),
         "notes": list(imported.notes),
+        "doubts": list(imported.doubts),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,10 @@ from idtool.importing.conversion import si_unit
 from idtool.importing.names import NEEDED, Meaning, Taken, check_kind, choose_kind, role_of
 from idtool.importing.sources import read_table
 from idtool.log import Log
+from idtool.log.columns import Columns
+from idtool.log.effort import effort_of
 from idtool.log.format import columns_of
+from idtool.log.repair import repair
 from idtool.model.units import Kind, torque_name
 from idtool.parameters.axis import Axis, check_constant
 
@@ -51,6 +55,17 @@ class Imported:
     kept: tuple[str, ...]
     notes: tuple[str, ...]
     rows_read: int
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """What a fit of the log would refuse, or find to contradict itself: a wrong unit, a wrong sign."""
+        whose = f"{self.log.source}: "
+        try:
+            effort = effort_of(self.log)
+            found = repair(self.log, Columns.of(self.log, effort), effort).wiring
+        except InputError as error:
+            found = (str(error),)
+        return tuple(one.removeprefix(whose) for one in found)
 
 
 def import_recording(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from idtool.log import Log
@@ -21,7 +22,18 @@ def recording(tmp_path: Path) -> Path:
     return path
 
 
-def test_says_what_it_took_for_what(recording: Path, tmp_path: Path) -> None:
+def swinging(path: Path, names: str = "t_ms,angle_deg,i_mA,note") -> Path:
+    """A recording of 20 s in ms, deg and mA, whatever its columns say."""
+    time = np.arange(4000) * 5.0
+    way = 2.0 * np.pi * time / 4000.0
+    current = 100.0 * np.cos(way) + 30.0 * np.sign(np.cos(way)) + np.random.default_rng(0).normal(0, 1, 4000)
+    rows = (f"{t:g},{a:.3f},{i:.2f},b\n" for t, a, i in zip(time, 90.0 * np.sin(way), current, strict=True))
+    path.write_text(names + "\n" + "".join(rows))
+    return path
+
+
+def test_says_what_it_took_for_what(tmp_path: Path) -> None:
+    recording = swinging(tmp_path / "run.csv")
     done = ffc_id("import", recording, "-o", "log.csv", "--torque-constant", "2.5", cwd=tmp_path)
     assert done.returncode == 0
     assert done.stdout == ""
@@ -30,12 +42,33 @@ def test_says_what_it_took_for_what(recording: Path, tmp_path: Path) -> None:
         "  position_rad  from angle_deg [deg]\n"
         "  current_a     from i_mA [mA]\n"
         "  kept as they are: note\n"
-        "log.csv: 3 rows, 1 trial, rotary axis.\n"
+        "log.csv: 4000 rows, 1 trial, rotary axis.\n"
         "next: ffc-id check log.csv\n"
     )
     log = Log.read(tmp_path / "log.csv")
     assert log.axis.torque_constant == 2.5
-    assert log.frame["current_a"].tolist() == [0.1, 0.2, 0.3]
+    assert np.ptp(log.frame["current_a"]) == pytest.approx(0.26, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ("t_s,angle_deg,i_mA,note", '! column "time_s" steps by 5 s, no rate at which a servo is recorded'),
+        ("t_ms,angle_deg,i_A,note", "! the current goes up to 131 A, which no drive of an axis gives"),
+    ],
+)
+def test_what_check_would_refuse_or_doubt_the_import_says_already(
+    tmp_path: Path, names: str, said: str
+) -> None:
+    recording = swinging(tmp_path / "run.csv", names)
+    done = ffc_id("import", recording, "-o", "log.csv", "--torque-constant", "0.25", cwd=tmp_path)
+    assert said in done.stderr
+    assert done.stderr.endswith("next: ffc-id plot log.csv\n")
+    sentence = said.removeprefix("! ")
+    checked = ffc_id("check", "log.csv", cwd=tmp_path)
+    assert sentence in checked.stdout + checked.stderr
+    asked = ffc_id("import", recording, "-o", "log.csv", "--force", "--json", "-q", cwd=tmp_path)
+    assert json.loads(asked.stdout)["doubts"][0].startswith(sentence)
 
 
 def test_json_is_one_document_and_quiet_is_quiet(recording: Path, tmp_path: Path) -> None:
