@@ -145,8 +145,9 @@ def _back_emf(constant: float, speed: float, supply: Array | None) -> list[str]:
         return []
     has = "no drive is fed with" if most is None else f"its supply of {most:.3g} V does not give"
     return [
-        f"a motor with a torque constant of {constant:.4g} makes {volts:.3g} V of its own at a speed of "
-        f"{speed:.2g}, which {has}: the constant is per mA or in N mm, or the speed in degrees"
+        f"a motor with a torque constant of {constant:.4g} makes {volts:.0f} V of its own at a speed of "
+        f"{speed:.3g}, which {has}: the constant is per mA or in N mm, or the speed in degrees (on a linear "
+        "axis in mm)"
     ]
 
 

@@ -14,6 +14,7 @@ from idtool.errors import InputError
 from idtool.importing import import_recording
 from idtool.log import Log
 from idtool.log.wiring import contradictions
+from idtool.parameters.axis import Axis
 from idtool.signals import record
 from idtool.verbs.check import check
 
@@ -153,6 +154,20 @@ def test_a_torque_constant_that_no_motor_has(
     why = "no drive is fed with" if supply is None else "its supply of 12 V does not give"
     assert "V of its own at a speed of" in said
     assert f"which {why}: the constant is per mA" in said
+
+
+def test_millimetres_that_are_taken_for_metres() -> None:
+    """A stroke of 80 m was asked whether its speed is in degrees."""
+    time = np.arange(4000) * 0.005
+    way = 0.5 * np.pi * time
+    rows = pd.DataFrame(
+        {"time_s": time, "position_m": 40.0 * np.sin(way), "velocity_m_s": 20.0 * np.pi * np.cos(way)}
+    )
+    current = 0.5 * np.cos(way) + 0.2 * np.sign(np.cos(way))
+    log = Log(rows.assign(trial=0, current_a=current), Axis("linear", 75.4))
+    (said,) = record([log]).wiring[0]
+    assert "makes 4737 V of its own at a speed of 62.8, which no drive is fed with" in said
+    assert "(on a linear axis in mm)" in said
 
 
 def test_noise_in_place_of_the_current(session: list[Log]) -> None:
