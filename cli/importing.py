@@ -165,13 +165,17 @@ def _write_parameters(
     output.next("export", "mujoco", "-p", target, "-o", target.with_suffix(".xml"))
 
 
+#: Why a column was taken, as a person is told.
+_WHY = {"given": "as given", "named": "", "presumed": "unit presumed", "unit": "by its unit"}
+
+
 def _tell(output: Output, imported: Imported, target: Path) -> None:
     frame = imported.log.frame
     width = max(len(item.column) for item in imported.taken)
     for item in imported.taken:
-        unit = f" [{item.unit.text}]" if item.unit.text else ""
-        remark = {"given": "as given", "named": "", "presumed": "unit presumed"}[item.why]
-        remark = ", ".join(part for part in (remark, "commanded" if item.commanded else "") if part)
+        told = not item.unit.text or item.source.endswith((f"[{item.unit.text}]", f"({item.unit.text})"))
+        unit = "" if told else f" [{item.unit.text}]"
+        remark = ", ".join(part for part in (_WHY[item.why], "commanded" if item.commanded else "") if part)
         output.say(
             f"  {item.column:<{width}}  from {item.source}{unit}" + (f"  ({remark})" if remark else "")
         )

@@ -13,13 +13,28 @@ import pandas as pd
 from idtool.errors import InputError, UsageError
 from idtool.importing import cleaning
 from idtool.importing.conversion import TURNED_ROUND, Unit, dimension, given_unit, named_unit, si_unit
-from idtool.importing.names import Meaning, Taken, as_command, choose, meaning, role_of, unit_at_end
+from idtool.importing.names import (
+    Meaning,
+    Taken,
+    as_command,
+    choose,
+    meaning,
+    meaning_by_unit,
+    role_of,
+    unit_at_end,
+)
 from idtool.importing.table import Table
 from idtool.log.format import columns_of
 from idtool.model.units import Kind, torque_name
 
 #: What can stand for the motor's torque.
 _EFFORTS = ("torque", "current", "bus_current", "duty")
+
+
+def by_unit(source: Table, names: list[str]) -> list[Meaning]:
+    """Columns whose names say nothing and whose units do."""
+    nameless = [name for name in names if meaning_of(source, name) is None]
+    return [m for name in nameless if (m := meaning_by_unit(name, source.units.get(name, "")))]
 
 
 def meaning_of(source: Table, name: str) -> Meaning | None:
@@ -56,8 +71,9 @@ def given(
     return chosen, {item.source for item in chosen.values()}
 
 
-def fill(chosen: dict[str, Meaning], free: list[Meaning], kind: Kind) -> None:
-    """Choose columns for the roles that no option names; a command stands in where nothing was measured."""
+def fill(chosen: dict[str, Meaning], free: list[Meaning], by_unit: list[Meaning], kind: Kind) -> None:
+    """Choose columns for the roles that no option names: by their names, else by a unit that one column has;
+    a command stands in where nothing was measured."""
     measured = [m for m in free if not m.commanded]
     commands = [as_command(m) for m in free if m.commanded]
     for role in columns_of(kind):
@@ -66,6 +82,11 @@ def fill(chosen: dict[str, Meaning], free: list[Meaning], kind: Kind) -> None:
         found = choose(commands if role.endswith("_command") else measured, role, kind)
         if found:
             chosen[role] = found
+    alone = [m for m in by_unit if named_unit(m.unit, m.role, kind)]
+    for roles in (("time",), ("position",), ("velocity",), _EFFORTS):  # a force beside a current may be any
+        fitting = [m for m in alone if m.role in roles]
+        if len(fitting) == 1 and not set(roles) & set(chosen):
+            chosen[fitting[0].role] = fitting[0]
     for role in ("torque", "current"):
         if not set(_EFFORTS) & set(chosen) and (found := choose(commands, role, kind)):
             chosen[role] = found
@@ -129,7 +150,7 @@ def with_units(
             continue
         item = chosen[role]
         named = named_unit(item.unit, role, kind) if item.unit else None
-        why = "given" if item.source in given else "named"
+        why = "given" if item.source in given else "unit" if item.by_unit else "named"
         unit = named or Unit(si_unit(role, kind), 1.0)
         text = stated.get(role, "")
         if text and text != TURNED_ROUND:

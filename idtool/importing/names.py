@@ -44,8 +44,16 @@ _MEASURED_WORDS = _words(
     "mos winding coil estimated"
 )
 _LINEAR_NAMES = frozenset(("force", "thrust", "displacement", "travel"))
+#: A quantity and the unit in brackets behind it.
+_BRACKET = re.compile(r"^(.*?)[\s_]*[\[(]\s*([^\])]+?)\s*[\])]\s*$")
 #: Roles whose choice decides the result; two candidates for one of these are never guessed between.
 NEEDED = ("time", "position", "velocity", "current", "torque", "bus_current", "duty")
+#: Roles that a unit tells where a name says nothing.
+_TOLD_BY_UNIT = ("time", "position", "velocity", "current", "torque")
+#: Words of a column that has the unit of one of these and is not what the axis does.
+_OTHER_WORDS = _words("error err deviation lag residual limit max min offset threshold hand external ext")
+#: A rate is written with a mark: m/s is no ms, turn/s no turns.
+_RATE = re.compile(r"[/_·*^]|per|\s")
 
 
 @dataclass(frozen=True)
@@ -58,6 +66,7 @@ class Meaning:
         unit: the unit in the name, as spelt there; "" if none.
         commanded: a set value, not a measured one.
         linear: the word itself belongs to a linear axis ("force").
+        by_unit: the name says nothing, its unit alone tells the role.
     """
 
     source: str
@@ -65,6 +74,7 @@ class Meaning:
     unit: str = ""
     commanded: bool = False
     linear: bool = False
+    by_unit: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,7 +86,8 @@ class Taken:
         role: its role.
         source: its name in the recording.
         unit: the unit it had there.
-        why: "given" (by an option), "named" (the name says all) or "presumed" (the unit is a guess).
+        why: "given" (by an option), "named" (the name says all), "presumed" (the unit is a guess) or "unit"
+            (the unit alone tells what it is).
         commanded: the recording holds no measured value; this is the commanded one.
     """
 
@@ -102,6 +113,28 @@ def meaning(name: str) -> Meaning | None:
         if not unit or any(named_unit(unit, role, kind) for kind in ("rotary", "linear")):
             return Meaning(name, role, unit, commanded, linear)
     return None
+
+
+def meaning_by_unit(name: str, stated: str = "") -> Meaning | None:
+    """What the unit of a column says where its name says nothing; None where it says nothing either.
+
+    Args:
+        name: of the column; a unit in brackets at its end is taken.
+        stated: the unit that the recording states beside its name, "" if none.
+
+    >>> meaning_by_unit("Weg [mm]").role, meaning_by_unit("Zeit", "ms").role, meaning_by_unit("x", "m/s").role
+    ('position', 'time', 'velocity')
+    """
+    bracket = _BRACKET.match(name)
+    base, unit = (bracket[1], bracket[2]) if bracket else (name, stated)
+    if not unit or set(_words_of(base)) & (_COMMAND_WORDS | _OTHER_WORDS):
+        return None
+    roles = [
+        role for role in _TOLD_BY_UNIT if any(named_unit(unit, role, kind) for kind in ("rotary", "linear"))
+    ]
+    if len(roles) > 1:
+        roles = [role for role in roles if (role == "velocity") == bool(_RATE.search(unit))]
+    return Meaning(name, roles[0], unit, by_unit=True) if len(roles) == 1 else None
 
 
 def passed_by(names: Sequence[str], kind: Kind) -> dict[str, str]:
@@ -136,7 +169,7 @@ def unit_at_end(name: str, role: str) -> str:
 
 def _splits(name: str) -> Iterator[tuple[str, str]]:
     """Every way to split a name into a quantity and a unit, the longest unit first."""
-    if bracket := re.match(r"^(.*?)[\s_]*[\[(]\s*([^\])]+?)\s*[\])]\s*$", name):
+    if bracket := _BRACKET.match(name):
         yield bracket[1], bracket[2]
         return
     parts = [part for part in re.split(r"[_\s.\-/:]+", name) if part]
@@ -147,8 +180,12 @@ def _splits(name: str) -> Iterator[tuple[str, str]]:
     yield name, ""
 
 
+def _words_of(base: str) -> list[str]:
+    return [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", base)]
+
+
 def _classify(base: str) -> tuple[str, bool, bool] | None:
-    words = [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", base)]
+    words = _words_of(base)
     commanded = any(word in _COMMAND_WORDS for word in words)
     rest = [word for word in words if word not in _COMMAND_WORDS]
     for kept in (rest, [word for word in rest if word not in _MEASURED_WORDS and word not in ("m", "raw")]):

@@ -110,12 +110,14 @@ def import_recording(
         old_axis = Axis.from_table(header["axis"]) if "axis" in header else None
         if old_axis and not stated:
             stated["its [axis] table"] = old_axis.kind
-        free = [
-            m for name in table.columns if name not in given and (m := choosing.meaning_of(source, str(name)))
-        ]
-        axis_kind = choose_kind([*free, *chosen.values()], stated)
+        others = [str(name) for name in table.columns if name not in given]
+        free = [m for name in others if (m := choosing.meaning_of(source, name))]
+        by_unit = choosing.by_unit(source, others)
+        named = [*free, *chosen.values()]
+        moves = any(m.role in ("position", "velocity") and not m.commanded for m in named)
+        axis_kind = choose_kind(named if moves else [*named, *by_unit], stated)
         check_kind(chosen.values(), axis_kind)
-        choosing.fill(chosen, free, axis_kind)
+        choosing.fill(chosen, free, by_unit, axis_kind)
         if trial_by:
             cleaning.source_column(table, trial_by, "--trial-by")
             chosen["trial"] = Meaning(trial_by, "trial")

@@ -50,6 +50,16 @@ def test_says_what_it_took_for_what(tmp_path: Path) -> None:
     assert np.ptp(log.frame["current_a"]) == pytest.approx(0.26, rel=0.05)
 
 
+def test_a_unit_is_said_once_and_that_it_told_what_the_column_is(tmp_path: Path) -> None:
+    recording = swinging(tmp_path / "run.csv", "t [ms],Winkel [deg],iq_mA,note")
+    done = ffc_id("import", recording, "-o", "log.csv", cwd=tmp_path)
+    assert done.stderr.splitlines()[:3] == [
+        "  time_s        from t [ms]",
+        "  position_rad  from Winkel [deg]  (by its unit)",
+        "  current_a     from iq_mA [mA]",
+    ]
+
+
 @pytest.mark.parametrize(
     ("names", "said"),
     [
