@@ -33,7 +33,7 @@ def check(logs: Sequence[Path], given: Given, output: Output) -> None:
         facts = log.facts
         seconds = facts["seconds"]
         lines.append(
-            f"{log.file}: {facts['rows']} rows, {counted(facts['trials'], 'trial')}, "
+            f"{log.file}: {counted(facts['rows'], 'row')}, {counted(facts['trials'], 'trial')}, "
             f"{seconds:{'.0f' if seconds >= 10 else '.2g'}} s at {facts['rate_hz']:.0f} Hz, "
             f"{counted(facts['steady_windows'], 'steady window')}"
         )

@@ -170,6 +170,8 @@ _WHY = {"given": "as given", "named": "", "presumed": "unit presumed", "unit": "
 
 
 def _tell(output: Output, imported: Imported, target: Path) -> None:
+    from idtool.presentation.text import counted
+
     frame = imported.log.frame
     width = max(len(item.column) for item in imported.taken)
     for item in imported.taken:
@@ -185,9 +187,8 @@ def _tell(output: Output, imported: Imported, target: Path) -> None:
         output.say(f"note: {note}.")
     for doubt in imported.doubts:
         output.say(f"! {doubt}")
-    count = frame["trial"].nunique()
-    trials = f"{count} trial{'s' if count != 1 else ''}"
-    output.say(f"{target}: {len(frame)} rows, {trials}, {imported.log.axis.kind} axis.")
+    rows, trials = counted(len(frame), "row"), counted(int(frame["trial"].nunique()), "trial")
+    output.say(f"{target}: {rows}, {trials}, {imported.log.axis.kind} axis.")
 
 
 def _document(imported: Imported, target: Path) -> dict[str, Any]:

@@ -19,6 +19,7 @@ import pandas as pd
 from idtool.errors import InputError
 from idtool.importing.names import Meaning
 from idtool.importing.table import Table
+from idtool.presentation.text import counted
 
 _MEANINGS: tuple[Meaning, ...] = (
     Meaning("timestamp", "time", "s"),
@@ -73,7 +74,7 @@ def read(raw: bytes) -> Table:
         )
     notes = []
     if "torque_enable" in frame and (off := int((~frame["torque_enable"].astype(bool)).sum())):
-        notes.append(f"the drive was off in {off} rows, which no fit takes for friction")
+        notes.append(f"the drive was off in {counted(off, 'row')}, which no fit takes for friction")
     plain = str | bool | int | float  # TOML can hold it, and it says something
     facts = {key: value for key, value in content.items() if key != "entries" and isinstance(value, plain)}
     experiment = str(content.get("trajectory", ""))

@@ -11,7 +11,10 @@ import pandas as pd
 
 from idtool.errors import InputError, nearest
 from idtool.log.table import as_numbers
+from idtool.presentation.text import counted
 
+#: Name of the index of a table whose rows are lines of a file.
+LINE = "line"
 #: Where more of the rows than this share have a time stamp that was there already, it lost its digits.
 _ALIKE = 0.9
 #: Names of columns that number or name the servos of a table. A bus has so many at most; rows are more.
@@ -55,7 +58,7 @@ def keep_where(frame: pd.DataFrame, where: Mapping[str, Sequence[str]]) -> pd.Da
                 remedy=f"it holds {there}",
             )
         frame = frame[keep]
-    return frame.reset_index(drop=True)
+    return frame
 
 
 def require_single(frame: pd.DataFrame, names: Sequence[str]) -> None:
@@ -116,6 +119,20 @@ def to_numbers(column: pd.Series[Any], name: str) -> np.ndarray:
     return numbers
 
 
+def bad_cells(column: pd.Series[Any], numbers: np.ndarray) -> str:
+    """What is said of cells of a column that hold something else than finite numbers; "" where none does."""
+    bad = np.flatnonzero(np.isnan(numbers) & column.notna().to_numpy())
+    if not len(bad):
+        return ""
+    row = int(bad[0])
+    place = f"line {column.index[row]}" if column.index.name == LINE else f"row {row + 1}"
+    more = f" (and {len(bad) - 1} more)" if len(bad) > 1 else ""
+    return (
+        f'column "{column.name}", {place}: "{str(column.iloc[row])[:40]}" is no finite number{more}, '
+        "taken as missing"
+    )
+
+
 def date_seconds(column: pd.Series[Any]) -> np.ndarray | None:
     """Dates and times of day as seconds; None if the column holds none."""
     if pd.api.types.is_numeric_dtype(column):
@@ -155,7 +172,7 @@ def order_rows(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     again = frame.duplicated().to_numpy()
     if again.any():
         frame = frame[~again].reset_index(drop=True)
-        notes.append(f"dropped {int(again.sum())} rows that were there already, to the last digit")
+        notes.append(f"dropped {counted(int(again.sum()), 'row')} met before, to the last digit")
     first_seen, _ = pd.factorize(frame["trial"])
     order = np.argsort(first_seen, kind="stable")
     if (np.diff(first_seen) < 0).any():
@@ -168,16 +185,16 @@ def order_rows(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     late = int(((np.diff(time) < 0) & (np.diff(rank) == 0)).sum())
     if late:
         frame = frame.iloc[order].reset_index(drop=True)
-        notes.append(f"sorted by time: {late} rows came out of order")
+        notes.append(f"sorted by time: {counted(late, 'row')} came out of order")
     repeated = frame.duplicated(["trial", "time_s"]).to_numpy()
     if np.mean(repeated) > _ALIKE:
         raise InputError(
-            f"its {len(frame)} rows have {int(np.sum(~repeated))} time stamps only",
+            f"its {len(frame)} rows have {counted(int(np.sum(~repeated)), 'time stamp')} only",
             remedy="export the time with all its digits, or map another column to it with --map",
         )
     if repeated.any():
         frame = frame[~repeated].reset_index(drop=True)
-        notes.append(f"dropped {int(repeated.sum())} rows whose time stamp was there already")
+        notes.append(f"dropped {counted(int(repeated.sum()), 'row')} whose time stamp was there already")
     return frame
 
 
@@ -198,7 +215,9 @@ def _split_restarts(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     if not restarts:
         return frame
     changed[restarts] = True
-    notes.append(f"the clock starts again {len(restarts)} times inside a trial: each begins a new trial")
+    notes.append(
+        f"the clock starts again {counted(len(restarts), 'time')} inside a trial: each begins a new trial"
+    )
     return frame.assign(trial=np.cumsum(changed) - 1)
 
 

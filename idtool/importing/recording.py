@@ -24,6 +24,7 @@ from idtool.log.format import columns_of
 from idtool.log.repair import repair
 from idtool.model.units import Kind, torque_name
 from idtool.parameters.axis import Axis, check_constant
+from idtool.presentation.text import counted
 
 #: Roles that change slowly or stay until set anew, so that a gap holds the last value.
 _HELD = (
@@ -159,9 +160,8 @@ def _convert(
             continue
         values = cleaning.to_numbers(source, item.source)
         columns[item.column] = values * item.unit.factor + item.unit.offset
-        bad = int(np.isnan(values).sum()) - int(source.isna().sum())
-        if bad > 0:
-            notes.append(f'column "{item.source}": {bad} cells are text or infinite, taken as missing')
+        if bad := cleaning.bad_cells(source, values):
+            notes.append(bad)
     used = {item.source for item in taken} - set(labels)
     reserved = set(columns_of(kind).values())
     kept = [str(name) for name in table.columns if name not in used]
@@ -185,7 +185,7 @@ def _unwrap(
         index = np.flatnonzero(good)[rows]
         frame.loc[index, name] = np.unwrap(before[index], period=period_si)
         jumps += int((np.abs(np.diff(before[index])) > period_si / 2).sum())
-    notes.append(f"unwrapped {jumps} jumps of the position with period {period:g} {unit.text}")
+    notes.append(f"unwrapped {counted(jumps, 'jump')} of the position with period {period:g} {unit.text}")
 
 
 def _clean(frame: pd.DataFrame, taken: tuple[Taken, ...], notes: list[str]) -> pd.DataFrame:
@@ -196,7 +196,7 @@ def _clean(frame: pd.DataFrame, taken: tuple[Taken, ...], notes: list[str]) -> p
         if missing.all():
             raise InputError(f"no row has a number in each of {where}", remedy="map other columns with --map")
         frame = frame[~missing].reset_index(drop=True)
-        notes.append(f"dropped {int(missing.sum())} rows without a number in {where}")
+        notes.append(f"dropped {counted(int(missing.sum()), 'row')} without a number in {where}")
     frame = cleaning.order_rows(frame, notes)
     for item in taken:
         if item.role in _HELD and (gaps := int(frame[item.column].isna().sum())):
@@ -205,7 +205,7 @@ def _clean(frame: pd.DataFrame, taken: tuple[Taken, ...], notes: list[str]) -> p
                 notes.append(f'column "{item.source}" is empty; left out')
             else:
                 frame[item.column] = frame.groupby("trial")[item.column].ffill().ffill().bfill()
-                notes.append(f"{gaps} gaps in {item.column} hold the value before them")
+                notes.append(f"{item.column}: {counted(gaps, 'gap')} filled with the value before")
     first = float(frame["time_s"].iloc[0])
     if abs(first) > 1e7:  # the time of day since 1970, in which a float has no microseconds left
         frame["time_s"] -= first

@@ -11,6 +11,7 @@ from typing import Any
 import pandas as pd
 
 from idtool.errors import InputError
+from idtool.importing.cleaning import LINE
 from idtool.log.format import parse_header
 from idtool.log.text import is_number
 
@@ -48,9 +49,9 @@ def read_csv(raw: bytes, cut: bool, notes: list[str]) -> tuple[pd.DataFrame, dic
             raise InputError(
                 "has no header row", place=f"line {start + 1}", remedy="name the columns in a first row"
             )
-        names, body = above, lines[start:]
+        names, body, above_body = above, lines[start:], start
     else:
-        body = lines[start + 1 :]
+        body, above_body = lines[start + 1 :], start + 1
     header = parse_header(comments)
     width = len(names)
     if body and len(_fields(body[-1], delimiter)) < width:
@@ -60,14 +61,17 @@ def read_csv(raw: bytes, cut: bool, notes: list[str]) -> tuple[pd.DataFrame, dic
     names = [name or f"unnamed_{index + 1}" for index, name in enumerate(names)]
     units = _row_of_units(names, body, delimiter)
     if units:
-        body = body[1:]
+        body, above_body = body[1:], above_body + 1
         notes.append("the row under the column names was read as their units")
     if not body:
         raise InputError("has no data rows", remedy="record it again")
-    table = _table(names, body, delimiter, len(lines) - len(body))
+    table = _table(names, body, delimiter, above_body)
     if unnamed and table[names[0]].equals(pd.Series(range(len(table)))):
         table = table.drop(columns=names[0])
         notes.append("the first column has no name and numbers the rows; left out")
+    numbers = [above_body + k + 1 for k, line in enumerate(body) if line.strip()]
+    if len(numbers) == len(table):  # no text of it holds a line break
+        table.index = pd.Index(numbers, name=LINE)
     return table, header, units
 
 

@@ -190,7 +190,7 @@ def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
     findings += _not_following(log)
     lost = facts["unusable_rows"]
     if lost > 0.02 * facts["rows"]:
-        findings.append(f"{lost} of {facts['rows']} rows will not be compared")
+        findings.append(f"{lost} of {counted(facts['rows'], 'row')} will not be compared")
     impossible = [
         {
             "line": log.first_line + one.row if log.first_line else None,
@@ -207,7 +207,9 @@ def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
         for one in recording.impossible[index][:_LISTED]
     ]
     if len(impossible) > _LISTED:
-        findings.append(f"{len(impossible) - _LISTED} more readings that cannot be (--json lists them)")
+        findings.append(
+            f"{counted(len(impossible) - _LISTED, 'more reading')} that cannot be (--json lists them)"
+        )
     return LogCheck(log.source, log.experiment, facts, findings, impossible)
 
 
@@ -271,28 +273,29 @@ def _determine(
         run = run_command(recording, "gravity")
         judge("gravity: base", ["gravity.base"], "gravity acts", never, run)
         never = never or ("" if payloads > 1 else "one payload only")
-        judge("gravity: per payload", ["gravity.per_payload"], f"{payloads} payloads", never, run)
+        judge("gravity: per payload", ["gravity.per_payload"], counted(payloads, "payload"), never, run)
     speeds = sorted({round(abs(speed), 3) for speed, _ in constant_speeds(motion)})
     moving = np.abs(motion.velocity) > 1e-3 * float(np.max(np.abs(motion.velocity)))
     reversals = int(np.count_nonzero(np.diff(np.sign(motion.velocity[moving]))))
+    turns = counted(reversals, "reversal")
     judge(
         "friction: Coulomb and viscous",
         ["static.coulomb", "static.viscous"],
-        f"{len(speeds)} constant speeds, {reversals} reversals",
+        f"{counted(len(speeds), 'constant speed')}, {turns}",
         ""
         if len(speeds) >= 3 or reversals >= 4 or moves_one_way(recording)
-        else f"{len(speeds)} constant speeds and {reversals} reversals only",
+        else f"{counted(len(speeds), 'constant speed')} and {turns} only",
         run_command(recording, "sweep"),
     )
     judge(
         "friction: stiction and Stribeck velocity",
         ["static.static", "static.stribeck_velocity"],
-        f"slowest constant speed {speeds[0] if speeds else 0:.3g}, {reversals} reversals",
+        f"slowest constant speed {speeds[0] if speeds else 0:.3g}, {turns}",
     )
     judge(
         "friction: sigma0 and sigma1",
         ["dynamic.bristle_stiffness", "dynamic.bristle_damping"],
-        f"{reversals} reversals; position steps of {recording.position_resolution:.2g}",
+        f"{turns}; position steps of {recording.position_resolution:.2g}",
         "" if recording.position_resolution > 0 else "no position was logged",
         run_command(recording, "sine"),
     )

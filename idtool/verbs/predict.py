@@ -30,7 +30,7 @@ from idtool.model.units import torque_name, unit_suffix, unit_text
 from idtool.parameters import GRAVITY_MODELS, Parameters
 from idtool.parameters.axis import Axis
 from idtool.parameters.correction import Correction
-from idtool.presentation.text import listed
+from idtool.presentation.text import counted, listed
 from idtool.signals import Recording, record
 from idtool.signals.own_filter import OwnFilter
 
@@ -141,7 +141,7 @@ def _refuse_no_number(torque: Array, recording: Recording) -> None:
         return
     trial = int(recording.motion.trial[bad[0]])
     raise InputError(
-        f"the model gives no number on {len(bad)} rows",
+        f"the model gives no number on {counted(len(bad), 'row')}",
         file=recording.sources[recording.source[trial]],
         place=f"time_s {recording.motion.time[bad[0]]:.6g}",
         remedy="check the size of the file's parameters, and that they are of this axis",

@@ -243,6 +243,16 @@ def test_dates_and_times_since_1970(tmp_path: Path) -> None:
     assert any("counts from the first row" in note for note in imported.notes)
 
 
+def test_a_bad_cell_is_named_by_its_line_whatever_stands_above_it(tmp_path: Path) -> None:
+    text = (
+        "# by a rig\nt,q,tau,joint\ns,rad,Nm,\n0,1,2,1\n\n0.01,1,2,2\n0.02,1,x1,2\n0.03,1,inf,2\n0.04,1,2,2"
+    )
+    imported = import_recording(put(tmp_path, text), where={"joint": ["2"]})
+    (told,) = (note for note in imported.notes if "finite" in note)
+    assert told == 'column "tau", line 7: "x1" is no finite number (and 1 more), taken as missing'
+    assert imported.log.frame["time_s"].tolist() == [0.01, 0.04]
+
+
 def test_what_is_mended_is_counted(tmp_path: Path) -> None:
     text = (
         "t,q,tau,temp\n0,1,2,\n0.01,,2,25\n0.02,1,bad,25\n0.03,1,2,\n0.03,1,2,25\n0.05,1,2,26\n0.04,1,2,26\n"
@@ -253,11 +263,11 @@ def test_what_is_mended_is_counted(tmp_path: Path) -> None:
     assert imported.log.frame["temperature_degc"].tolist() == [26, 26, 26, 26]
     told = "\n".join(imported.notes)
     for part in (
-        'column "tau": 1 cells are text',
+        'column "tau", line 4: "bad" is no finite number, taken as missing',
         "dropped 2 rows without a number in position_rad, torque_nm",
-        "sorted by time: 1 rows",
-        "dropped 1 rows whose time stamp",
-        "2 gaps in temperature_degc",
+        "sorted by time: 1 row came",
+        "dropped 1 row whose time stamp",
+        "temperature_degc: 2 gaps filled",
         "no unit is named, presumed",
     ):
         assert part in told
@@ -277,7 +287,7 @@ def test_rows_that_are_there_twice_count_once(tmp_path: Path, twice: str) -> Non
     imported = import_recording(put(tmp_path, "t,q,tau\n" + "".join(rows[name] for name in twice.split())))
     assert imported.log.frame["time_s"].tolist() == [0, 0.01]
     assert imported.log.frame["trial"].tolist() == [0, 0]
-    assert "dropped 2 rows that were there already, to the last digit" in imported.notes
+    assert "dropped 2 rows met before, to the last digit" in imported.notes
 
 
 def test_interleaved_trials_are_brought_together(tmp_path: Path) -> None:
@@ -369,7 +379,7 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "stamps without digits": (
         "t,q,tau\n" + "".join(f"1.7e9,{k},1\n" for k in range(50)),
         {},
-        "its 50 rows have 1 time stamps only; export the time with all its digits",
+        "its 50 rows have 1 time stamp only; export the time with all its digits",
     ),
     "text": ("t,q,tau\n0,a,1\n1,b,1\n", {}, 'column "q" holds text ("a"), not numbers'),
     "no row": ("t,q,tau\n0,,1\n1,1,\n", {}, "no row has a number in each of position_rad, torque_nm"),
