@@ -308,6 +308,10 @@ class Effect(ABC):
         """Attributes of `Motion` that these parameters of a file cannot do without."""
         return self.needs
 
+    def together(self, values: Values) -> tuple[str, float] | None:
+        """What its numbers come to together, in words and as a share; None where each speaks for itself."""
+        return None
+
     def form_of(self, values: Values) -> Effect:
         """The form of this effect that has these values."""
         return self

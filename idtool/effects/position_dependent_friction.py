@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+from numpy.polynomial.chebyshev import chebval
+
 from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, stroke_of
 from idtool.model.chebyshev import PLACE_IN_C, add_bends, bends_in_c, degree_of, place
 from idtool.model.contribution import LEVEL_CHANGE
@@ -16,6 +19,8 @@ from idtool.model.row import Row
 _DEGREES = (2, 4, 8)
 #: So many times its mean friction may rise towards an end; below nothing it cannot fall, whatever this says.
 _MOST = 3.0
+#: Places on the stroke among which the highest and the lowest friction are sought.
+_PLACES = 201
 
 
 @jit()
@@ -72,6 +77,13 @@ class PositionDependentFriction(Effect):
 
     def active(self, motion: Motion) -> tuple[Coordinate, ...]:
         return self.coordinates[: self.degree]
+
+    def together(self, values: Values) -> tuple[str, float] | None:
+        x = np.linspace(-1.0, 1.0, _PLACES)
+        slopes = [values[f"slope_{k}"] for k in range(1, _degree(values) + 1)]
+        return "change of the friction over the stroke, peak to peak", float(
+            np.ptp(chebval(x, [0.0, *slopes]))
+        )
 
     def form_of(self, values: Values) -> Effect:
         return PositionDependentFriction(_degree(values))

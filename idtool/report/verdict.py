@@ -104,14 +104,18 @@ def _findings(evidence: Evidence) -> Iterator[Finding]:
     found = [entry for entry in evidence.parameters.effects if entry.name in names]
     each = 3 if len(found) == 1 else 1
     for entry in found[:_MOST_FINDINGS]:
-        for known in registry.get(entry.name).parameters[:each]:
+        effect = registry.get(entry.name)
+        of = "" if each > 1 else f"{text.effect_title(entry.name)}: "
+        together = effect.together({name: one.value for name, one in entry.parameters.items()})
+        if together is not None:
+            yield Finding(f"{of}{together[0]}", f"{100.0 * together[1]:.3g} %")
+        for known in effect.parameters[: each - (together is not None)]:
             parameter = entry.parameters.get(known.name)
             if parameter is None or known.dimension == "phase":
                 continue
             value, stderr, _ = text.uncertain(parameter.value, parameter.stderr, None)
             unit = unit_text(known.dimension, evidence.kind)
             spread = "" if stderr == "–" else f" ± {stderr}"
-            of = "" if each > 1 else f"{text.effect_title(entry.name)}: "
             yield Finding(
                 f"{of}{text.meaning_on(evidence.kind, known.meaning)}", f"{value}{spread} {unit}".strip()
             )
@@ -149,13 +153,14 @@ def _story(evidence: Evidence) -> str:
         "coulomb": "Coulomb and viscous friction",
     }.get(evidence.facts.friction, f"{evidence.facts.friction} friction")
     base = f"gravity and {friction}" if evidence.parameters.gravity_model else friction
+    explain = "explain" if evidence.parameters.gravity_model else "explains"
     effort = torque_name(kind)
     if diagnosis.verdict == "adequate":
         with_inertia = " with inertia" if evidence.parameters.effect("inertia") else ""
-        return f"{_capital(base)}{with_inertia} explain the measured {effort}; nothing further is needed."
+        return f"{_capital(base)}{with_inertia} {explain} the measured {effort}; nothing further is needed."
     if diagnosis.verdict == "effect_found":
         them = "it" if len(diagnosis.effects) == 1 else "them"
-        return f"With {them}, {base} explain the measured {effort}."
+        return f"With {them}, {base} {explain} the measured {effort}."
     if diagnosis.verdict == "ambiguous":
         return "These data cannot tell them apart. The run proposed below would."
     left = diagnosis.unexplained
@@ -264,11 +269,14 @@ def _residual_check(evidence: Evidence) -> Iterator[Check]:
         return
     left = [text.quantity(t.variable) for t in tests.after if depends(t)]
     unexplained = evidence.diagnosis.unexplained
-    if left:
+    if left and evidence.diagnosis.verdict == "unexplained":
         yield Check("care", f"The residual still depends on {text.listed(left)} (p below {SIGNIFICANT}).")
     elif unexplained and unexplained.depends_on:  # a shape over it was found, by no test of smoothness
         followed = text.listed([text.quantity(name) for name in unexplained.depends_on])
         yield Check("care", f"What is left follows {followed}.")
+    elif left:  # tested by itself, one variable is clearer than structure that the verdict takes for such
+        depends_on = f"The residual still depends on {text.listed(left)} (p below {SIGNIFICANT})"
+        yield Check("good", f"{depends_on}, but by less than the verdict counts as structure.")
     else:
         tested = text.listed([text.quantity(test.variable) for test in tests.after], "or")
         yield Check("good", f"The residual does not depend on {tested}.")

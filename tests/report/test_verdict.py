@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from idtool.effects import registry
 from idtool.parameters import Parameter, Parameters
 from idtool.report import verdict
 from idtool.report.evidence import read_evidence
@@ -57,3 +58,19 @@ def test_what_was_turned_down_though_no_chance_is_one_doubt(folder: Path) -> Non
         "the intervals allow for it."
     ]
     assert summary.checks[0].sentence == told[0]
+
+
+def test_friction_over_the_stroke_is_told_by_what_its_numbers_come_to() -> None:
+    """A small slope was the headline where a higher coefficient carries the shape."""
+    effect = registry.get("position_dependent_friction")
+    together = effect.together({"slope_1": 0.0, "slope_2": -0.1, "center": 0.0, "half_stroke": 1.0})
+    assert together == ("change of the friction over the stroke, peak to peak", pytest.approx(0.2))
+    assert registry.get("inertia").together({"inertia": 1.0}) is None
+
+
+def test_friction_alone_explains() -> None:
+    parameters = Parameters(static={"coulomb": Parameter(0.1)})
+    diagnosis = SimpleNamespace(verdict="adequate", effects=())
+    facts = SimpleNamespace(friction="lugre")
+    evidence: Any = SimpleNamespace(parameters=parameters, diagnosis=diagnosis, facts=facts, kind="rotary")
+    assert verdict._story(evidence).startswith("LuGre friction explains the measured torque")
