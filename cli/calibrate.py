@@ -80,6 +80,8 @@ def calibrate(
         output.next("tune", "-p", params, "--hand-force", "2")
     elif result.unit == "current" and all(log.axis.torque_constant is None for log in read):
         output.next("identify", *logs, "--torque-constant", f"{result.constant.value:.5g}", "-o", "result")
+    elif not (written := Path("result", "params.toml")).is_file():
+        output.next("identify", *(logs if mass else logs[:1]), "-o", "result")  # of one payload
     else:  # a parameter file of these logs is put into N m by the constant
         load = [*(["--mass", f"{mass:g}"] if mass else []), *(["--lever", f"{lever:g}"] if lever else [])]
-        output.next("calibrate", *logs, *load, "-p", "result/params.toml")
+        output.next("calibrate", *logs, *load, "-p", written)

@@ -89,6 +89,14 @@ def test_it_ends_with_the_next_command(folder: Path, words: str, following: str)
     assert " ".join(last(*words.split(), cwd=folder)).startswith(following)
 
 
+def test_calibrate_names_no_parameter_file_that_is_not_there(folder: Path) -> None:
+    words = ["calibrate", "swing.csv", "--mass", "0.5", "--lever", "0.1", "--torque-constant", "2.5"]
+    assert last(*words, cwd=folder) == ["identify", "swing.csv", "-o", "result"]
+    (folder / "result").mkdir()
+    (folder / "result" / "params.toml").write_text("")
+    assert last(*words, cwd=folder)[-2:] == ["-p", "result/params.toml"]
+
+
 def test_a_program_that_reads_is_told_nothing(folder: Path) -> None:
     done = ffc_id("predict", "sine.csv", "-p", "params.toml", "-o", "c.csv", "--json", cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
