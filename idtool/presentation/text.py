@@ -109,14 +109,16 @@ def quantity(name: str) -> str:
 
 
 def meaning_on(kind: Units, meaning: str) -> str:
-    """A meaning on an axis of this kind: of a force on a linear one, without what it says of that on a rotary one.
+    """A meaning on an axis of this kind: of a force on a linear one, of nothing linear on a rotary one.
 
-    >>> meaning_on("rotary", "waves per turn; on a linear axis per metre"), meaning_on("linear", "constant torque")
-    ('waves per turn', 'constant force')
+    >>> meaning_on("rotary", "waves per turn; on a linear axis per metre")
+    'waves per turn'
+    >>> meaning_on("linear", "constant torque")
+    'constant force'
     """
-    return (
-        meaning.replace("torque", "force") if is_linear(kind) else meaning.partition("; on a linear axis")[0]
-    )
+    if is_linear(kind):
+        return meaning.replace("torque", "force")
+    return meaning.partition("; on a linear axis")[0]
 
 
 def effect_title(name: str) -> str:
