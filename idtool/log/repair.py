@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idtool.errors import InputError
-from idtool.log import Log, columns_of, impossible, sensor_faults, wiring
+from idtool.log import Log, columns_of, impossible, sensor_faults
 from idtool.log.clock import doubts, gap_cuts, refuse_odd_clock
 from idtool.log.columns import Columns
+from idtool.log.contradicting import contradictions_of
 from idtool.log.effort import Effort
+from idtool.log.row_counter import lost_rows
 from idtool.model.motion import Array
 
 Rows = NDArray[np.bool_]
@@ -31,13 +33,6 @@ _SLIPPED = "position slipped"
 _MISDATED = "impossible time"
 #: So many impossible readings of a column are told one by one; the rest are counted.
 _TOLD = 3
-#: What loads the axis, by how much it may change from row to row while the axis moves, and why.
-_TILTED = (0.1, "no frame is tilted that far from one row to the next")
-_LOADS = {
-    "payload": (0.0, "nobody hangs a weight on a moving axis"),
-    "tilt_alpha": _TILTED,
-    "tilt_beta": _TILTED,
-}
 #: Rows of a trial in which noise can be told from motion: one third difference.
 _SHORTEST = 4
 
@@ -103,10 +98,11 @@ def repair(log: Log, columns: Columns, effort: Effort, *, every_row: bool = Fals
     short, twice = work.too_short(), work.there_twice()
     for sentence in doubts(work.columns.time, work.first):
         work.remark(sentence)
+    work.put_in_lost_periods()
     work.unwrap()
     work.leave_out_impossible()
     work.faulty |= effort.unfit
-    contradictions = work.contradictions()
+    contradictions = contradictions_of(log, work.columns, work.first, effort)
     work.faulty[SATURATED] = sensor_faults.clipped(work.columns.effort)
     return work.finished(short, twice, contradictions, every_row=every_row)
 
@@ -182,6 +178,26 @@ class _Repair:
             f"{self.names['time']} is {1e3 * (time - even)[worst]:+.3g} ms off the clock of the rows around "
             f"it, and the axis was where that clock says ({int(rows.sum())} such); left out.",
             worst,
+        )
+
+    def put_in_lost_periods(self) -> None:
+        """Make room in the time of a row counter for the rows that it lost."""
+        columns = self.columns
+        if columns.position is None:
+            return
+        lost = lost_rows(columns.time, self.first, columns.position)
+        if not lost.any():
+            return
+        period = float(np.median(np.diff(columns.time)[~self.first[1:]]))
+        columns.time = columns.time + period * np.cumsum(lost)
+        rows = [self.log.place(int(row)) for row in np.flatnonzero(lost)[:_TOLD]]
+        name, told = self.names["position"], self.names["time"]
+        self.remark(
+            f"{name} goes on by two steps or more at once before {np.count_nonzero(lost)} rows ({rows[0]}, "
+            f"{', '.join(place.split()[-1] for place in rows[1:])}, ...) while {told} steps evenly: "
+            f"{int(lost.sum())} rows were lost and {told} counts those that are left. The lost periods were "
+            "put in; where the axis moves too slowly to tell, they are still missing, so log the time of "
+            "each measurement."
         )
 
     def cut_at_gaps(self) -> None:
@@ -292,38 +308,6 @@ class _Repair:
             row,
         )
         return unknown
-
-    def contradictions(self) -> tuple[str, ...]:
-        """Sentences on columns that contradict each other."""
-        log, columns = self.log, self.columns
-        told = {
-            self.names[role]: (values, role != "position_command")
-            for role in ("velocity", "velocity_command", "position_command")
-            if (values := log.column(role)) is not None
-        }
-        said = wiring.contradictions(
-            columns.time,
-            self.first,
-            columns.position,
-            columns.velocity,
-            np.where(self.effort.untold, np.nan, columns.effort),
-            self.effort.column,
-            log.column("current"),
-            told,
-            log.axis.torque_constant,
-            log.column("supply_voltage"),
-        )
-        for role, (least, why) in _LOADS.items():
-            load = getattr(columns, role)
-            if load is None or columns.position is None:
-                continue
-            rows = wiring.changed_in_motion(load, columns.position, columns.time, self.first, least)
-            if len(rows):
-                said.append(
-                    f"another {role.split('_')[0]} is told while the axis moves, first on "
-                    f"{log.place(int(rows[0]))} ({len(rows)} such): {why}"
-                )
-        return tuple(f"{log.source}: {sentence}." for sentence in said)
 
     def finished(
         self, short: Rows, twice: Rows, contradictions: tuple[str, ...], *, every_row: bool

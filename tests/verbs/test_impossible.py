@@ -15,6 +15,7 @@ from idtool.errors import InputError
 from idtool.importing import import_recording
 from idtool.log import Log, impossible
 from idtool.log.effort import effort_of
+from idtool.log.row_counter import lost_rows
 from idtool.model.motion import Array
 from idtool.signals import record
 from idtool.verbs.base_model import base_model
@@ -72,8 +73,11 @@ def flagged(found: impossible.Impossible) -> list[int]:
 
 
 def nothing_impossible(log: Log, genuine: Sequence[int] = ()) -> bool:
-    """Whether no reading of a log is taken for impossible but these rows."""
+    """Whether no reading of a log is taken for impossible but these rows, and no row for lost."""
     found = find(log)
+    position, time = log.column("position"), log.values_of("time_s")
+    first = np.diff(log.trial_of_rows, prepend=-1) != 0
+    assert position is None or not lost_rows(time, first, position).any()
     return flagged(found) == [*genuine] and [*found.slips] == [*genuine][:1]
 
 
@@ -289,3 +293,20 @@ def test_no_shape_by_itself_is_impossible(shape: str) -> None:
     first = np.zeros(len(t), dtype=bool)
     first[[0, 2000]] = True
     assert not impossible.beyond(SHAPES[shape](t), first).any()
+
+
+def test_rows_that_a_counter_of_rows_lost_get_their_time_back(session: list[Log]) -> None:
+    """Taken as they are, the axis darts at each: the acceleration there is many times its own."""
+    kept = np.random.default_rng(0).uniform(size=len(session[2].frame)) > 0.03
+    kept[0] = True
+    frame = session[2].frame[kept].reset_index(drop=True)
+    true = record([replace(session[2], rows=frame)])
+    period = float(np.median(np.diff(frame["time_s"])))
+    number = frame.groupby("trial").cumcount()
+    start = frame.groupby("trial")["time_s"].transform("first")
+    counted = record([replace(session[2], rows=frame.assign(time_s=start + period * number))])
+    (said,) = (remark for remark in counted.remarks if "rows were lost and time_s counts those" in remark)
+    assert "log the time of each measurement" in said
+    away = counted.motion.acceleration - true.motion.acceleration
+    fast = np.abs(true.motion.velocity) > 0.1
+    assert np.sqrt(np.mean(away[fast] ** 2)) < 0.1 * np.sqrt(np.mean(true.motion.acceleration[fast] ** 2))
