@@ -14,6 +14,7 @@ from idtool.log.columns import Columns
 from idtool.log.contradicting import contradictions_of
 from idtool.log.effort import Effort
 from idtool.log.row_counter import lost_rows
+from idtool.log.stale import stale
 from idtool.model.motion import Array
 
 Rows = NDArray[np.bool_]
@@ -100,6 +101,7 @@ def repair(log: Log, columns: Columns, effort: Effort, *, every_row: bool = Fals
         work.remark(sentence)
     work.put_in_lost_periods()
     work.unwrap()
+    work.leave_out_stale()
     work.leave_out_impossible()
     work.faulty |= effort.unfit
     contradictions = contradictions_of(log, work.columns, work.first, effort)
@@ -130,6 +132,7 @@ class _Repair:
     Attributes:
         columns, faulty, remarks, readings: as `Repaired` will hold them.
         first: True at the first row of each trial, (rows,).
+        stale: role -> rows at which it was not read anew though the axis went on, (rows,).
     """
 
     def __init__(self, log: Log, columns: Columns, effort: Effort) -> None:
@@ -140,6 +143,7 @@ class _Repair:
         self.faulty: dict[str, Rows] = {}
         self.remarks: list[str] = []
         self.readings: list[Reading] = []
+        self.stale: dict[str, Rows] = {}
 
     def remark(self, sentence: str, row: int | None = None) -> None:
         """Say something of the log, or of one of its rows."""
@@ -246,6 +250,26 @@ class _Repair:
         if wraps:
             self.remark(f"the position wraps {wraps} times by whole turns; it was made continuous.")
 
+    def leave_out_stale(self) -> None:
+        """Put what the rows around say in the place of readings that stayed while the axis went on."""
+        columns = self.columns
+        if columns.position is None or not (rows := stale(self.first, columns.position)).any():
+            return
+        begins = np.flatnonzero(rows & ~np.insert(rows[:-1], 0, False))
+        self.remark(
+            f"{self.names['position']} repeats its last reading while the axis moves on ({len(begins)} such, "
+            f"{int(rows.sum())} rows in all), and then catches up at once; they were left out: look whether "
+            "the bus answers in each period.",
+            int(begins[0]),
+        )
+        for role in (*STUCK, "effort"):
+            values = getattr(columns, role)
+            if values is not None:
+                same = rows & (np.diff(values, prepend=np.nan) == 0.0)
+                self.stale[role] = same
+                filled = np.interp(columns.time, columns.time[~same], values[~same])
+                setattr(columns, role, np.where(same, filled, values))
+
     def leave_out_impossible(self) -> None:
         """Put what the rows around say in the place of a reading that cannot be."""
         columns = self.columns
@@ -348,11 +372,13 @@ class _Repair:
 
     def _stuck(self) -> dict[str, Rows]:
         """Role -> rows on which its sensor is stuck, of those that are anywhere."""
-        columns = self.columns
+        columns, found = self.columns, {role: self.stale[role] for role in STUCK if role in self.stale}
         if columns.position is None or columns.velocity is None:
-            return {}
+            return found
         masks = sensor_faults.stuck(columns.time, columns.position, columns.velocity, self.first)
-        found = {role: mask for role, mask in zip(STUCK, masks, strict=True) if mask.any()}
+        found |= {
+            role: mask | found.get(role, False) for role, mask in zip(STUCK, masks, strict=True) if mask.any()
+        }
         for role, mask in found.items():
             if np.mean(mask) > _MOSTLY:
                 name, other = self.names[role], self.names["velocity" if role == "position" else "position"]

@@ -16,6 +16,7 @@ from idtool.importing import import_recording
 from idtool.log import Log, impossible
 from idtool.log.effort import effort_of
 from idtool.log.row_counter import lost_rows
+from idtool.log.stale import stale
 from idtool.model.motion import Array
 from idtool.signals import record
 from idtool.verbs.base_model import base_model
@@ -73,11 +74,13 @@ def flagged(found: impossible.Impossible) -> list[int]:
 
 
 def nothing_impossible(log: Log, genuine: Sequence[int] = ()) -> bool:
-    """Whether no reading of a log is taken for impossible but these rows, and no row for lost."""
+    """Whether no reading of a log is taken for impossible but these rows, no row for lost, none for stale."""
     found = find(log)
     position, time = log.column("position"), log.values_of("time_s")
     first = np.diff(log.trial_of_rows, prepend=-1) != 0
-    assert position is None or not lost_rows(time, first, position).any()
+    if position is not None:
+        assert not lost_rows(time, first, position).any()
+        assert not stale(first, position).any()
     return flagged(found) == [*genuine] and [*found.slips] == [*genuine][:1]
 
 
@@ -310,3 +313,20 @@ def test_rows_that_a_counter_of_rows_lost_get_their_time_back(session: list[Log]
     away = counted.motion.acceleration - true.motion.acceleration
     fast = np.abs(true.motion.velocity) > 0.1
     assert np.sqrt(np.mean(away[fast] ** 2)) < 0.1 * np.sqrt(np.mean(true.motion.acceleration[fast] ** 2))
+
+
+def test_a_burst_of_readings_that_stayed_is_left_out_and_told(session: list[Log]) -> None:
+    """... of all columns at once: 12 rows, which no bound of time would tell from an axis at rest."""
+    frame = session[2].frame.copy()
+    columns = ["position_rad", "velocity_rad_s", "current_a"]
+    fast = np.flatnonzero(np.abs(frame["velocity_rad_s"]) > 0.2)
+    begins = [int(row) for row in fast[[100, 500, 900]]]
+    for begin in begins:
+        frame.loc[begin + 1 : begin + 12, columns] = frame.loc[begin, columns].to_numpy()
+    bad, clean = record([replace(session[2], rows=frame)]), record([session[2]])
+    assert bad.lost["position stuck"] == 36
+    (said,) = (remark for remark in bad.remarks if "repeats its last reading" in remark)
+    assert f"{session[2].place(begins[0] + 1)}: position_rad repeats its last reading" in said
+    assert "(3 such, 36 rows in all)" in said
+    away = (bad.motion.velocity - clean.motion.velocity)[bad.usable & clean.usable]
+    assert np.abs(away).max() < 0.05
