@@ -53,8 +53,8 @@ _JUMP = 3.0
 _MISTAKEN = 5.0
 #: Where a speed was read, the way that it adds up to is known to this share.
 _LATE = 0.1
-#: Jumps that are alike to within this share are the wrapping of a counter.
-_ALIKE = 0.02
+#: Jumps that are alike to within so many times what the axis goes in a row are the wrapping of a counter.
+_ALIKE = 2.0
 #: Passes: a large fault hides a small one.
 _PASSES = 4
 
@@ -66,6 +66,7 @@ class Impossible:
     Attributes:
         position, velocity, effort: rows at which each cannot be, shape (rows,).
         slips: rows at which the position jumps for good, and by how much.
+        wraps: whether those are of a counter that wraps.
         expected: role -> what the rows around say, shape (rows,).
     """
 
@@ -73,6 +74,7 @@ class Impossible:
     velocity: Rows
     effort: Rows
     slips: dict[int, float]
+    wraps: bool
     expected: dict[str, Array]
 
 
@@ -92,12 +94,13 @@ def find(
     kept = {role: values.copy() for role, values in readings.items() if values is not None}
     bad = {role: np.zeros(len(time), dtype=bool) for role in readings}
     slips: dict[int, float] = {}
+    wraps = False
     for _ in range(_PASSES):
         fresh = {role: beyond(values, first) for role, values in kept.items()}
         fresh["effort"] |= _out_of_range(kept["effort"])
         _fill_in(kept, bad, fresh, time, first)
         if position is not None:
-            away, slips = _jumps(clock, kept["position"], kept.get("velocity"))
+            away, slips, wraps = _jumps(clock, kept["position"], kept.get("velocity"))
             fresh["position"] = fresh["position"] | away
             _fill_in(kept, bad, {"position": away}, time, first)
             for row, jump in slips.items():  # as if it had not slipped, for the comparison with the speed
@@ -112,7 +115,7 @@ def find(
             kept["position"][clock.rest(row)] += jump
         if not any(rows.any() for rows in fresh.values()):
             break
-    return Impossible(bad["position"], bad["velocity"], bad["effort"], slips, kept)
+    return Impossible(bad["position"], bad["velocity"], bad["effort"], slips, wraps, kept)
 
 
 def stamps(time: Array, first: Rows, position: Array) -> tuple[Rows, Array]:
@@ -266,8 +269,9 @@ def _denied_by_speed(clock: _Clock, position: Array, velocity: Array) -> Rows:
     return np.asarray(away & ~repeated(position, clock.first))
 
 
-def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows, dict[int, float]]:
-    """Rows between a jump of the position and the one back, and jumps from which it does not come back."""
+def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows, dict[int, float], bool]:
+    """Rows between a jump of the position and the one back, jumps from which it does not come back, and
+    whether those are the wrapping of a counter."""
     away, slips = np.zeros(len(position), dtype=bool), dict[int, float]()
     change = np.where(clock.first[1:], 0.0, np.diff(position))
     # a reading that is repeated was not taken anew: the axis had the time since it was last new
@@ -277,7 +281,7 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
     held = np.maximum(clock.time[1:] - clock.time[last[:-1]], clock.period)
     rate = np.where(clock.first[1:], 0.0, change / held)
     if len(rate) < _HELD:
-        return away, slips
+        return away, slips, False
     runs = np.lib.stride_tricks.sliding_window_view(rate, _HELD)
     held_rates = np.maximum(np.maximum(runs.min(axis=1), (-runs).min(axis=1)), 0.0)
     speed = float(held_rates.max())
@@ -299,9 +303,10 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
         """The jump without the motion of that row, which is much as that of the row before."""
         return float(change[row - 1] - (0.0 if clock.first[row - 1] else change[row - 2]))
 
-    sizes = np.abs(change[np.array(jumps, dtype=np.intp) - 1])
-    if alike(sizes) and max(np.diff(jumps)) > _WIDE:  # a counter that wraps, there and back
-        return away, {row: slip(row) for row in jumps}
+    # a counter wraps by one amount, there and back; a reading of nothing is as far away as the axis just was
+    within = _ALIKE * speed * clock.period + 2.0 * resolution(position)
+    if _alike([slip(row) for row in jumps], within) and max(np.diff(jumps)) > _WIDE:
+        return away, {row: slip(row) for row in jumps}, True
     way = _travel(clock, velocity) if velocity is not None else np.zeros(len(position))
     doubt = speed if velocity is None else _LATE * speed
     while jumps:
@@ -316,12 +321,12 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
                 break
         if not away[row]:
             slips[row] = slip(row)
-    return away, slips
+    return away, slips, _alike([*slips.values()], within)
 
 
-def alike(sizes: Array) -> bool:
-    """Whether several jumps are one jump again and again, as where a counter wraps."""
-    return len(sizes) > 1 and float(np.ptp(sizes)) < _ALIKE * float(np.median(sizes))
+def _alike(jumps: list[float], within: float) -> bool:
+    """Whether several jumps are one jump again and again, there and back."""
+    return len(jumps) > 1 and float(np.ptp(np.abs(jumps))) < within
 
 
 def _travel(clock: _Clock, velocity: Array) -> Array:

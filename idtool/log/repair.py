@@ -14,6 +14,7 @@ from idtool.log.columns import Columns
 from idtool.log.contradicting import contradictions_of
 from idtool.log.effort import Effort
 from idtool.log.row_counter import lost_rows
+from idtool.log.slips import continuous
 from idtool.log.stale import stale
 from idtool.model.motion import Array
 
@@ -285,7 +286,7 @@ class _Repair:
             self._tell(self._leave_out(role, rows, raw, expected / scale))
             setattr(columns, role, np.where(rows, expected, getattr(columns, role)))
         if found.slips:
-            self.faulty[_SLIPPED] = self._undo_slips(found.slips)
+            self.faulty[_SLIPPED] = self._undo_slips(found.slips, found.wraps)
 
     def _leave_out(self, role: str, rows: Rows, values: Array, expected: Array) -> list[Reading]:
         several = [
@@ -309,26 +310,22 @@ class _Repair:
                 f"{self.log.place(several[-1].row)}; they were left out."
             )
 
-    def _undo_slips(self, slips: dict[int, float]) -> Rows:
+    def _undo_slips(self, slips: dict[int, float], wraps: bool) -> Rows:
         """Make the position continuous where it jumps for good; rows whose place is not known then."""
-        starts = np.append(np.flatnonzero(self.first), len(self.first))
-        offset, unknown = np.zeros(len(self.first)), np.zeros(len(self.first), dtype=bool)
-        for row, jump in slips.items():
-            number = int(np.searchsorted(starts, row, side="right"))
-            begin, end = int(starts[number - 1]), int(starts[number])
-            offset[row:end] -= jump
-            unknown[slice(begin, row) if row - begin < end - row else slice(row, end)] = True
         assert self.columns.position is not None
-        self.columns.position = self.columns.position + offset
+        self.columns.position, unknown = continuous(
+            self.columns.time, self.first, self.columns.position, slips, wraps
+        )
         sizes, name, row = np.abs(list(slips.values())), self.names["position"], next(iter(slips))
-        if impossible.alike(sizes):
+        if wraps:
             self.remark(
                 f"{name} wraps {len(slips)} times by {float(np.median(sizes)):.3g}; it was made continuous."
             )
-            return np.zeros(len(self.first), dtype=bool)
+            return unknown
+        left = f"; {int(unknown.sum())} rows on the shorter side were left out" if unknown.any() else ""
         self.remark(
             f"{name} jumps by {slips[row]:.4g}, which no motion of this log comes near, and stays there "
-            f"({len(slips)} such); {int(unknown.sum())} rows on the shorter side were left out.",
+            f"({len(slips)} such): counts were lost, or the coupling slips; it was made continuous{left}.",
             row,
         )
         return unknown

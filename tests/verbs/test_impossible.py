@@ -197,15 +197,44 @@ def test_said_with_line_and_reason(
     assert json.loads(json.dumps(log["impossible"]))[0]["row"] == 500
 
 
-def test_a_position_that_slips_is_said_and_the_shorter_side_left_out(session: list[Log]) -> None:
+@pytest.mark.parametrize("standing", [False, True])
+def test_a_position_that_slips_is_said_and_made_continuous(session: list[Log], standing: bool) -> None:
+    """... but for the shorter side of it where the reading stood still before, and its place is not known."""
     frame = session[2].frame.copy()
     rows = np.flatnonzero(frame["trial"] == frame["trial"].iloc[0])
-    frame.loc[rows[-100] : rows[-1], "position_rad"] += 0.8
-    bad = record([replace(session[2], rows=frame)])
-    assert bad.lost["position slipped"] == 100
-    assert any("jumps by " in remark and "stays there" in remark for remark in bad.remarks)
+    position = frame["position_rad"].to_numpy().copy()
+    slip = next(k for k in range(rows[-1] - 100, rows[-1]) if position[k - 1] != position[k - 2])
+    if standing:
+        position[slip - 1] = position[slip - 2]
+    position[slip : rows[-1] + 1] += 0.8
+    bad = record([replace(session[2], rows=frame.assign(position_rad=position))])
+    shorter = rows[-1] + 1 - slip
+    assert bad.lost.get("position slipped", 0) == (shorter if standing else 0)
+    (said,) = (remark for remark in bad.remarks if "jumps by " in remark and "stays there" in remark)
+    assert (f"{shorter} rows on the shorter side were left out" in said) == standing
     clean = record([session[2]])
-    assert np.allclose(bad.motion.position, clean.motion.position, atol=2e-3)
+    assert np.allclose(bad.motion.position, clean.motion.position, atol=5e-3)
+
+
+def test_most_of_a_trial_that_slips_stays_where_it_was_read(session: list[Log]) -> None:
+    """A slip near its beginning moves that beginning alone."""
+    frame = session[2].frame.copy()
+    position = frame["position_rad"].to_numpy().copy()
+    slip = next(k for k in range(100, 200) if position[k - 1] != position[k - 2])
+    position[:slip] -= 0.8
+    bad = record([replace(session[2], rows=frame.assign(position_rad=position))])
+    assert np.allclose(bad.motion.position, record([session[2]]).motion.position, atol=5e-3)
+
+
+def test_readings_of_nothing_are_no_counter_that_wraps(session: list[Log]) -> None:
+    """Twice as far from where the axis was, to within what it went in 40 rows."""
+    frame = session[2].frame.assign(position_rad=session[2].frame["position_rad"] + 3.3)
+    fast = int(np.flatnonzero(np.abs(frame["velocity_rad_s"]) > 0.2)[0])
+    frame.loc[[0, 1, 2, *range(fast, fast + 6)], "position_rad"] = 0.0
+    found = find(replace(session[2], rows=frame))
+    assert not found.wraps
+    frame["position_rad"] = (session[2].frame["position_rad"] + 0.05) % 0.5
+    assert find(replace(session[2], rows=frame)).wraps
 
 
 def test_a_counter_that_slips_by_less_than_three_rows_of_motion_is_seen(measured: Path) -> None:
@@ -215,7 +244,7 @@ def test_a_counter_that_slips_by_less_than_three_rows_of_motion_is_seen(measured
     clean = record([replace(log, rows=frame)])
     frame.loc[2485:, "position_m"] += 2.5e-3
     bad = record([replace(log, rows=frame)])
-    assert bad.lost["position slipped"] > 2000
+    assert any("position_m jumps by 0.0025" in remark for remark in bad.remarks)
     both = bad.usable & clean.usable
     assert np.abs(bad.motion.acceleration - clean.motion.acceleration)[both].max() < 0.5
 
