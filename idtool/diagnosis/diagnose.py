@@ -400,7 +400,8 @@ def _turned_down(selection: Selection, hidden: Sequence[Suspect]) -> list[str]:
     reasons = [f"{name} ({why})" for name in names if (why := selection.candidates[name].why)]
     if not reasons:
         return []
-    return [f"not named, though no chance: {'; '.join(reasons[:_MOST_TOLD])}. The intervals allow for that."]
+    told = "; ".join(reasons[:_MOST_TOLD])
+    return [f"clearer than chance, but turned down: {told}. The intervals allow for that."]
 
 
 def _not_compared(recording: Recording) -> list[str]:

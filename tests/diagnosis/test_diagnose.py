@@ -136,7 +136,7 @@ def test_what_was_turned_down_though_it_is_no_chance_is_allowed_for(
     spec = Spec("lugre", *choose_gravity(few, "auto"), (registry.get("inertia"),))
     found = diagnose(spoilt, [first_fit(few, spec)], [effect])
     assert found.effects == ()
-    told = [note for note in found.notes if "though no chance: nonlinear_viscous (held-out" in note]
+    told = [note for note in found.notes if "but turned down: nonlinear_viscous (held-out" in note]
     assert bool(told) == bool(quadratic)
     assert ("nonlinear_viscous" in found.to_document()["hidden"]) == bool(quadratic)
     final = found.final
