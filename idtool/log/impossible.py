@@ -53,8 +53,10 @@ _JUMP = 3.0
 _MISTAKEN = 5.0
 #: Where a speed was read, the way that it adds up to is known to this share.
 _LATE = 0.1
-#: Jumps that are alike to within so many times what the axis goes in a row are the wrapping of a counter.
-_ALIKE = 2.0
+#: Jumps that are alike to within this share, and so many times what the axis goes in a row, are the wrapping
+#: of a counter.
+_ALIKE = 0.02
+_WITHIN = 2.0
 #: Passes: a large fault hides a small one.
 _PASSES = 4
 
@@ -304,7 +306,7 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
         return float(change[row - 1] - (0.0 if clock.first[row - 1] else change[row - 2]))
 
     # a counter wraps by one amount, there and back; a reading of nothing is as far away as the axis just was
-    within = _ALIKE * speed * clock.period + 2.0 * resolution(position)
+    within = _WITHIN * speed * clock.period + 2.0 * resolution(position)
     if _alike([slip(row) for row in jumps], within) and max(np.diff(jumps)) > _WIDE:
         return away, {row: slip(row) for row in jumps}, True
     way = _travel(clock, velocity) if velocity is not None else np.zeros(len(position))
@@ -326,7 +328,8 @@ def _jumps(clock: _Clock, position: Array, velocity: Array | None) -> tuple[Rows
 
 def _alike(jumps: list[float], within: float) -> bool:
     """Whether several jumps are one jump again and again, there and back."""
-    return len(jumps) > 1 and float(np.ptp(np.abs(jumps))) < within
+    sizes = np.abs(jumps)
+    return len(jumps) > 1 and float(np.ptp(sizes)) < min(within, _ALIKE * float(np.median(sizes)))
 
 
 def _travel(clock: _Clock, velocity: Array) -> Array:
