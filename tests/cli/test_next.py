@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import shutil
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -89,12 +90,13 @@ def test_it_ends_with_the_next_command(folder: Path, words: str, following: str)
     assert " ".join(last(*words.split(), cwd=folder)).startswith(following)
 
 
-def test_calibrate_names_no_parameter_file_that_is_not_there(folder: Path) -> None:
+def test_calibrate_names_no_parameter_file_that_is_not_there(folder: Path, tmp_path: Path) -> None:
+    shutil.copy(folder / "swing.csv", tmp_path)
     words = ["calibrate", "swing.csv", "--mass", "0.5", "--lever", "0.1", "--torque-constant", "2.5"]
-    assert last(*words, cwd=folder) == ["identify", "swing.csv", "-o", "result"]
-    (folder / "result").mkdir()
-    (folder / "result" / "params.toml").write_text("")
-    assert last(*words, cwd=folder)[-2:] == ["-p", "result/params.toml"]
+    assert last(*words, cwd=tmp_path) == ["identify", "swing.csv", "-o", "result"]
+    (tmp_path / "result").mkdir()
+    (tmp_path / "result" / "params.toml").write_text("")
+    assert last(*words, cwd=tmp_path)[-2:] == ["-p", "result/params.toml"]
 
 
 def test_a_program_that_reads_is_told_nothing(folder: Path) -> None:
