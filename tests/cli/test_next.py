@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import gzip
 import os
-import shutil
 import shlex
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
