@@ -76,54 +76,10 @@ def test_units_are_converted(tmp_path: Path, role: str, unit: str, value: float,
     assert found[0] == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("name", "mapping", "turned", "says"),
-    [
-        ("current [mA]", {}, -2e-3, "-mA"),
-        ("x12_mA", {"current": "x12_mA"}, -2e-3, "-mA"),
-        ("current", {}, -2.0, "-A"),
-    ],
-)
-def test_a_minus_alone_turns_a_column_round_in_the_unit_that_it_has(
-    tmp_path: Path, name: str, mapping: dict[str, str], turned: float, says: str
-) -> None:
-    """What `check` recommends for an inverted current read mA as A where it was a factor."""
-    file = put(tmp_path, f"t_s,q_rad,{name}\n0,1,2\n0.01,1,3\n")
-    imported = import_recording(file, mapping=mapping, units={"current": "-"})
-    assert imported.log.frame["current_a"][0] == pytest.approx(turned)
-    assert imported.taken[-1].unit.text == says
-
-
 def test_linear_axis_and_units_in_names(tmp_path: Path) -> None:
     log = import_recording(put(tmp_path, "t_ms,pos [mm],force_kN\n0,1,2\n10,2,3\n")).log
     assert log.axis.kind == "linear"
     assert log.frame.to_numpy(float) == pytest.approx(np.array([[0, 0, 0.001, 2000], [0, 0.01, 0.002, 3000]]))
-
-
-@pytest.mark.parametrize(
-    ("names", "taken"),
-    [
-        ("Zeit [ms];Weg [mm];Rate [mm/s];Strom [A]", ["time_s", "position_m", "velocity_m_s", "current_a"]),
-        ("t [s];x [mm];v [m/s];Kraft [N]", ["time_s", "position_m", "velocity_m_s", "force_n"]),
-        ("clock [s];joint [deg];following error [deg];Strom [A]", ["time_s", "position_rad", "current_a"]),
-        # a name goes before a unit, and a motion that is named says what kind of axis it is
-        ("t [s];pos [deg];gap [mm];i [A]", ["time_s", "position_rad", "current_a"]),
-        ("t [s];angle;gap [mm/s];i [A]", ["time_s", "position_rad", "current_a"]),
-        ("t [s];x [mm];i [A];Kraft [N]", ["time_s", "position_m", "current_a"]),
-    ],
-)  # fmt: skip
-def test_a_unit_tells_where_a_name_says_nothing(tmp_path: Path, names: str, taken: list[str]) -> None:
-    imported = import_recording(put(tmp_path, names + "\n0;1;2;3\n0.01;1;3;4\n"))
-    assert [item.column for item in imported.taken] == taken
-    whys = dict.fromkeys(("t [s]", "clock [s]", "pos [deg]", "i [A]"), "named") | {"angle": "presumed"}
-    assert all(item.why == whys.get(item.source, "unit") for item in imported.taken)
-
-
-def test_a_unit_that_two_columns_have_tells_nothing_but_the_kind_of_axis(tmp_path: Path) -> None:
-    file = put(tmp_path, "t [s];Soll [mm];Ist [mm];Strom [A];Kraft [N]\n0;1;2;3;4\n0.01;1;3;4;5\n")
-    with pytest.raises(InputError) as refused:
-        import_recording(file)
-    assert "--map position_m=COLUMN or velocity_m_s=COLUMN, --map force_n=COLUMN or" in str(refused.value)
 
 
 def test_the_header_tells_where_it_came_from(tmp_path: Path) -> None:
