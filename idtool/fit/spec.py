@@ -9,6 +9,7 @@ import numpy as np
 
 from idtool.effects.base import Effect
 from idtool.signals import Recording
+from idtool.signals.coverage import slowest_speed
 
 FrictionKind = Literal["lugre", "stribeck", "coulomb"]
 FRICTION_KINDS: tuple[FrictionKind, ...] = ("lugre", "stribeck", "coulomb")
@@ -75,7 +76,6 @@ class Scales:
         motion = recording.motion
         speed = np.abs(motion.velocity)
         top = float(np.quantile(speed, 0.999))
-        moving = speed[recording.moving]
         # a pass over the rows each, however many trials there are
         within = np.maximum.reduceat(motion.position, motion.starts) - np.minimum.reduceat(
             motion.position, motion.starts
@@ -84,7 +84,7 @@ class Scales:
         return cls(
             torque=spread,
             speed=max(top, 1e-9),
-            slowest=max(float(np.quantile(moving, 0.02)), 1e-9) if len(moving) else 1e-9,
+            slowest=max(slowest_speed(recording), 1e-9),
             travel=max(float(np.max(within)), 1e-9),
             resolution=recording.position_resolution,
         )

@@ -9,14 +9,17 @@ from numpy.typing import NDArray
 
 from idtool.effects.base import OTHER_WAY
 from idtool.model.motion import Array, Motion
+from idtool.model.running import running_mean
 from idtool.signals.recording import Recording
 
 #: Speeds above this share of the highest are motion.
 MOVING = 0.05
 #: Gravity acts alike where the cosine of the tilt changes by less than this.
 _TILTED = 0.1
-#: Shortest stretch of constant speed that counts, s.
-_STEADY_S = 0.4
+#: The shortest stretch of constant speed that counts, in time and in usable rows; these are that share of it.
+_LEAST_SECONDS, _LEAST_ROWS, _MOSTLY = 0.4, 20, 0.5
+#: A speed is constant while its mean over this long changes by less than this share.
+_SETTLING_S, _CHANGE = 0.25, 0.05
 
 
 def constant_tilt(motion: Motion) -> bool:
@@ -49,29 +52,45 @@ def turning_points(position: Array, least: float) -> list[int]:
     return turns
 
 
-def constant_speeds(motion: Motion, rows: NDArray[np.bool_] | None = None) -> list[tuple[float, float]]:
-    """(speed, travel) of each stretch of constant speed, from the smoothed velocity alone."""
-    chosen = np.ones(len(motion), dtype=bool) if rows is None else rows
-    w, time, trial = motion.velocity[chosen], motion.time[chosen], motion.trial[chosen]
-    top = float(np.quantile(np.abs(w), 0.999))
-    bins = np.round(w / (0.04 * top)).astype(int)
-    edges = np.flatnonzero((np.diff(bins) != 0) | (np.diff(trial) != 0)) + 1
-    bounds = np.concatenate([[0], edges, [len(w)]])
-    windows = []
-    for begin, end in pairwise(bounds.tolist()):
-        seconds = float(time[end - 1] - time[begin])
-        speed = float(np.mean(w[begin:end]))
-        if seconds >= _STEADY_S and abs(speed) > MOVING * top:
-            windows.append((speed, abs(speed) * seconds))
-    return windows
+def slowest_speed(recording: Recording) -> float:
+    """The lowest speed at which the axis moves for certain; 0 where it never does."""
+    moving = np.abs(recording.motion.velocity[recording.moving])
+    return float(np.quantile(moving, 0.02)) if len(moving) else 0.0
+
+
+def steady_stretches(recording: Recording) -> list[tuple[int, int]]:
+    """(first row, row after the last) of each stretch of constant speed, in order of time."""
+    motion = recording.motion
+    speed = np.abs(motion.velocity)
+    steady = (_change_of_speed(motion) < _CHANGE * speed) & (speed > 0.5 * slowest_speed(recording))
+    found = (part for way in (1.0, -1.0) for part in stretches(steady & (way * motion.velocity > 0.0), motion))
+    return sorted(part for part in found if long_enough(recording, *part))
+
+
+def long_enough(recording: Recording, begin: int, end: int) -> bool:
+    """Whether rows from `begin` to before `end` make a stretch that counts."""
+    rows = int(np.count_nonzero(recording.usable[begin:end]))
+    seconds = float(recording.motion.time[end - 1] - recording.motion.time[begin])
+    return rows >= max(_LEAST_ROWS, _MOSTLY * (end - begin)) and seconds >= _LEAST_SECONDS
+
+
+def _change_of_speed(motion: Motion) -> Array:
+    """By how much the mean speed changes around each row, noise averaged out, (rows,)."""
+    rows = max(round(_SETTLING_S / motion.period) // 2, 2)
+    mean = running_mean(motion.velocity, rows)
+    row = np.arange(len(mean))
+    return np.asarray(np.abs(mean[np.minimum(row + rows, len(mean) - 1)] - mean[np.maximum(row - rows, 0)]))
+
+
+def constant_speeds(recording: Recording) -> list[float]:
+    """The mean velocity of each stretch of constant speed."""
+    return [float(np.mean(recording.motion.velocity[slice(*part)])) for part in steady_stretches(recording)]
 
 
 def slowest_and_fastest(recording: Recording) -> tuple[float, float]:
     """The slowest constant speed (the highest speed if none is constant) and the highest speed."""
-    speed: Array = np.abs(recording.motion.velocity)
-    fastest = float(np.quantile(speed, 0.999))
-    slow = [abs(w) for w, _ in constant_speeds(recording.motion)]
-    return min(slow, default=fastest), fastest
+    fastest = float(np.quantile(np.abs(recording.motion.velocity), 0.999))
+    return min((abs(speed) for speed in constant_speeds(recording)), default=fastest), fastest
 
 
 def stretches(flags: NDArray[np.bool_], motion: Motion) -> list[tuple[int, int]]:

@@ -22,7 +22,7 @@ from idtool.model import gravity
 from idtool.parameters import GRAVITY_MODELS
 from idtool.presentation.text import counted, listed
 from idtool.signals import Recording, record
-from idtool.signals.coverage import constant_speeds, moves_one_way
+from idtool.signals.coverage import constant_speeds, moves_one_way, steady_stretches
 
 SCHEMA = "ffc-id/check/1"
 #: Steps of time that scatter by more than this share jitter.
@@ -176,7 +176,7 @@ def _check_log(log: Log, recording: Recording, index: int) -> LogCheck:
         "jitter_percent": 100.0 * jitter,
         "top_speed": float(np.quantile(np.abs(motion.velocity[rows]), 0.999)),
         "stroke": float(np.ptp(motion.position[rows])),
-        "steady_windows": len(constant_speeds(motion, rows)),
+        "steady_windows": sum(bool(rows[begin]) for begin, _ in steady_stretches(recording)),
         "unusable_rows": int(np.sum(~recording.usable[rows])) + log.row_count - int(rows.sum()),
         "torque_noise": recording.noise,
     }
@@ -274,7 +274,7 @@ def _determine(
         judge("gravity: base", ["gravity.base"], "gravity acts", never, run)
         never = never or ("" if payloads > 1 else "one payload only")
         judge("gravity: per payload", ["gravity.per_payload"], counted(payloads, "payload"), never, run)
-    speeds = sorted({round(abs(speed), 3) for speed, _ in constant_speeds(motion)})
+    speeds = sorted({round(abs(speed), 3) for speed in constant_speeds(recording)})
     moving = np.abs(motion.velocity) > 1e-3 * float(np.max(np.abs(motion.velocity)))
     reversals = int(np.count_nonzero(np.diff(np.sign(motion.velocity[moving]))))
     turns = counted(reversals, "reversal")

@@ -46,13 +46,32 @@ def test_what_creeps_back_does_not_go_both_ways(back: float, rows: int, one_way:
 
 
 @pytest.mark.parametrize(
-    ("slow", "seconds", "counts"), [(0.3, 0.43, True), (0.3, 0.37, False), (0.03, 1.0, False)]
+    ("slow", "seconds", "usable", "counts"),
+    [
+        (0.3, 0.85, 1.0, True),
+        (-0.3, 0.85, 1.0, True),
+        (0.3, 0.75, 1.0, False),
+        (0.03, 1.0, 1.0, True),
+        (0.3, 1.0, 0.4, False),
+        (0.3, 1.0, 0.6, True),
+    ],
 )
-def test_how_long_and_how_fast_a_constant_speed_is(slow: float, seconds: float, counts: bool) -> None:
-    velocity = np.concatenate([np.ones(100), np.full(round(seconds / STEP) + 1, slow), np.ones(100)])
-    found = constant_speeds(moving(velocity))
-    expected = [(1.0, 0.99), (slow, slow * seconds), (1.0, 0.99)] if counts else [(1.0, 0.99)] * 2
-    assert found == [pytest.approx(one) for one in expected]
+def test_what_a_constant_speed_is(slow: float, seconds: float, usable: float, counts: bool) -> None:
+    """However slow it is; as much as a settling time is lost where it changes."""
+    rows = round(seconds / STEP)
+    velocity = np.concatenate([np.ones(100), np.full(rows, slow), np.ones(100)])
+    flags = np.ones(len(velocity), dtype=bool)
+    flags[100 + round(usable * rows) : 100 + rows] = False
+    recording: Any = SimpleNamespace(motion=moving(velocity), usable=flags, moving=np.abs(velocity) > 0.02)
+    assert constant_speeds(recording) == pytest.approx([1.0, slow, 1.0] if counts else [1.0, 1.0])
+
+
+def test_what_trembles_or_stands_is_no_constant_speed() -> None:
+    velocity = np.concatenate([np.ones(100), np.zeros(200), 1.0 + 0.3 * np.sin(np.arange(300) / 10.0)])
+    recording: Any = SimpleNamespace(
+        motion=moving(velocity), usable=np.ones(600, dtype=bool), moving=velocity > 0.02
+    )
+    assert constant_speeds(recording) == pytest.approx([1.0])
 
 
 def test_an_axis_moves_for_certain_above_a_fiftieth_of_its_top_speed() -> None:
