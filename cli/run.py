@@ -199,7 +199,7 @@ def _tell(summary: RunSummary, recipe: Recipe, told: RunOptions, rig: str, simul
         "longest_period_s": loop.longest_s,
     }
     done = (
-        f"{summary.file}: {summary.rows} rows, {counted(summary.trials, 'trial')}, "
+        f"{summary.file}: {counted(summary.rows, 'row')}, {counted(summary.trials, 'trial')}, "
         f"{summary.duration_s:.0f} s of rig time on {rig_words(rig, simulated)}"
     )
     output.result(document, () if output.quiet or summary.interrupted else [done])
@@ -211,7 +211,11 @@ def _tell(summary: RunSummary, recipe: Recipe, told: RunOptions, rig: str, simul
             "after the one before; a slower period= or an idle computer helps (see docs/hardware.md)."
         )
     if summary.interrupted:
-        kept = f"{summary.rows} rows are kept in {summary.file}" if summary.rows else "no row was measured"
+        kept = (
+            f"{counted(summary.rows, 'row is', 'rows are')} kept in {summary.file}"
+            if summary.rows
+            else "no row was measured"
+        )
         output.warn(
             f"interrupted: the axis was stopped; {kept} "
             f"({summary.trials} of {len(recipe.trials)} trials finished)."

@@ -22,6 +22,7 @@ from idtool.fit.windows import Window, steady_windows
 from idtool.log.repair import SATURATED
 from idtool.model.units import unit_text
 from idtool.parameters import DYNAMIC
+from idtool.presentation.text import counted
 from idtool.signals import Recording
 from idtool.signals.coverage import (
     MOVING,
@@ -347,6 +348,6 @@ def saturated(recording: Recording) -> Shortcoming | None:
         "saturated_current",
         PARTS,
         (),
-        f"the {what} is saturated, or within its noise of that, on {rows} rows, which were left out",
+        f"the {what} is saturated, or within its noise of that, on {counted(rows, 'row')}, left out",
         "move more slowly or with less payload, or widen the current's range",
     )

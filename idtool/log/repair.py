@@ -17,6 +17,7 @@ from idtool.log.row_counter import lost_rows
 from idtool.log.slips import continuous
 from idtool.log.stale import stale
 from idtool.model.motion import Array
+from idtool.presentation.text import counted
 
 Rows = NDArray[np.bool_]
 
@@ -195,14 +196,16 @@ class _Repair:
             return
         period = float(np.median(np.diff(columns.time)[~self.first[1:]]))
         columns.time = columns.time + period * np.cumsum(lost)
-        rows = [self.log.place(int(row)) for row in np.flatnonzero(lost)[:_TOLD]]
+        places = np.flatnonzero(lost)
+        first, *others = (self.log.place(int(row)) for row in places[:_TOLD])
+        rows = ", ".join([first, *(place.split()[-1] for place in others)])
+        more = ", ..." if len(places) > _TOLD else ""
         name, told = self.names["position"], self.names["time"]
         self.remark(
-            f"{name} goes on by two steps or more at once before {np.count_nonzero(lost)} rows ({rows[0]}, "
-            f"{', '.join(place.split()[-1] for place in rows[1:])}, ...) while {told} steps evenly: "
-            f"{int(lost.sum())} rows were lost and {told} counts those that are left. The lost periods were "
-            "put in; where the axis moves too slowly to tell, they are still missing, so log the time of "
-            "each measurement."
+            f"{name} goes on by two steps or more at once before {counted(len(places), 'row')} "
+            f"({rows}{more}) while {told} steps evenly: {counted(int(lost.sum()), 'row was', 'rows were')} "
+            f"lost and {told} counts those that are left. The lost periods were put in; where the axis moves "
+            "too slowly to tell, they are still missing, so log the time of each measurement."
         )
 
     def cut_at_gaps(self) -> None:
@@ -259,8 +262,8 @@ class _Repair:
         begins = np.flatnonzero(rows & ~np.insert(rows[:-1], 0, False))
         self.remark(
             f"{self.names['position']} repeats its last reading while the axis moves on ({len(begins)} such, "
-            f"{int(rows.sum())} rows in all), and then catches up at once; they were left out: look whether "
-            "the bus answers in each period.",
+            f"{counted(int(rows.sum()), 'row')} in all), and then catches up at once; they were left out: "
+            "look whether the bus answers in each period.",
             int(begins[0]),
         )
         for role in (*STUCK, "effort"):
@@ -322,7 +325,7 @@ class _Repair:
                 f"{name} wraps {len(slips)} times by {float(np.median(sizes)):.3g}; it was made continuous."
             )
             return unknown
-        left = f"; {int(unknown.sum())} rows on the shorter side were left out" if unknown.any() else ""
+        left = f"; {counted(int(unknown.sum()), 'row')} on the shorter side left out" if unknown.any() else ""
         self.remark(
             f"{name} jumps by {slips[row]:.4g}, which no motion of this log comes near, and stays there "
             f"({len(slips)} such): counts were lost, or the coupling slips; it was made continuous{left}.",

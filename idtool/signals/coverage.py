@@ -63,7 +63,9 @@ def steady_stretches(recording: Recording) -> list[tuple[int, int]]:
     motion = recording.motion
     speed = np.abs(motion.velocity)
     steady = (_change_of_speed(motion) < _CHANGE * speed) & (speed > 0.5 * slowest_speed(recording))
-    found = (part for way in (1.0, -1.0) for part in stretches(steady & (way * motion.velocity > 0.0), motion))
+    found = (
+        part for way in (1.0, -1.0) for part in stretches(steady & (way * motion.velocity > 0.0), motion)
+    )
     return sorted(part for part in found if long_enough(recording, *part))
 
 
