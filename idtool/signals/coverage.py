@@ -72,8 +72,9 @@ def steady_stretches(recording: Recording) -> list[tuple[int, int]]:
 def long_enough(recording: Recording, begin: int, end: int) -> bool:
     """Whether rows from `begin` to before `end` make a stretch that counts."""
     rows = int(np.count_nonzero(recording.usable[begin:end]))
-    seconds = float(recording.motion.time[end - 1] - recording.motion.time[begin])
-    return rows >= max(_LEAST_ROWS, _MOSTLY * (end - begin)) and seconds >= _LEAST_SECONDS
+    if rows < max(_LEAST_ROWS, _MOSTLY * (end - begin)):
+        return False
+    return float(recording.motion.time[end - 1] - recording.motion.time[begin]) >= _LEAST_SECONDS
 
 
 def _change_of_speed(motion: Motion) -> Array:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from idtool.diagnosis.acted_once import Stretch, acted_once, joined, without_what_acted
 from idtool.diagnosis.weights import weighed
 from idtool.effects import registry
 from idtool.errors import InputError, nearest
@@ -22,6 +23,8 @@ from idtool.signals.thin import thin
 
 #: A low-pass is told so many times at most, each time from the base model behind the last one.
 _PASSES = 4
+#: What acted once is looked for so many times; what is found each time acted more often than that.
+_ONCE = 3
 
 
 @dataclass(frozen=True)
@@ -67,10 +70,25 @@ def base_model(
     """
     of_rows = partial(base_of_rows, law=law, gravity=gravity, optimizer=optimizer, seed=seed, without=without)
     base = replace(of_rows(thin(recording)), recording=recording)
-    if own := low_pass_of(base.best, recording, tell):
-        base = _told_anew(recording, own, of_rows)
+    base = _undisturbed(base, of_rows)
+    if own := low_pass_of(base.best, base.recording, tell):
+        base = _told_anew(base.recording, own, of_rows)
     own = base.recording.own_filter
     return replace(base, notes=[*base.notes, *([_filtered(own)] if own else [])])
+
+
+def _undisturbed(base: Base, of_rows: Callable[[Recording], Base]) -> Base:
+    """The base model of the rows on which nothing acted that acts nowhere else; the same one where something
+    is found again and again, which is no such thing."""
+    found, acted = base, list[Stretch]()
+    for _ in range(_ONCE):
+        more = acted_once(found.best)
+        if not more:
+            return found
+        acted = joined([*acted, *more])
+        quiet = without_what_acted(base.recording, acted)
+        found = replace(of_rows(thin(quiet)), recording=quiet)
+    return base
 
 
 def _told_anew(recording: Recording, own: OwnFilter, of_rows: Callable[[Recording], Base]) -> Base:

@@ -13,7 +13,7 @@ from idtool.log import Log
 from idtool.model.motion import Array, Motion
 from idtool.parameters.axis import Axis
 from idtool.signals import record
-from idtool.signals.coverage import constant_speeds, constant_tilt, moves_one_way
+from idtool.signals.coverage import constant_speeds, constant_tilt, long_enough, moves_one_way
 
 STEP = 0.01
 
@@ -64,6 +64,13 @@ def test_what_a_constant_speed_is(slow: float, seconds: float, usable: float, co
     flags[100 + round(usable * rows) : 100 + rows] = False
     recording: Any = SimpleNamespace(motion=moving(velocity), usable=flags, moving=np.abs(velocity) > 0.02)
     assert constant_speeds(recording) == pytest.approx([1.0, slow, 1.0] if counts else [1.0, 1.0])
+
+
+def test_no_rows_make_no_stretch() -> None:
+    """At the end of the last trial too."""
+    recording: Any = SimpleNamespace(motion=moving(np.ones(100)), usable=np.ones(100, dtype=bool))
+    assert long_enough(recording, 50, 100)
+    assert not long_enough(recording, 100, 100)
 
 
 def test_what_trembles_or_stands_is_no_constant_speed() -> None:
