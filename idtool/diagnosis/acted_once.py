@@ -102,10 +102,12 @@ def acted_once(fit: JointFit) -> list[Stretch]:
     best: list[Stretch] = []
     most = _STANDS_OUT
     for rows in lengths:
-        contrast = _contrasts(beside, trial, rows)
+        contrast, alone = (_contrasts(each, trial, rows) for each in (beside, left))
         # neighbours may differ by what they leave themselves: it has to be in the stretch too
-        own = _smaller(contrast, _contrasts(left, trial, rows))
-        others, peaks = np.nan_to_num(np.abs(contrast)), list[int]()
+        own = _smaller(contrast, alone)
+        # what has no neighbours may come again or not: it is large as it is
+        others = np.nan_to_num(np.abs(np.where(np.isfinite(contrast), contrast, alone)))
+        peaks = list[int]()
         while len(peaks) < _MOST:
             peaks.append(int(np.argmax(np.nan_to_num(np.abs(own)) * (others > 0.0))))
             size = abs(own[peaks[-1]])
