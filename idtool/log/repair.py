@@ -15,7 +15,7 @@ from idtool.log.contradicting import contradictions_of
 from idtool.log.effort import Effort
 from idtool.log.row_counter import lost_rows
 from idtool.log.slips import continuous
-from idtool.log.stale import stale
+from idtool.log.stale import frozen, stale
 from idtool.model.motion import Array
 from idtool.presentation.text import counted
 
@@ -34,6 +34,7 @@ IMPOSSIBLE = {
 }
 _SLIPPED = "position slipped"
 _MISDATED = "impossible time"
+_FROZEN = "torque not read anew"
 #: So many impossible readings of a column are told one by one; the rest are counted.
 _TOLD = 3
 #: Rows of a trial in which noise can be told from motion: one third difference.
@@ -104,6 +105,7 @@ def repair(log: Log, columns: Columns, effort: Effort, *, every_row: bool = Fals
     work.put_in_lost_periods()
     work.unwrap()
     work.leave_out_stale()
+    work.leave_out_frozen()
     work.leave_out_impossible()
     work.faulty |= effort.unfit
     contradictions = contradictions_of(log, work.columns, work.first, effort)
@@ -273,6 +275,24 @@ class _Repair:
                 self.stale[role] = same
                 filled = np.interp(columns.time, columns.time[~same], values[~same])
                 setattr(columns, role, np.where(same, filled, values))
+
+    def leave_out_frozen(self) -> None:
+        """Put what the rows around say in the place of an effort that stayed while the axis moved."""
+        columns = self.columns
+        if columns.position is None:
+            return
+        rows = frozen(self.first, columns.position, columns.effort)
+        if not rows.any():
+            return
+        self.faulty[_FROZEN] = rows
+        begins = np.flatnonzero(rows & ~np.insert(rows[:-1], 0, False))
+        self.remark(
+            f"{self.names['effort']} repeats its last reading for longer than chance while the axis moves "
+            f"({len(begins)} such, {counted(int(rows.sum()), 'row')} in all): it was not read anew "
+            "there; they were left out.",
+            int(begins[0]),
+        )
+        columns.effort = np.interp(columns.time, columns.time[~rows], columns.effort[~rows])
 
     def leave_out_impossible(self) -> None:
         """Put what the rows around say in the place of a reading that cannot be."""

@@ -23,6 +23,8 @@ _MOVES = 2.0
 _CAUGHT_UP = (0.5, 2.0)
 #: After as many repetitions as elsewhere in a log, one step of so many times those on both sides.
 _JUMPS = 2.0
+#: What is repeated on more than this share of the rows is read more slowly than it is logged.
+_MOSTLY = 0.5
 #: Chance that a recording holds as many repetitions in a row.
 _CHANCE = 1e-6
 
@@ -65,6 +67,36 @@ def stale(first: NDArray[np.bool_], position: Array) -> NDArray[np.bool_]:
         for begin, end in zip(begins[jumps].tolist(), ends[jumps].tolist(), strict=True):
             rows[begin + 1 : end + 1] |= end - begin >= certain
     return rows
+
+
+def frozen(first: NDArray[np.bool_], position: Array, effort: Array) -> NDArray[np.bool_]:
+    """Rows whose effort was not read anew while the axis moved, shape (rows,): one that repeats itself to the
+    last digit for longer than chance, as often as readings of this log repeat themselves elsewhere.
+
+    An effort of nothing is none that was not read, for a drive may be off; nor is one at an end of its range.
+
+    Args:
+        first: True at the first row of each trial.
+        position, effort: readings, shape (rows,).
+    """
+    rows = np.zeros(len(effort), dtype=bool)
+    steps = np.where(first[1:], np.nan, np.diff(effort))
+    begins, ends = _still(steps)
+    if not len(begins):
+        return rows
+    lengths, values = ends - begins, effort[begins]
+    moves = np.concatenate([[0], np.cumsum(np.diff(position) != 0.0)])
+    told = 2 * (moves[ends] - moves[begins]) > lengths
+    told &= (values != 0.0) & (values != effort.max()) & (values != effort.min())
+    while told.any():
+        again = max(int(lengths[~told].sum()), 1) / max(len(effort) - int(lengths[told].sum()), 2)
+        kept = told & (lengths * math.log(again) + math.log(len(rows)) < math.log(_CHANCE))
+        if (kept == told).all():
+            break
+        told = kept
+    for begin, end in zip(begins[told].tolist(), ends[told].tolist(), strict=True):
+        rows[begin + 1 : end + 1] = True
+    return rows & (np.mean(rows) < _MOSTLY)
 
 
 def _still(ways: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
