@@ -282,6 +282,8 @@ class _Repair:
         if columns.position is None:
             return
         rows = frozen(self.first, columns.position, columns.effort)
+        if "effort" in self.stale:  # where all stayed, what was put in its place is no reading
+            rows &= ~self.stale["effort"]
         if not rows.any():
             return
         self.faulty[_FROZEN] = rows
