@@ -105,11 +105,11 @@ def repair(log: Log, columns: Columns, effort: Effort, *, every_row: bool = Fals
     work.put_in_lost_periods()
     work.unwrap()
     work.leave_out_stale()
-    work.leave_out_frozen()
     work.leave_out_impossible()
     work.faulty |= effort.unfit
     contradictions = contradictions_of(log, work.columns, work.first, effort)
     work.faulty[SATURATED] = sensor_faults.clipped(work.columns.effort)
+    work.leave_out_frozen()
     return work.finished(short, twice, contradictions, every_row=every_row)
 
 
@@ -281,9 +281,9 @@ class _Repair:
         columns = self.columns
         if columns.position is None:
             return
-        rows = frozen(self.first, columns.position, columns.effort)
-        if "effort" in self.stale:  # where all stayed, what was put in its place is no reading
-            rows &= ~self.stale["effort"]
+        # where all stayed, what was put in its place is no reading
+        read = np.where(self.stale.get("effort", False), np.nan, columns.effort)
+        rows = frozen(self.first, columns.position, read)
         if not rows.any():
             return
         self.faulty[_FROZEN] = rows

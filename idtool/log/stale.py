@@ -77,7 +77,7 @@ def frozen(first: NDArray[np.bool_], position: Array, effort: Array) -> NDArray[
 
     Args:
         first: True at the first row of each trial.
-        position, effort: readings, shape (rows,).
+        position, effort: readings, shape (rows,); NaN is none.
     """
     rows = np.zeros(len(effort), dtype=bool)
     steps = np.where(first[1:], np.nan, np.diff(effort))
@@ -87,7 +87,7 @@ def frozen(first: NDArray[np.bool_], position: Array, effort: Array) -> NDArray[
     lengths, values = ends - begins, effort[begins]
     moves = np.concatenate([[0], np.cumsum(np.diff(position) != 0.0)])
     told = 2 * (moves[ends] - moves[begins]) > lengths
-    told &= (values != 0.0) & (values != effort.max()) & (values != effort.min())
+    told &= (values != 0.0) & (values != np.nanmax(effort)) & (values != np.nanmin(effort))
     while told.any():
         again = max(int(lengths[~told].sum()), 1) / max(len(effort) - int(lengths[told].sum()), 2)
         kept = told & (lengths * math.log(again) + math.log(len(rows)) < math.log(_CHANCE))
