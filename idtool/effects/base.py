@@ -398,12 +398,28 @@ def derivative(
 FEWEST_REVERSALS = 4
 #: Less than this share of the motion in one direction is no motion in it.
 OTHER_WAY = 0.02
+#: An axis moves above this share of its top speed, and at one speed if this share of the motion is that near.
+_MOVES, _HARDLY_OTHER, _ALIKE = 0.05, 0.8, 0.15
 
 
 def both_ways(velocity: Array) -> bool:
     """Whether the axis moved both ways: in one alone a constant torque and friction are one thing."""
     moving = velocity[velocity != 0.0]
     return bool(OTHER_WAY < np.mean(moving > 0.0) < 1.0 - OTHER_WAY) if len(moving) else False
+
+
+def usual_speed(velocity: Array) -> float | None:
+    """The speed at which nearly all of a motion goes; None where others are moved too. At one speed friction
+    that grows with it, however, and a level of friction are one thing."""
+    speed = np.abs(velocity)
+    fast = speed[speed > _MOVES * float(np.quantile(speed, 0.999))]
+    usual = float(np.median(fast)) if len(fast) else 0.0
+    return usual if np.mean(np.abs(fast - usual) < _ALIKE * usual) >= _HARDLY_OTHER else None
+
+
+def of_one_speed(motion: Motion) -> str | None:
+    """Why friction that follows the speed cannot show; None where several are moved."""
+    return None if usual_speed(motion.velocity) is None else "hardly another speed is moved: log several"
 
 
 def stroke_of(motion: Motion) -> dict[str, float]:

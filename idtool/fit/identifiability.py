@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from idtool.effects.base import usual_speed
 from idtool.fit.joint import JointFit, kept
 from idtool.fit.levels import contradicted_at_rest, rising
 from idtool.fit.lever import odd_lever
@@ -25,7 +26,6 @@ from idtool.parameters import DYNAMIC
 from idtool.presentation.text import counted
 from idtool.signals import Recording
 from idtool.signals.coverage import (
-    MOVING,
     constant_tilt,
     moves_one_way,
     slowest_and_fastest,
@@ -55,10 +55,6 @@ _ROWS = 4.0
 _REST = 0.1
 _LOW = 1.5
 _LOW_WINDOWS = 5.0
-#: Speeds that differ by less than this share are one speed, and motion at others than that is hardly any
-#: where this share of the rows has it.
-_ALIKE = 0.15
-_HARDLY_OTHER = 0.8
 #: Effects that look like friction in one direction.
 _ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
 #: A torque over the position, which in one direction may as well be friction there.
@@ -168,10 +164,8 @@ def one_direction(fit: JointFit) -> Shortcoming | None:
 def one_speed(fit: JointFit) -> Shortcoming | None:
     """Hardly any motion but at one speed: a level of friction and viscous friction look the same."""
     recording = fit.model.recording
-    speed = np.abs(recording.motion.velocity[recording.usable])
-    fast = speed[speed > MOVING * float(np.quantile(speed, 0.999))]
-    usual = float(np.median(fast)) if len(fast) else 0.0
-    if np.mean(np.abs(fast - usual) < _ALIKE * usual) < _HARDLY_OTHER:
+    usual = usual_speed(recording.motion.velocity[recording.usable])
+    if usual is None:
         return None
     run = run_command(recording, "sweep")
     return Shortcoming(
