@@ -16,6 +16,7 @@ from idtool.fit.identifiability import low_speeds, no_reversal, presliding, stri
 from idtool.fit.joint import JointFit, gain_in_evidence, refit, solve
 from idtool.fit.left_out import predicts_better
 from idtool.fit.model import JointModel
+from idtool.fit.own_swing import LEAST_STROKE, swings_by_itself
 from idtool.fit.restart import rises, rises_all_along, worth_a_restart
 from idtool.fit.search import search
 from idtool.fit.shortcoming import Shortcoming
@@ -40,7 +41,8 @@ def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | No
 
     `auto` takes the slide where tilt was logged; the arm where the torque follows the sine and cosine of the
     angle, better than a spring that bends would, and beside a payload better than the slide; else the slide
-    where a payload was logged, and none otherwise.
+    where a payload was logged; the arm where the acceleration is a pendulum's, as its weight may be any then;
+    and none otherwise.
 
     Raises:
         InputError: the axis is an arm by `auto`, and its load changes.
@@ -53,7 +55,7 @@ def choose_gravity(recording: Recording, choice: str = "auto") -> tuple[str | No
         elif motion.payload is not None or motion.gravity_factor is not None:
             choice = "slide"
         else:
-            choice = "none"
+            choice = "arm" if swings_by_itself(recording) else "none"
     if choice == "none":
         return None, ()
     columns = gravity.columns(choice, motion)
@@ -77,7 +79,7 @@ def weightless(recording: Recording, model: str | None) -> bool:
 def _swings(recording: Recording) -> bool:
     """Whether the torque follows the sine and cosine of the angle, each payload by a size of its own."""
     motion = recording.motion
-    if recording.position_resolution == 0.0 or np.ptp(motion.position) < 0.5:
+    if recording.position_resolution == 0.0 or np.ptp(motion.position) < LEAST_STROKE:
         return False
     payloads = payloads_of(recording)
     level = [np.ones(len(motion)), *payloads]

@@ -17,8 +17,9 @@ from idtool.fit.joint import JointFit, kept
 from idtool.fit.levels import contradicted_at_rest, rising
 from idtool.fit.lever import odd_lever
 from idtool.fit.next_sweep import long_sweep, run_command, slow_sweep
+from idtool.fit.own_swing import swings_by_itself
 from idtool.fit.shortcoming import PARTS, Limits, Shortcoming
-from idtool.fit.vague import at_bound, carried, is_vague, vague
+from idtool.fit.vague import at_bound, carried, in_file, is_vague, vague
 from idtool.fit.windows import Window, steady_windows
 from idtool.log.repair import SATURATED
 from idtool.model.units import unit_text
@@ -59,6 +60,8 @@ _LOW_WINDOWS = 5.0
 _ONE_WAY_EFFECTS = ("torque_offset", "direction_asymmetry")
 #: A torque over the position, which in one direction may as well be friction there.
 _OVER_THE_STROKE = ("position_stiffness", "position_ripple")
+#: A weight is plain that is so many times as large as its 95 % interval is wide to one side.
+_PLAIN = 5.0
 #: An axis whose speed falls below this share of the top speed of its trial starts, stops or turns there.
 _TURNS = 0.2
 
@@ -104,6 +107,8 @@ def not_converged(fit: JointFit) -> Shortcoming | None:
 
 @kept
 def _about_parameters(fit: JointFit) -> list[Shortcoming]:
+    if (all_of_it := own_swing(fit)) is not None:
+        return [all_of_it]  # where its numbers end, and their errors, say nothing
     levels = [one_direction, one_speed, low_speeds, rising, contradicted_at_rest]
     judged = [one_payload, *levels, no_reversal, presliding, brief, at_bound]
     found = [one for judge in judged if (one := judge(fit)) is not None]
@@ -131,6 +136,28 @@ def one_payload(fit: JointFit) -> Shortcoming | None:
         lacking,
         f"one payload only ({payload:g} kg): gravity per payload is not determined{also}",
         f"run payload steps with two payloads or more (`{run}`)",
+        run,
+    )
+
+
+def own_swing(fit: JointFit) -> Shortcoming | None:
+    """An acceleration of which a pendulum of any weight has as much: inertia, gravity and, with them, the
+    level of friction may be of any size."""
+    recording = fit.model.recording
+    if fit.model.spec.gravity != "arm" or not swings_by_itself(recording):
+        return None
+    pull = [name for name in fit.model.names if name.startswith("gravity.")]
+    error = [fit.quantile[k] * np.sqrt(fit.covariance[k, k]) for k in map(fit.model.names.index, pull)]
+    if any(abs(fit.values[name]) > _PLAIN * most for name, most in zip(pull, error, strict=True)):
+        return None
+    run = run_command(recording, "sweep")
+    return Shortcoming(
+        "own_swing",
+        PARTS,
+        tuple(dict.fromkeys(in_file(name, fit) for name in fit.model.names)),
+        "the axis accelerates by the sine of its angle, as by its own weight or at one frequency: inertia, "
+        "gravity and the friction beside them may be of any size",
+        f"move it slowly, and at several speeds (`{run}`)",
         run,
     )
 

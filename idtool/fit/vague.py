@@ -27,7 +27,7 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
     stuck = [name for name in fit.model.names if fit.at_bound[name] and name not in fit.held]
     if not stuck:
         return None
-    named = tuple(_in_file(name, fit) for name in stuck)
+    named = tuple(in_file(name, fit) for name in stuck)
     if {"coulomb", "static"} & set(stuck) and "stribeck_velocity" in fit.model.names:
         named = tuple(dict.fromkeys((*named, "static.stribeck_velocity")))  # between two levels, or none
     words = ", ".join(map(_said, stuck))
@@ -42,7 +42,7 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
         f"{words} {verb} not found",
         "do not use the number (an effect that the model lacks can do this: `ffc-id identify` looks for one)",
         by_error=True,
-        limits={_in_file(name, fit): _from_bound(fit, name) for name in stuck},
+        limits={in_file(name, fit): _from_bound(fit, name) for name in stuck},
     )
 
 
@@ -71,8 +71,8 @@ def carried(fit: JointFit, told: Collection[str] = ()) -> Shortcoming | None:
         moves = reach * np.abs(np.linalg.lstsq(fit.jacobian[:, fit.free], column, rcond=None)[0])
         for other, moved in zip(free, moves.tolist(), strict=True):
             half = float(fit.quantile[fit.model.names.index(other)]) * standard_error(fit, other)
-            if moved > half and other in _JUDGED and _in_file(other, fit) not in told:
-                found.setdefault(_in_file(other, fit), name)
+            if moved > half and other in _JUDGED and in_file(other, fit) not in told:
+                found.setdefault(in_file(other, fit), name)
     if not found:
         return None
     words = ", ".join(quantity(name.removeprefix("effects.").rpartition(".")[2]) for name in found)
@@ -106,7 +106,7 @@ def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
         lacking = [
             name
             for name in names
-            if name in fit.model.names and _in_file(name, fit) not in told and is_vague(fit, name)
+            if name in fit.model.names and in_file(name, fit) not in told and is_vague(fit, name)
         ]
         if lacking:
             words = ", ".join(quantity(name.partition(".")[0]) for name in lacking)
@@ -115,12 +115,12 @@ def vague(fit: JointFit, told: Collection[str] = ()) -> list[Shortcoming]:
                 Shortcoming(
                     f"vague_{part}",
                     (part,),
-                    tuple(_in_file(name, fit) for name in lacking),
+                    tuple(in_file(name, fit) for name in lacking),
                     f"{words}: the error is about as large as the value",
                     f"give a longer {experiment} too (`{run}`)",
                     run,
                     by_error=True,
-                    limits={_in_file(name, fit): (None, _highest(fit, name)) for name in lacking},
+                    limits={in_file(name, fit): (None, _highest(fit, name)) for name in lacking},
                 )
             )
     return found
@@ -145,7 +145,8 @@ def is_vague(fit: JointFit, name: str) -> bool:
     return standard_error(fit, name) >= _TOO_VAGUE * size
 
 
-def _in_file(name: str, fit: JointFit) -> str:
+def in_file(name: str, fit: JointFit) -> str:
+    """ "part.name" of a parameter, as the file has it."""
     if name in STATIC:
         return f"static.{name}"
     if name in DYNAMIC:
