@@ -47,6 +47,13 @@ def contradictions_of(
         log.axis.torque_constant,
         log.column("supply_voltage"),
     )
+    measured = effort.column != names["duty"]  # a voltage is mostly back-EMF
+    at = columns.position
+    if measured and at is not None and wiring.adds_up(columns.time, first, at, columns.effort):
+        said.append(
+            f'"{effort.column}" is how fast the axis moves, times a number: it is a speed and no torque; are '
+            "two columns swapped?"
+        )
     for role, (least, why) in _LOADS.items():
         load = getattr(columns, role)
         if load is None or columns.position is None:

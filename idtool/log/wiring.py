@@ -60,6 +60,9 @@ _PURPOSE = 0.8
 _USUAL = 0.99
 #: Digits in which an effort and a column agree tell something if it varies by so many of them.
 _DIGITS = 20.0
+#: An effort adds up to the position to within this share of its spread if it is a speed; that of no measured
+#: torque or current is nearer than 0.05.
+_ADDS_UP = 0.01
 #: Rows slower than this share of the top speed say nothing on friction in motion.
 _MOVING = 0.1
 
@@ -166,6 +169,27 @@ def _computed(effort: Array, told: Mapping[str, Array]) -> list[str]:
                 "it, not measured"
             ]
     return []
+
+
+def adds_up(time: Array, first: NDArray[np.bool_], position: Array, effort: Array) -> bool:
+    """Whether an effort is how fast the position changes, times a number: the columns are swapped, or it was
+    made of the speed. Friction alone keeps a torque from that, however viscous an axis is.
+
+    Args:
+        time: s, shape (rows,).
+        first: True at the first row of each trial.
+        position, effort: readings, shape (rows,).
+    """
+    ways = np.insert(0.5 * (effort[1:] + effort[:-1]) * np.diff(time), 0, 0.0)
+    ways[first | ~np.isfinite(ways)] = 0.0
+    trial = np.cumsum(first) - 1
+    sums, places = (
+        each - (np.bincount(trial, each) / np.bincount(trial))[trial] for each in (np.cumsum(ways), position)
+    )
+    if not sums.any() or not places.any():
+        return False
+    alike = float(sums @ places) ** 2 / (float(sums @ sums) * float(places @ places))
+    return 1.0 - alike < _ADDS_UP**2
 
 
 def _turns_at_zero(forwards: Array, backwards: Array) -> bool:

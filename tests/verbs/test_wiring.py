@@ -274,3 +274,16 @@ def test_identify_says_it_before_any_number(
     assert code == 0
     assert "the torque pushes along with the motion" in err.splitlines()[0]
     assert "the torque pushes along with the motion" in (tmp_path / "result" / "diagnosis.json").read_text()
+
+
+def test_a_torque_that_is_a_speed(session: list[Log]) -> None:
+    """Its two columns swapped, and one made of the other; an axis that is viscous has friction too."""
+    for log in session[1:]:
+        frame, speed = log.frame, log.frame["velocity_rad_s"].to_numpy()
+        rng = np.random.default_rng(1)
+        swapped = frame.assign(velocity_rad_s=frame["current_a"], current_a=speed)
+        assert any("are two columns swapped" in s for s in record([replace(log, rows=swapped)]).wiring[0])
+        for level, told in ((0.0, True), (0.1, False)):
+            current = speed + level * np.sign(speed) + rng.normal(0.0, 0.003, len(speed))
+            spoilt = replace(log, rows=frame.assign(current_a=current))
+            assert any("are two columns swapped" in s for s in record([spoilt]).wiring[0]) == told
