@@ -13,7 +13,7 @@ from testbench.board.files import EFFECTS, with_effects
 from testbench.board.measure import CLOCK_HZ, Figures, measure, missing
 
 RESTING, TARING, GUIDING, STOPPING = 1, 2, 3, 4
-BEGIN, END = "<!-- make study-board: begin -->", "<!-- make study-board: end -->"
+_PAGE = "docs/board.md"
 
 
 def milliseconds(cycles: float) -> str:
@@ -91,17 +91,14 @@ def table(*, light: bool) -> list[str]:
 
 
 @click.command()
-@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/board.md"), show_default=True)
+@markdown.out_option(_PAGE)
 def main(out: Path) -> None:
     """Run the study and put its table into the page."""
     tool = missing()
     if tool:
         raise click.ClickException(f"{tool} is missing; on Debian: apt-get install gcc-avr avr-libc simavr")
-    head, rest = out.read_text(encoding="utf-8").split(BEGIN)
-    tail = rest.split(END)[1]
-    out.write_text(
-        head + "\n".join([BEGIN, *table(light=False), "", *table(light=True), END]) + tail, encoding="utf-8"
-    )
+    made = [*table(light=False), "", *table(light=True)]
+    markdown.write_made(_PAGE, {"cycles": made}, "study-board", out)
 
 
 if __name__ == "__main__":

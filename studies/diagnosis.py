@@ -28,6 +28,8 @@ from idtool.signals import record as as_recording
 from idtool.verbs.base_model import base_model
 from idtool.verbs.identification import parameters_of
 from idtool.verbs.predict import predict
+from pages import markdown
+from studies.diagnosis_page import write
 from testbench.diagnosis_cases import AXES, Case, cases, record
 from testbench.judging import absurdities
 from testbench.outcomes import Result, outcomes
@@ -119,7 +121,7 @@ def _on(log: Log, diagnosis: Diagnosis) -> tuple[float, float]:
 @click.option("--unknown", default=8, show_default=True, help="Sessions with each disturbance.")
 @click.option("--real", default=40, show_default=True, help="Sessions like a real joint (other axes).")
 @click.option("--jobs", default=os.cpu_count() or 1, show_default="all cores", help="Sessions at a time.")
-@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/diagnosis.md"))
+@markdown.out_option("docs/diagnosis.md")
 @click.option(
     "--notes",
     type=click.Path(path_type=Path),
@@ -139,14 +141,10 @@ def main(
     notes: Path,
 ) -> None:
     """Run the study and write the page."""
-    from studies.diagnosis_page import write
-
     axes = AXES if kind == "both" else (kind,)
     todo = cases(axes, null, single, several, unknown, real)
-    numbers = (
-        f"--kind {kind} --null {null} --single {single} --several {several} --unknown {unknown} --real {real}"
-    )
-    write(outcomes(todo, one_session, notes, jobs), out, f"python -m studies.diagnosis {numbers}")
+    numbers = f"--null {null} --single {single} --several {several} --unknown {unknown} --real {real}"
+    write(outcomes(todo, one_session, notes, jobs), out, numbers)
     click.echo(f"written: {out}")
 
 

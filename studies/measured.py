@@ -35,7 +35,8 @@ from idtool.parameters import Parameters
 from idtool.verbs.identification import Identification
 from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
-from pages.measured import page
+from pages import markdown
+from pages.measured import PAGE, TARGET, parts
 from testbench import emps
 from testbench.recordings import RECORDINGS, Recording
 from testbench.regression import OTHER, Rows, held_out, moving, regress, relative, torque_of
@@ -206,7 +207,7 @@ def fill(found: dict[str, Any], names: list[str], folder: Path, tell: Callable[[
 @click.option("--folder", type=click.Path(path_type=Path), default=None)
 @click.option("--only", multiple=True, type=click.Choice(list(BY_NAME)), help="Run these, done or not.")
 @click.option("--text", is_flag=True, help="Run nothing.")
-@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/measured.md"))
+@markdown.out_option(PAGE)
 def main(folder: Path | None, only: tuple[str, ...], text: bool, out: Path) -> None:
     """Identify every recording and write the page."""
     where = folder or default_folder()
@@ -217,7 +218,7 @@ def main(folder: Path | None, only: tuple[str, ...], text: bool, out: Path) -> N
         now = code()
         names = list(only) or [name for name in BY_NAME if found.get(name, {}).get("code") != now]
         fill(found, names, where, lambda words: click.echo(words, err=True))
-    out.write_text(page(found))
+    markdown.write_made(PAGE, parts(found), TARGET, out)
     click.echo(f"written: {out}")
 
 

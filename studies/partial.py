@@ -37,6 +37,7 @@ from testbench.other_plants.physics import warmth as warmth_of
 from testbench.other_plants.session import NoSuchSessionError, make
 from testbench.plants import SESSION, either_bristle, random_plant, record_session
 
+_PAGE = "docs/accuracy.md"
 #: In the order of the runs of a session; and the runs of the other axes that are for each, best first.
 _COMMANDS = ("fit-gravity", "fit-static", "fit-dynamic")
 _OTHER_RUNS = {
@@ -207,7 +208,7 @@ def study(each: int, effects: Sequence[str] = (), kinds: Sequence[str] = _AXES) 
     return found
 
 
-def table(found: Sequence[Told]) -> str:
+def table(found: Sequence[Told]) -> list[str]:
     """One row an effect, and one for each kind of axis together."""
     groups: dict[tuple[str, str, str], list[Told]] = defaultdict(list)
     for one in found:
@@ -220,14 +221,14 @@ def table(found: Sequence[Told]) -> str:
         for effect in [*dict.fromkeys(one.effect for one in found), "together"]
     ]
     head = ["effect", *(f"{axes}, {command}" for axes, command in columns)]
-    return "\n".join(markdown.table(head, rows)) + "\n"
+    return markdown.table(head, rows)
 
 
 def _cell(group: Sequence[Told]) -> str:
     return f"{sum(one.honest for one in group)} of {len(group)}" if group else "–"
 
 
-def section(found: Sequence[Told], each: int) -> str:
+def section(found: Sequence[Told], each: int) -> list[str]:
     """The part of docs/accuracy.md."""
     without = [one for one in found if one.effect == NONE]
     alarms = " and ".join(
@@ -242,8 +243,7 @@ def section(found: Sequence[Told], each: int) -> str:
     numbers, off = sum(one.checked for one in found), sum(len(one.off) for one in found)
     silent = sum(len(one.off) for one in found if not one.warned)
     warned = sum(one.warned for one in found)
-    text = f"""
-## The single fits where the model lacks an effect
+    text = f"""## The single fits where the model lacks an effect
 
 Made by `make study-partial` (20 minutes), sessions of every effect: {each} on a random axis of our rig and
 {each} on an axis that shares no code with it (`testbench/other_plants`, whose friction need not be LuGre's).
@@ -259,27 +259,19 @@ found {off} had an interval that excludes the truth, {silent} of them without a 
 Without an effect {alarms} fits said that something is lacking; the friction
 of the other axes need not be LuGre's, which is a lack too. Of the {all_numbers} numbers that these fits
 told as found {missed} had an interval that excludes the truth.
-
 """
-    return text + table([*found, *without]) + "\n"
+    return [text, *table([*found, *without])]
 
 
 @click.command()
 @click.option("--each", default=1, show_default=True, help="Sessions of each effect on each kind of axis.")
 @click.option("--effect", "effects", multiple=True, help="Only this one; may be repeated.")
 @click.option("--axes", "kinds", multiple=True, default=_AXES, type=click.Choice(_AXES), help="Only these.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path("docs/accuracy.md"),
-    show_default=True,
-    help="Page to write the figures into.",
-)
+@markdown.out_option(_PAGE)
 def main(each: int, effects: tuple[str, ...], kinds: tuple[str, ...], out: Path) -> None:
     """Run the study and write its part of the page."""
     found = section(study(each, effects, kinds), each)
-    page = out.read_text(encoding="utf-8")
-    out.write_text(markdown.with_made(page, "single fits", found, "study-partial"), encoding="utf-8")
+    markdown.write_made(_PAGE, {"single fits": found}, "study-partial", out)
     click.echo(f"written: {out}")
 
 

@@ -31,6 +31,7 @@ from pages import markdown
 from testbench.bench import BAUD, Bench
 from testbench.kill import RECIPE, Killed, killed
 
+_PAGE = "docs/reliability.md"
 #: Faults that end a run; the seconds are drawn for every repeat, within the motion.
 ENDING = {
     "silent@{0}": "the servo no longer answers",
@@ -197,17 +198,25 @@ def identified(baud: int) -> dict[str, tuple[float, Parameter]]:
 # ------------------------------------------------------------------------------ the page
 
 
-def page(repeats: int, kills: int) -> str:
-    """docs/reliability.md."""
+def made_part(repeats: int, kills: int) -> list[str]:
+    """The part of docs/reliability.md."""
     tried = {word: [ended_by(word, seed) for seed in range(repeats)] for word in ENDING}
     ends = {word: [run for run in runs if run is not None] for word, runs in tried.items()}
     bus = {word: [survived(word, seed) for seed in range(repeats)] for word in BUS}
     dead = [killed(seed) for seed in range(kills)]
     session = {baud: identified(baud) for baud in (BAUD, 57600)}
-    return "\n".join(
-        [*_INTRODUCTION, "", *_ending_table(ends), "", *_bus_table(bus), "", *_kill_text(dead), "",
-         *_session_table(session), "", *_REMARKS, ""]
-    )  # fmt: skip
+    return [
+        f"The bus watchdog is armed with {1e3 * WATCHDOG_S:.0f} ms whenever the axis may move. A lost packet",
+        "is asked for again up to three times, which takes less than that.",
+        "",
+        *_ending_table(ends),
+        "",
+        *_bus_table(bus),
+        "",
+        *_kill_text(dead),
+        "",
+        *_session_table(session),
+    ]
 
 
 def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
@@ -295,45 +304,15 @@ def _share(good: list[bool]) -> str:
     return f"{sum(good)} of {len(good)}"
 
 
-_INTRODUCTION = (
-    "# What happens when something goes wrong",
-    "",
-    "You get: what becomes of axis and data when a cable comes off, a packet is lost, a process dies or a",
-    "disk is full.",
-    "",
-    "Made by `make study-reliability` (some minutes). The manufacturer's SDK, unchanged, talks Protocol 2.0",
-    "to the virtual servo (`ffc-id virtual-servo`), in front of the simulated axis `sim:bench` lying on its",
-    "side. The same faults are tests (`tests/rig/dynamixel/test_faults.py`), with a small sample of these",
-    "runs. No real servo was at hand: what is measured here is this package, its protocol and the published",
-    "behaviour of the servo, not a motor.",
-    "",
-    f"The bus watchdog is armed with {1e3 * WATCHDOG_S:.0f} ms whenever the axis may move. A lost packet is",
-    "asked for again up to three times, which takes less than that.",
-)
-_REMARKS = (
-    "## What to know",
-    "",
-    "- With the torque off a loaded axis sinks. That is how a session ends, and how a shutdown of the servo",
-    "  or a loss of its power ends. Where that matters the axis needs a brake or a support.",
-    "- A dead encoder is noticed after 4 % of the axis' range; its velocity loop runs on blindly until then.",
-    "- The watchdog of the servo stops the motion and holds; it does not switch the torque off.",
-    "- Samples that come late while a packet is asked for again show in the log as a gap in time; the run",
-    "  command counts them (`overruns` in `--json`).",
-)
-
-
 @click.command()
 @click.option("--repeats", default=4, show_default=True, help="Runs per fault.")
 @click.option("--kills", default=50, show_default=True, help="Processes to kill.")
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("docs/reliability.md"), show_default=True
-)
+@markdown.out_option(_PAGE)
 def main(repeats: int, kills: int, out: Path) -> None:
-    """Run the study and write its page."""
-    before = out.read_text(encoding="utf-8") if out.exists() else ""
-    text = markdown.keeping_made(page(repeats, kills), before)
-    out.write_text(text, encoding="utf-8")
-    click.echo(text)
+    """Run the study and write its part of the page."""
+    made = made_part(repeats, kills)
+    markdown.write_made(_PAGE, {"runs": made}, "study-reliability", out)
+    click.echo("\n".join(made))
 
 
 if __name__ == "__main__":
