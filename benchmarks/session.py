@@ -66,12 +66,10 @@ def measure(
         ["stage", "time", "share"],
         notes=[
             "Without diagnosis (reading the motion and the joint fit of the base model): "
-            f"{seconds(best['fits'])}. "
-            f"With the whole library of effects: {seconds(best['whole'])}; verdict `{verdict}`. In a warm "
-            "process.",
-            "Stages with all that they call, from `cProfile`, which slows small calls down. A dash marks "
-            "a part of "
-            "the stage above; the last rows cut the same time another way.",
+            f"{seconds(best['fits'])}. With the whole library of effects: {seconds(best['whole'])}; verdict "
+            f"`{verdict}`. In a warm process.",
+            "Stages with all that they call, from `cProfile`, which slows small calls down. A dash marks a "
+            "part of the stage above; the last rows cut the same time another way.",
         ],
     )
     _stages(section, profile, logs)

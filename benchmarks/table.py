@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from pages.markdown import row
+from pages.markdown import table
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,7 @@ class Section:
         """The section as Markdown."""
         lines = [f"{'#' * depth} {self.title}", ""]
         if self.rows:
-            right = ["---:"] * (len(self.head) - 1)
-            lines += [*map(row, (self.head, ["---", *right], *self.rows)), ""]
+            lines += [*table(self.head, self.rows, "l" + "r" * (len(self.head) - 1)), ""]
         for note in self.notes:
             lines += [note, ""]
         for part in self.more:
