@@ -77,8 +77,7 @@ STEPS = (
 
 def rehearse(session: Session, folder: Path) -> dict[str, str]:
     """What a person would do, and what came of it: step and result."""
-    on = Bench(plant=session.plant, kind=session.kind, model=session.model)
-    try:
+    with Bench(plant=session.plant, kind=session.kind, model=session.model) as on:
         logs, seconds = [], 0.0
         for name in ("gravity", "sweep", "sine"):
             path = folder / f"{name}.csv"
@@ -107,8 +106,6 @@ def rehearse(session: Session, folder: Path) -> dict[str, str]:
         told = replace(logs[2], axis=parameters.axis)
         said[STEPS[6]] = f"{1e3 * simulate(told, parameters).rms_windows:.2f} mrad rms over 1 s windows"
         return said | _guide(on, session, parameters, folder)
-    finally:
-        on.terminal.close()
 
 
 def _guide(on: Bench, session: Session, parameters: Parameters, folder: Path) -> dict[str, str]:

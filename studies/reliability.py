@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 import random
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,7 +78,7 @@ def ended_by(word: str, seed: int) -> Ended | None:
     """
     at = _BEGINS_S + random.Random(seed).uniform(0.0, _MOVES_S)
     recipe = parse_recipe(RECIPE.format(travel=1.0, repeats=3), "reliability")
-    with _bench(word.format(f"{at:.3f}"), seed) as bench, tempfile.TemporaryDirectory() as folder:
+    with Bench(word.format(f"{at:.3f}"), seed=seed) as bench, tempfile.TemporaryDirectory() as folder:
         before = bench.table()
         log = Path(folder) / "log.csv"
         try:
@@ -130,7 +128,7 @@ class Survived:
 def survived(word: str, seed: int) -> Survived:
     """Run on a bad bus, and compare the rows with what the axis can do."""
     recipe = parse_recipe(RECIPE.format(travel=1.0, repeats=3), "reliability")
-    with _bench(word, seed) as bench, tempfile.TemporaryDirectory() as folder:
+    with Bench(word, seed=seed) as bench, tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "log.csv"
         with bench.rig() as rig:
             try:
@@ -153,15 +151,6 @@ def survived(word: str, seed: int) -> Survived:
         )
 
 
-@contextmanager
-def _bench(word: str, seed: int) -> Iterator[Bench]:
-    bench = Bench(word, seed=seed)
-    try:
-        yield bench
-    finally:
-        bench.terminal.close()
-
-
 SESSION = {
     "gravity": ("0.0", 'kind = "back_and_forth"\npayload_kg = [0.0, 0.3, 0.6, 0.9, 1.2, 1.5]\n'
                        "speed_rad_s = 0.2\ntravel_rad = 0.8\n"),
@@ -180,14 +169,12 @@ def identified(baud: int) -> dict[str, tuple[float, Parameter]]:
     for name, (tilt, trials) in SESSION.items():
         head = f'schema = "ffc-id/recipe/1"\nname = "{name}"\nexperiment = "{name}"\n'
         recipe = parse_recipe(f"{head}[setup]\ntilt_alpha_rad = {tilt}\n[[trials]]\n{trials}", name)
-        bench = Bench()
-        bench.servo.table["baud_rate"] = {57600: 1, BAUD: 3}[baud]
-        try:
-            with tempfile.TemporaryDirectory() as folder, bench.rig(baud=baud) as rig:
-                run(recipe, rig, Path(folder) / "log.csv", confirm=bench.setup)
-                logs.append(Log.read(Path(folder) / "log.csv"))
-        finally:
-            bench.terminal.close()
+        with Bench() as bench, tempfile.TemporaryDirectory() as folder:
+            bench.servo.table["baud_rate"] = {57600: 1, BAUD: 3}[baud]
+            log = Path(folder) / "log.csv"
+            with bench.rig(baud=baud) as rig:
+                run(recipe, rig, log, confirm=bench.setup)
+            logs.append(Log.read(log))
     found = identify(logs, seed=0).parameters
     table = {**found.gravity, **found.static, **found.dynamic}
     truth = {**plant.gravity, **plant.friction}

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from testbench.other_plants.axes import Machine
-from testbench.other_plants.effects import EFFECTS, Extra, Plant
+from testbench.other_plants.effects import EFFECTS, Extra
 from testbench.other_plants.motion import TICK, drive_axis, needed_torque
-from testbench.other_plants.physics import Array, Place
+from testbench.other_plants.physics import Array, Place, Plant
 from testbench.other_plants.runs import Run, Trial
 from testbench.other_plants.sensors import noise_of
 
@@ -48,19 +48,8 @@ def play(
             wanted = np.concatenate([np.full(rest, trial.wanted[0]), trial.wanted])
             noise = machine.drive_noise * rng.standard_normal(len(wanted)) * noisy
             place = Place(trial.payload, trial.alpha, trial.beta, clock)
-            motion = drive_axis(
-                plant.axis,
-                plant.lines,
-                plant.walk,
-                place,
-                machine.drive,
-                wanted,
-                speed_of(wanted),
-                noise,
-                bristle,
-                rest,
-                1,
-            )
+            speed = speed_of(wanted)
+            motion = drive_axis(plant, place, machine.drive, wanted, speed, noise, bristle, rest, 1)
             done.append(Recorded(place, trial, rest, bristle, skipped, motion))
             clock = round(clock + trial.seconds + gap, 3)
         recorded.append(done)
@@ -73,24 +62,14 @@ def speed_of(wanted: Array) -> Array:
 
 def torque(plant: Plant, recorded: Recorded) -> Array:
     """What the motion asks for, at the ticks of the trial."""
-    needed = needed_torque(
-        plant.axis, plant.lines, plant.walk, recorded.place, recorded.motion, recorded.bristle, recorded.rest
-    )
+    needed = needed_torque(plant, recorded.place, recorded.motion, recorded.bristle, recorded.rest)
     return np.asarray(needed[recorded.rest :])
 
 
 def torque_of(plant: Plant, extra: Extra, recorded: Recorded) -> Array:
     """The part of one effect in it: with all effects, less the same without this one."""
     if plant.axis.delay > 0.0 and extra is EFFECTS["transport_delay"]:
-        whole = needed_torque(
-            plant.axis,
-            plant.lines,
-            plant.walk,
-            recorded.place,
-            recorded.motion,
-            recorded.bristle,
-            recorded.rest,
-        )
+        whole = needed_torque(plant, recorded.place, recorded.motion, recorded.bristle, recorded.rest)
         ticks = np.arange(len(whole), dtype=float)
         late = np.interp(ticks - plant.axis.delay / TICK, ticks, whole)
         return np.asarray((whole - late)[recorded.rest :])

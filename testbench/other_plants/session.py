@@ -20,7 +20,6 @@ from testbench.other_plants.effects import (
     REAL_MACHINE,
     WARM_UP_SHARE,
     Extra,
-    Plant,
     real_machine,
 )
 from testbench.other_plants.evidence import (
@@ -36,7 +35,7 @@ from testbench.other_plants.evidence import (
     speed_of,
     stands_out,
 )
-from testbench.other_plants.physics import LUGRE, Axis
+from testbench.other_plants.physics import LUGRE, Axis, Plant
 from testbench.other_plants.runs import Planner, Run
 from testbench.other_plants.sensors import instants, noise_of, read_motion
 
@@ -84,11 +83,7 @@ def draw_machine(rng: np.random.Generator, extras: dict[str, Extra], composed: b
 
 
 def choose_plant(
-    machine: Machine,
-    extras: dict[str, Extra],
-    runs: Sequence[Run],
-    seed: int,
-    least: dict[str, float],
+    machine: Machine, extras: dict[str, Extra], runs: Sequence[Run], seed: int, least: dict[str, float]
 ) -> Plant:
     """Strengths with which each has the size that is drawn for it, or `least` where that is more."""
     rng = np.random.default_rng(seed)
