@@ -56,9 +56,7 @@ def _steps(file: Parameters, mode: str, count: int) -> None:
 def measure(rounds: int = 20, count: int = 500) -> Section:
     """Processor time of a step while a hand guides."""
     plant = read_plant("paper")
-    files = {
-        "base model": file_of(plant, Controller(2.05, 1.68, 0.01), effects=False),
-    }
+    files = {"base model": file_of(plant, Controller(2.05, 1.68, 0.01), effects=False)}
     base = files["base model"]
     files[f"all {len(registry.names())} effects"] = replace(base, effects=whole_library())
     tasks = {

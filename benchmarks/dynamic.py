@@ -196,10 +196,7 @@ def against_same_kernel(recording: Recording, known: Parameters, *, most: int) -
         return float(residual @ residual)
 
     projection = Projection(model, static["coulomb"])
-    shape = {
-        "ratio": static["static"] / static["coulomb"],
-        "stribeck_velocity": static["stribeck_velocity"],
-    }
+    shape = {"ratio": static["static"] / static["coulomb"], "stribeck_velocity": static["stribeck_velocity"]}
     level = static["coulomb"] * projection.medium_level(shape)
 
     def projected(x: Sequence[float]) -> float:

@@ -67,9 +67,7 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
         worst = max(
             float(np.max(np.abs(ours - theirs)))
             for ours, theirs in zip(
-                tangents(plain, columns),
-                usual.propagate_tangents(*plain, columns),
-                strict=True,
+                tangents(plain, columns), usual.propagate_tangents(*plain, columns), strict=True
             )
         )
         section.notes.append(

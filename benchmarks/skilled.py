@@ -132,12 +132,7 @@ def everything_free(recording: Recording, most: int = 200) -> Section:
         lost = not ratio < 1.0 + _ELSEWHERE
         astray += lost
         end = np.exp(np.clip(found.x[[0, 1, 2, 4, 5]], -50.0, 50.0))
-        section.add(
-            name,
-            spent / took,
-            f"**{ratio:.4g}**" if lost else f"{ratio:.4g}",
-            *end.tolist(),
-        )
+        section.add(name, spent / took, f"**{ratio:.4g}**" if lost else f"{ratio:.4g}", *end.tolist())
     friction = fit.model.friction(fit.x)
     ours = (friction.coulomb, friction.static, friction.stribeck_velocity)
     section.add("ours, no start", 1, "1", *ours, friction.bristle_stiffness, friction.bristle_damping)
