@@ -174,9 +174,10 @@ def main(sessions: int, out: Path) -> None:
     """Run the study and write its part of the page."""
     lines: list[str] = []
     for title, grade in GRADES.items():
-        lines += section(title, study(max(1, round(grade.share * sessions)), grade))
-        click.echo("\n".join(lines))
-        markdown.write_made(_PAGE, {"estimates": lines[:-1]}, "study-accuracy", out)
+        made = section(title, study(max(1, round(grade.share * sessions)), grade))
+        click.echo("\n".join(made))
+        lines += made
+        markdown.write_made(_PAGE, {"estimates": lines}, "study-accuracy", out)
 
 
 if __name__ == "__main__":

@@ -10,9 +10,8 @@ import numpy as np
 
 from pages import markdown
 from testbench.cases import DISTURBANCES, EFFECTS
-from testbench.diagnosis_cases import AXES, KINDS
 from testbench.other_plants.effects import DISTURBANCES as OTHER_DISTURBANCES
-from testbench.outcomes import Result
+from testbench.outcomes import AXES, KINDS, Result
 
 _PAGE = "docs/diagnosis.md"
 

@@ -41,51 +41,33 @@ _COPIED = ("idtool", "cli", "recipes", "data", "tests", "testbench", "studies", 
 
 @dataclass(frozen=True)
 class Module:
-    """One module and the tests that must notice its mutants: options of pytest."""
+    """One module of `idtool/control/`, and the tests of `tests/control/` that must notice its mutants."""
 
     path: str
     what: str
-    tests: str
+    tests: tuple[str, ...]
+    options: str = ""
 
 
-_CONTROL = "tests/control"
+_KERNEL, _MOTION = "admittance_kernel", "admittance_motion"
 MODULES = (
-    Module("guard", "limits and the check of every measurement", f"{_CONTROL}/test_guard.py -k 'not any_'"),
-    Module("session_limits", "speed, energy, idle time", f"{_CONTROL}/test_session_limits.py"),
-    Module("rest_load", "the load at rest", f"{_CONTROL}/test_rest_load.py"),
-    Module("button", "braking and holding", f"{_CONTROL}/test_sensing.py"),
-    Module("sensing", "the hand's torque, published law", f"{_CONTROL}/test_sensing.py"),
-    Module("paper", "the published law", f"{_CONTROL}/test_sensing.py"),
-    Module(
-        "admittance/hand",
-        "the estimate of the hand",
-        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py",
-    ),
-    Module("admittance/rest", "the admittance law at rest", f"{_CONTROL}/test_admittance_kernel.py"),
-    Module("admittance/motion", "and in motion", f"{_CONTROL}/test_admittance_motion.py"),
-    Module("admittance/tare", "its tare", f"{_CONTROL}/test_admittance_motion.py {_CONTROL}/test_tare.py"),
-    Module(
-        "admittance/kernel",
-        "the law, one sample",
-        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py",
-    ),
-    Module(
-        "admittance/constants",
-        "its constants",
-        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py "
-        f"{_CONTROL}/test_admittance_law.py",
-    ),
-    Module("load", "the model's torque", f"{_CONTROL}/test_online.py"),
-    Module("online", "the model, sample by sample", f"{_CONTROL}/test_online.py"),
-    Module("law", "what both laws share", f"{_CONTROL}/test_law.py"),
-    Module(
-        "enabling", "the button around the law", f"{_CONTROL}/test_button.py {_CONTROL}/test_rest_load.py"
-    ),
-    Module(
-        "force_free",
-        "the controller around all of them",
-        f"{_CONTROL}/test_controller.py {_CONTROL}/test_sensing.py {_CONTROL}/test_force_free.py",
-    ),
+    Module("guard", "limits and the check of every measurement", ("guard",), " -k 'not any_'"),
+    Module("session_limits", "speed, energy, idle time", ("session_limits",)),
+    Module("rest_load", "the load at rest", ("rest_load",)),
+    Module("button", "braking and holding", ("sensing",)),
+    Module("sensing", "the hand's torque, published law", ("sensing",)),
+    Module("paper", "the published law", ("sensing",)),
+    Module("admittance/hand", "the estimate of the hand", (_KERNEL, _MOTION)),
+    Module("admittance/rest", "the admittance law at rest", (_KERNEL,)),
+    Module("admittance/motion", "and in motion", (_MOTION,)),
+    Module("admittance/tare", "its tare", (_MOTION, "tare")),
+    Module("admittance/kernel", "the law, one sample", (_KERNEL, _MOTION)),
+    Module("admittance/constants", "its constants", (_KERNEL, _MOTION, "admittance_law")),
+    Module("load", "the model's torque", ("online",)),
+    Module("online", "the model, sample by sample", ("online",)),
+    Module("law", "what both laws share", ("law",)),
+    Module("enabling", "the button around the law", ("button", "rest_load")),
+    Module("force_free", "the controller around all of them", ("controller", "sensing", "force_free")),
 )
 
 
@@ -113,10 +95,11 @@ def score(module: Module, folder: Path, most: int) -> Score:
     """
     name = module.path.replace("/", "_")
     config, session = folder / f"{name}.toml", folder / f"{name}.sqlite"
-    tests = f"{sys.executable} -m pytest -x -p no:cacheprovider -p no:xdist -p no:rerunfailures"
+    command = f"{sys.executable} -m pytest -x -p no:cacheprovider -p no:xdist -p no:rerunfailures"
+    tests = " ".join(f"tests/control/test_{one}.py" for one in module.tests)
     config.write_text(
         f'[cosmic-ray]\nmodule-path = "idtool/control/{module.path}.py"\ntimeout = {_TIMEOUT_S}\n'
-        f'test-command = "{tests} {module.tests}"\nexcluded-modules = []\n'
+        f'test-command = "{command} {tests}{module.options}"\nexcluded-modules = []\n'
         '[cosmic-ray.distributor]\nname = "local"\n',
         encoding="utf-8",
     )

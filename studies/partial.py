@@ -15,7 +15,7 @@ import os
 import tempfile
 import zlib
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import product
@@ -28,7 +28,7 @@ from idtool.cli.commands import ffc_id
 
 from idtool.errors import InputError
 from idtool.log import Log
-from idtool.parameters import Parameter, Parameters
+from idtool.parameters import Parameters
 from pages import markdown
 from testbench.cases import EFFECTS, draw_effects
 from testbench.other_plants.effects import EFFECTS as OTHER_EFFECTS
@@ -162,21 +162,12 @@ def told(axes: str, effect: str, session: Session, folder: Path) -> Iterator[Tol
         notes = json.loads(done.stdout)["notes"]
         found = {
             name: one.ci95
-            for name, one in _part(Parameters.read(params), command).items()
+            for name, one in getattr(Parameters.read(params), command.removeprefix("fit-")).items()
             if name in session.truth and one.identified and one.ci95 is not None
         }
         off = tuple(n for n, (low, high) in found.items() if not low <= session.truth_of(n, command) <= high)
         warned, with_offset = (any(words in note for note in notes) for words in (_WARNING, _WITH_OFFSET))
         yield Told(axes, effect, command, off, len(found), warned, with_offset)
-
-
-def _part(parameters: Parameters, command: str) -> Mapping[str, Parameter]:
-    """What that command gives."""
-    return {
-        "fit-gravity": parameters.gravity,
-        "fit-static": parameters.static,
-        "fit-dynamic": parameters.dynamic,
-    }[command]
 
 
 def one_session(axes: str, effect: str, number: int) -> list[Told]:

@@ -24,7 +24,9 @@ PRINTED_GAINS = Controller(2.05, 1.68, 0.01)
 _COUNT = 2.0 * np.pi / 4096
 
 
-def run(sensors: str, seed: int, *, hand: bool, seconds: float | None = None) -> TeachResult:
+def run(
+    sensors: str, seed: int, *, hand: bool, seconds: float | None = None, log: Path | None = None
+) -> TeachResult:
     """One run of the printed law."""
     file = file_of(read_plant("paper"), PRINTED_GAINS, effects=False)
     ratio = file.gravity["per_payload"].value / STANDARD_GRAVITY
@@ -32,7 +34,7 @@ def run(sensors: str, seed: int, *, hand: bool, seconds: float | None = None) ->
         law = ForceFreeController(file, limits=limits_of(rig))
         push = ConstantForceHand(FORCE_N * ratio) if hand else None
         setup = TrialSetup(PAYLOAD_KG, start_position=0.0)
-        return teach(file, law, rig, setup, hand=push, duration_s=seconds)
+        return teach(file, law, rig, setup, hand=push, duration_s=seconds, log=log)
 
 
 #: What is told: its words, what is printed, the figure, its form, and whether it is the worst or the mean.
