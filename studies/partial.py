@@ -234,14 +234,7 @@ def section(found: Sequence[Told], each: int) -> list[str]:
     numbers, off = sum(one.checked for one in found), sum(len(one.off) for one in found)
     silent = sum(len(one.off) for one in found if not one.warned)
     warned = sum(one.warned for one in found)
-    text = f"""## The single fits where the model lacks an effect
-
-Made by `make study-partial` (20 minutes), sessions of every effect: {each} on a random axis of our rig and
-{each} on an axis that shares no code with it (`testbench/other_plants`, whose friction need not be LuGre's).
-The commands run one after another, each on the run that it is for, and are told of no effect. A fit misleads
-nobody if every interval that it tells as found holds the truth, or if it says that its model lacks something,
-or refuses the log. That a gravity log at one tilt cannot show an offset or a wrong tilt is always said, and
-counts for `torque_offset` and `tilt_misalignment`. The truth of `thermal_drift` is that over the log.
+    text = f"""Each effect is in {each} of the sessions on either kind of axis.
 
 It was so in {honest} of {len(found)} fits ({100 * honest / max(len(found), 1):.0f} %): in {covered} of them
 every interval held the truth, and {warned} said that the model lacks something. Of {numbers} numbers told as

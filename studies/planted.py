@@ -21,7 +21,7 @@ from idtool.importing import import_recording
 from idtool.log import Log
 from idtool.verbs.identify import identify
 from pages import markdown
-from studies.measured import BY_NAME, default_folder
+from studies.measured import BY_NAME, recordings
 from testbench.planted import EFFECTS, LATE_S, planted
 from testbench.recordings import Recording
 from testbench.regression import STANDS_FOR, moving, regress
@@ -152,9 +152,7 @@ def made_part(found: list[Outcome], share: float) -> list[str]:
 @markdown.out_option(_PAGE)
 def main(folder: Path | None, size: float, only: tuple[str, ...], out: Path) -> None:
     """Plant every effect in every recording and write the page."""
-    where = folder or default_folder()
-    if not where.is_dir():
-        raise click.ClickException(f"{where}: no recordings there; give --folder")
+    where = recordings(folder)
     found: list[Outcome] = []
     for name in only or RECORDINGS:
         for one in outcomes(BY_NAME[name], where, size):

@@ -185,25 +185,19 @@ def identified(baud: int) -> dict[str, tuple[float, Parameter]]:
 # ------------------------------------------------------------------------------ the page
 
 
-def made_part(repeats: int, kills: int) -> list[str]:
-    """The part of docs/reliability.md."""
+def parts(repeats: int, kills: int) -> dict[str, list[str]]:
+    """What is made of docs/reliability.md."""
     tried = {word: [ended_by(word, seed) for seed in range(repeats)] for word in ENDING}
-    ends = {word: [run for run in runs if run is not None] for word, runs in tried.items()}
-    bus = {word: [survived(word, seed) for seed in range(repeats)] for word in BUS}
-    dead = [killed(seed) for seed in range(kills)]
-    session = {baud: identified(baud) for baud in (BAUD, 57600)}
-    return [
-        f"The bus watchdog is armed with {1e3 * WATCHDOG_S:.0f} ms whenever the axis may move. A lost packet",
-        "is asked for again up to three times, which takes less than that.",
-        "",
-        *_ending_table(ends),
-        "",
-        *_bus_table(bus),
-        "",
-        *_kill_text(dead),
-        "",
-        *_session_table(session),
-    ]
+    return {
+        "watchdog": [
+            f"The bus watchdog is armed with {1e3 * WATCHDOG_S:.0f} ms whenever the axis may move. A lost",
+            "packet is asked for again up to three times, which takes less than that.",
+        ],
+        "ends": _ending_table({word: [r for r in runs if r is not None] for word, runs in tried.items()}),
+        "bus": _bus_table({word: [survived(word, seed) for seed in range(repeats)] for word in BUS}),
+        "kills": _kill_text([killed(seed) for seed in range(kills)]),
+        "session": _session_table({baud: identified(baud) for baud in (BAUD, 57600)}),
+    }
 
 
 def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
@@ -221,18 +215,7 @@ def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
         for word, runs in ends.items()
     ]
     head = ("what happens", "told as", "runs", "stood still after, longest", "stayed", "settings put back")
-    return [
-        "## What ends a run",
-        "",
-        "Each at a random instant of a motion at 0.5 rad/s.",
-        "",
-        *markdown.table((*head, "logs read back", "last second"), rows),
-        "",
-        "Where the servo can no longer be reached, its settings stay, and its own watchdog has stopped it.",
-        "Where the torque goes off the deflected bristles spring back by some milliradians, which counts as",
-        "motion:",
-        "after a silence of 0.6 s that happens when the servo is reached again and let go.",
-    ]
+    return markdown.table((*head, "logs read back", "last second"), rows)
 
 
 def _bus_table(bus: dict[str, list[Survived]]) -> list[str]:
@@ -249,22 +232,19 @@ def _bus_table(bus: dict[str, list[Survived]]) -> list[str]:
         for word, runs in bus.items()
     ]
     head = ("on the bus", "finished", "packets hit", "asked again", "late samples", "longest period")
-    return ["## What a run survives", "", *markdown.table((*head, "wrong rows"), rows)]
+    return markdown.table((*head, "wrong rows"), rows)
 
 
 def _kill_text(dead: list[Killed]) -> list[str]:
-    stood = [1e3 * d.stood_after_s for d in dead]
+    stood, behind = [1e3 * d.stood_after_s for d in dead], [1e3 * d.behind_s for d in dead]
     return [
-        "## `kill -9` of the process",
-        "",
         f"{len(dead)} processes of `ffc-id run` were killed at random instants of their motion, in real",
         f"time. The servo's own watchdog stopped the axis in {_share([d.tripped for d in dead])} cases; it",
         f"stood still {np.median(stood):.0f} ms (median) and at most {max(stood):.0f} ms after the last word",
         f"that the servo heard. Every log was read back; {_share([d.whole for d in dead])} end with a whole",
         f"row, the shortest holds {min(d.rows for d in dead)} rows. Of what was measured at most the last",
-        "block is missing: since the last row the axis had moved on by",
-        f"{1e3 * float(np.median([d.behind_s for d in dead])):.0f} ms of",
-        f"travel (median; at most {1e3 * max(d.behind_s for d in dead):.0f} ms).",
+        f"block is missing: since the last row the axis had moved on by {np.median(behind):.0f} ms of",
+        f"travel (median; at most {max(behind):.0f} ms).",
     ]
 
 
@@ -277,14 +257,7 @@ def _session_table(session: dict[int, dict[str, tuple[float, Parameter]]]) -> li
             for one in back
         )
         rows.append((name.replace("_", " "), f"{truth:g}", *cells))
-    return [
-        "## What comes back through the bus",
-        "",
-        "A whole session (gravity, sweep, sine) on the virtual servo in front of `sim:bench`, identified",
-        "from its logs. The servo measures in its own coarse units: 1.5 mrad, 0.024 rad/s, 2.69 mA.",
-        "",
-        *markdown.table(("parameter", "truth", *(f"{baud} baud" for baud in session)), rows),
-    ]
+    return markdown.table(("parameter", "truth", *(f"{baud} baud" for baud in session)), rows)
 
 
 def _share(good: list[bool]) -> str:
@@ -296,10 +269,10 @@ def _share(good: list[bool]) -> str:
 @click.option("--kills", default=50, show_default=True, help="Processes to kill.")
 @markdown.out_option(_PAGE)
 def main(repeats: int, kills: int, out: Path) -> None:
-    """Run the study and write its part of the page."""
-    made = made_part(repeats, kills)
-    markdown.write_made(_PAGE, {"runs": made}, "study-reliability", out)
-    click.echo("\n".join(made))
+    """Run the study and write its parts of the page."""
+    made = parts(repeats, kills)
+    markdown.write_made(_PAGE, made, "study-reliability", out)
+    click.echo("\n".join(line for lines in made.values() for line in lines))
 
 
 if __name__ == "__main__":
