@@ -10,7 +10,7 @@ import tempfile
 from functools import partial
 from pathlib import Path
 
-from benchmarks.table import Goal, Section, seconds
+from benchmarks.table import Section, seconds
 from benchmarks.timing import shortest
 
 _GOAL = 1.0
@@ -55,7 +55,7 @@ def measure(rounds: int = 5, tasks: tuple[str, ...] = tuple(TASKS)) -> Section:
     for name, time in best.items():
         section.add(f"`{name}`", seconds(time))
         if "fit-" in name:
-            section.goals.append(Goal(f"{name}: below {_GOAL:g} s", seconds(time), time < _GOAL))
+            section.below(name, time, _GOAL)
     return section
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from benchmarks.table import Goal, Section, seconds
+from benchmarks.table import Section, seconds
 from benchmarks.timing import once
 from idtool import Log
 from idtool.diagnosis.summary import found
@@ -68,7 +68,6 @@ def measure(sizes: tuple[int, ...] = (_ROWS, _MORE_ROWS)) -> Section:
             exact = sum(len(log.frame) for log in logs)
             section.add(axis, f"{exact:,}", seconds(took), f"{took / clean:.1f}", named, told["verdict"])
         if rows in (_ROWS, _MORE_ROWS):
-            goal = _GOAL if rows == _ROWS else _MORE_GOAL
-            what = f"identify of {rows:,} rows with three effects and something unknown: below {goal:.0f} s"
-            section.goals.append(Goal(what, seconds(took), took < goal))
+            what = f"identify of {rows:,} rows with three effects and something unknown"
+            section.below(what, took, _GOAL if rows == _ROWS else _MORE_GOAL)
     return section

@@ -7,7 +7,7 @@ import pstats
 from collections.abc import Sequence
 
 from benchmarks.sessions import log_of
-from benchmarks.table import Goal, Section, seconds
+from benchmarks.table import Section, seconds
 from benchmarks.timing import interleaved
 from idtool import Log
 from idtool.signals import record
@@ -73,18 +73,8 @@ def measure(
         ],
     )
     _stages(section, profile, logs)
-    section.goals += [
-        Goal(
-            f"identify of {rows:,} rows without diagnosis: below {_FIT_GOAL} s",
-            seconds(best["fits"]),
-            best["fits"] < _FIT_GOAL,
-        ),
-        Goal(
-            f"identify of {rows:,} rows with the whole library: below {_WHOLE_GOAL:.0f} s",
-            seconds(best["whole"]),
-            best["whole"] < _WHOLE_GOAL,
-        ),
-    ]
+    section.below(f"identify of {rows:,} rows without diagnosis", best["fits"], _FIT_GOAL)
+    section.below(f"identify of {rows:,} rows with the whole library", best["whole"], _WHOLE_GOAL)
     return section
 
 

@@ -8,7 +8,7 @@ import time
 from functools import partial
 from pathlib import Path
 
-from benchmarks.table import Goal, Section, seconds
+from benchmarks.table import Section, seconds
 from benchmarks.timing import shortest
 
 _GOAL = 0.1
@@ -79,14 +79,8 @@ def measure(rounds: int = 8) -> Section:
         section.add(f"`{name}`", seconds(best[name]))
     for name in inside:
         section.add(f"after numba: {name}", seconds(best[name]))
-    found = best["propagate"]
-    section.goals.append(
-        Goal(
-            f"compiled code from the cache in a second process, without importing numba: below {_GOAL:g} s",
-            seconds(found),
-            found < _GOAL,
-        )
-    )
+    what = "compiled code from the cache in a second process, without importing numba"
+    section.below(what, best["propagate"], _GOAL)
     return section
 
 

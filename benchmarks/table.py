@@ -39,6 +39,10 @@ class Section:
         """Append a row."""
         self.rows.append([cell if isinstance(cell, str) else number(cell) for cell in cells])
 
+    def below(self, what: str, took: float, most: float) -> None:
+        """Aim at a time, s."""
+        self.goals.append(Goal(f"{what}: below {seconds(most)}", seconds(took), took < most))
+
     def markdown(self, depth: int = 2) -> str:
         """The section as Markdown."""
         lines = [f"{'#' * depth} {self.title}", ""]

@@ -1,4 +1,7 @@
-"""One parameter file on a simulated ATmega328P (simavr), the processor of an Arduino Uno."""
+"""One parameter file on a simulated ATmega328P (simavr), the processor of an Arduino Uno.
+
+Needs avr-gcc, avr-libc and simavr (Debian: gcc-avr avr-libc simavr).
+"""
 
 from __future__ import annotations
 

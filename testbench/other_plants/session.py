@@ -59,10 +59,6 @@ class NoSuchSessionError(Exception):
     """The numbers that were drawn cannot make the session that was asked for."""
 
 
-def _library(names: Sequence[str]) -> dict[str, Extra]:
-    return {name: EFFECTS.get(name) or DISTURBANCES[name] for name in names}
-
-
 def draw_machine(rng: np.random.Generator, extras: dict[str, Extra], composed: bool) -> Machine:
     """A machine on which all of them can be, and be seen."""
     kinds = set(KINDS)
@@ -136,7 +132,7 @@ def make(name: str, what: Sequence[str], seed: int, *, composed: bool = False) -
 
 def _attempt(name: str, what: list[str], seed: int, composed: bool) -> Session:
     rng = np.random.default_rng(seed)
-    extras = _library(what)
+    extras = {name: EFFECTS.get(name) or DISTURBANCES[name] for name in what}
     machine = draw_machine(rng, extras, composed)
     planner = Planner(machine, rng)
     needs: frozenset[str] = frozenset().union(*(extra.needs for extra in extras.values()))
