@@ -14,6 +14,7 @@ import math
 import os
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import repeat
 from pathlib import Path
 
 import click
@@ -120,12 +121,6 @@ def _identified(fit: JointFit) -> np.ndarray:
     return np.array([table[name].identified if name in table else True for name in NAMES])
 
 
-def study(sessions: int, grade: Grade) -> list[Outcome]:
-    """All sessions, on the cores there are."""
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(one_session, range(sessions), [grade] * sessions))
-
-
 def table(outcomes: list[Outcome]) -> list[str]:
     """One row a parameter, over the sessions whose fit says that it is determined."""
     rows = []
@@ -174,7 +169,9 @@ def main(sessions: int, out: Path) -> None:
     """Run the study and write its part of the page."""
     lines: list[str] = []
     for title, grade in GRADES.items():
-        made = section(title, study(max(1, round(grade.share * sessions)), grade))
+        seeds = range(max(1, round(grade.share * sessions)))
+        with ProcessPoolExecutor(os.cpu_count()) as pool:
+            made = section(title, list(pool.map(one_session, seeds, repeat(grade))))
         click.echo("\n".join(made))
         lines += made
         markdown.write_made(_PAGE, {"estimates": lines}, "study-accuracy", out)

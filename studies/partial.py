@@ -112,7 +112,7 @@ def ours(effect: str, number: int, folder: Path) -> Session:
     rng = np.random.default_rng(seed)
     plant = either_bristle(random_plant(rng), rng)
     sensors = ("lab", "dynamixel")[number % 2]
-    plant = draw_effects(plant, _names(effect), rng, sensors, SESSION).plant
+    plant = draw_effects(plant, () if effect == NONE else (effect,), rng, sensors, SESSION).plant
     logs = {}
     for command, log in zip(_COMMANDS, record_session(plant, sensors, seed), strict=True):
         logs[command] = folder / f"{command}.csv"
@@ -124,13 +124,13 @@ def ours(effect: str, number: int, folder: Path) -> Session:
     return Session(logs, truth, {command: float(np.mean(np.exp(-rate * by))) for command, by in warm.items()})
 
 
-def _names(effect: str) -> tuple[str, ...]:
-    return () if effect == NONE else (effect,)
-
-
 def other(effect: str, number: int, folder: Path) -> Session:
     """An axis of the others with that effect."""
-    session = make("session", _names(effect), zlib.crc32(repr(("single fits", effect, number)).encode()))
+    session = make(
+        "session",
+        () if effect == NONE else (effect,),
+        zlib.crc32(repr(("single fits", effect, number)).encode()),
+    )
     numbers, law = session.truth["numbers"], session.truth["friction_law"]
     logs = {}
     for command, runs in _OTHER_RUNS.items():

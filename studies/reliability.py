@@ -27,6 +27,7 @@ from idtool.rig.dynamixel.servo import WATCHDOG_S
 from idtool.rig.opening import read_plant
 from pages import markdown
 from testbench.bench import BAUD, Bench
+from testbench.guided_axes.cases import file_of
 from testbench.kill import RECIPE, Killed, killed
 
 _PAGE = "docs/reliability.md"
@@ -164,7 +165,6 @@ SESSION = {
 
 def identified(baud: int) -> dict[str, tuple[float, Parameter]]:
     """A whole session through the servo: the truth, and what came back."""
-    plant = read_plant("bench")
     logs = []
     for name, (tilt, trials) in SESSION.items():
         head = f'schema = "ffc-id/recipe/1"\nname = "{name}"\nexperiment = "{name}"\n'
@@ -176,10 +176,12 @@ def identified(baud: int) -> dict[str, tuple[float, Parameter]]:
                 run(recipe, rig, log, confirm=bench.setup)
             logs.append(Log.read(log))
     found = identify(logs, seed=0).parameters
-    table = {**found.gravity, **found.static, **found.dynamic}
-    truth = {**plant.gravity, **plant.friction}
-    pairs = {key.split("_nm")[0].removesuffix("_rad_s"): value for key, value in truth.items()}
-    return {name: (pairs[name], parameter) for name, parameter in table.items()}
+    true = file_of(read_plant("bench"))
+    truth = {**true.gravity, **true.static, **true.dynamic}
+    return {
+        name: (truth[name].value, one)
+        for name, one in {**found.gravity, **found.static, **found.dynamic}.items()
+    }
 
 
 # ------------------------------------------------------------------------------ the page

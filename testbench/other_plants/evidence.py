@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -138,14 +139,13 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def sparse(name: str) -> bool:
-    """Whether an effect acts on few rows by its nature, so that its size is told of those."""
-    return name in ("breakaway_dwell", "damaged tooth", "grip under high payload")
+#: Effects that act on few rows by their nature, so that their size is told of those.
+_SPARSE = ("breakaway_dwell", "damaged tooth", "grip under high payload")
 
 
 def size_of(name: str, column: Array) -> float:
     """Root mean square of a torque; of what acts rarely on the rows where it acts."""
-    if not sparse(name):
+    if name not in _SPARSE:
         return rms(column)
     acting = np.abs(column) > 0.2 * float(np.max(np.abs(column)))
     return rms(column[acting]) if acting.any() else 0.0
@@ -161,7 +161,7 @@ def columns_of(
 ) -> dict[str, Array]:
     """Torque of each effect on the rows of the log."""
 
-    def of(extra: Extra) -> Array:
-        return everywhere(machine, recorded, lambda r: torque_of(plant, extra, r))
-
-    return {name: of(extra) for name, extra in extras.items()}
+    return {
+        name: everywhere(machine, recorded, partial(torque_of, plant, extra))
+        for name, extra in extras.items()
+    }
