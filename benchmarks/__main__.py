@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from pathlib import Path
+
+import click
 
 from benchmarks import commands, control, dynamic, files, hard, kernel, machine, scaling, session, startup
 from benchmarks.table import Section, goals_table
@@ -34,16 +35,10 @@ carry over to other machines better than times do.
 """
 
 
-def main() -> None:
-    """Run the parts that were named, or all; only a run of all writes the report."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Benchmarks of ffc-id.")
-    parser.add_argument(
-        "parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all if none is named"
-    )
-    parts = parser.parse_args().parts
-    for name in parts:
-        if name not in PARTS:
-            parser.error(f"unknown part {name!r}; there are {', '.join(PARTS)}")
+@click.command()
+@click.argument("parts", nargs=-1, type=click.Choice(list(PARTS)), metavar="[PART]...")
+def main(parts: tuple[str, ...]) -> None:
+    """Run the PARTs that were named, or all; only a run of all writes the report."""
     sections = []
     for name in parts or PARTS:
         sections.append(PARTS[name]())

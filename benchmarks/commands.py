@@ -7,9 +7,11 @@ import resource
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
-from benchmarks.table import Goal, Section, seconds
+from benchmarks.table import Section, seconds
+from benchmarks.timing import shortest
 
 _GOAL = 1.0
 _PROGRAM = str(Path(sys.executable).with_name("ffc-id"))
@@ -48,21 +50,18 @@ def measure(rounds: int = 5, tasks: tuple[str, ...] = tuple(TASKS)) -> Section:
             "file every time, and simulates the sine some hundred times."
         ],
     )
-    best = dict.fromkeys(tasks, float("inf"))
     with tempfile.TemporaryDirectory() as folder:
-        for _ in range(rounds):
-            for name in tasks:
-                Path(folder, "motion.toml").unlink(missing_ok=True)
-                best[name] = min(best[name], _spent(TASKS[name], folder))
+        best = shortest({name: partial(_spent, TASKS[name], folder) for name in tasks}, rounds)
     for name, time in best.items():
         section.add(f"`{name}`", seconds(time))
         if "fit-" in name:
-            section.goals.append(Goal(f"{name}: below {_GOAL:g} s", seconds(time), time < _GOAL))
+            section.below(name, time, _GOAL)
     return section
 
 
 def _spent(words: list[str], folder: str) -> float:
     """Processor time of a process and its children, s."""
+    Path(folder, "motion.toml").unlink(missing_ok=True)
     # modules are compiled once, as they are after an install
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from benchmarks.table import Goal, Section, seconds
+from benchmarks.table import Section, seconds
 from benchmarks.timing import interleaved
 from idtool.control import ForceFreeController
 from idtool.effects import registry
@@ -56,9 +56,7 @@ def _steps(file: Parameters, mode: str, count: int) -> None:
 def measure(rounds: int = 20, count: int = 500) -> Section:
     """Processor time of a step while a hand guides."""
     plant = read_plant("paper")
-    files = {
-        "base model": file_of(plant, Controller(2.05, 1.68, 0.01), effects=False),
-    }
+    files = {"base model": file_of(plant, Controller(2.05, 1.68, 0.01), effects=False)}
     base = files["base model"]
     files[f"all {len(registry.names())} effects"] = replace(base, effects=whole_library())
     tasks = {
@@ -78,8 +76,5 @@ def measure(rounds: int = 20, count: int = 500) -> Section:
     )
     for name, time in best.items():
         section.add(name, seconds(time))
-    worst = max(best.values())
-    section.goals.append(
-        Goal(f"a step of the controller: below {seconds(_GOAL_S)}", seconds(worst), worst < _GOAL_S)
-    )
+    section.below("a step of the controller", max(best.values()), _GOAL_S)
     return section

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -118,13 +119,9 @@ def against_euler(
     for with_starts in (False, True):
         box = euler.bounds(recording.trials, starts=with_starts)
         if genetic.available():
-            found: list[genetic.Outcome] = []
-            took = once(
-                lambda box=box, found=found: found.append(  # type: ignore[misc]
-                    genetic.minimise(cost, box, population=population, generations=generations)
-                )
-            )
-            add("genetic algorithm (DEAP), Euler", found[0].x, found[0].cost, found[0].evaluations, took)
+            minimise = partial(genetic.minimise, population=population, generations=generations)
+            found, took = once(partial(minimise, cost, box))
+            add("genetic algorithm (DEAP), Euler", found.x, found.cost, found.evaluations, took)
         result, took = _evolve(cost, box, most if not with_starts else min(most, generations))
         add("differential evolution (SciPy), Euler", result.x, float(result.fun), int(result.nfev), took)
     _explain(section, recording, best, population, generations)
@@ -137,25 +134,20 @@ def _explain(
 ) -> None:
     per_row = best["euler"] / len(recording.motion)
     section.notes += [
-        f"{len(recording.motion):,} rows in {recording.trials} trials of `sim:paper`; the static "
-        "parameters are "
-        "those of `fit-static`, held. In the same process and warm; velocity and acceleration come from our "
-        "smoother, for everybody and not in anybody's time. All searches were run whole, once "
-        "each, and their time is that of the processor (ours the shortest of several rounds); no time is "
-        "extrapolated.",
-        "Cost is the sum of squared torque errors over all rows. *Its own cost* is by the method's own model "
-        "(explicit Euler, starts at 0 unless they are unknowns; ours with its start deflections). "
-        "*Common cost* "
-        "judges every sigma0, sigma1 and inertia alike: exact integration, best starts, no offset.",
-        "Explicit Euler takes one step a row (5 ms), no substeps. That is stable where sigma0 |w| h / g "
-        "< 2, here "
-        "below sigma0 of about 47 N m/rad: true of the paper's 0.051, not of all of the range searched "
-        "(0.001 to "
-        "1000), where the sum of squares runs away and counts as infinite. A stiff axis would need substeps, "
-        "which would make these searches slower still.",
-        f"An evaluation of the Python loop takes {seconds(best['euler'])} ({1e9 * per_row:.0f} ns a row). "
-        "A user "
-        f"who computes |w| / g(w) once beforehand needs {seconds(best['careful'])}, "
+        f"{len(recording.motion):,} rows in {recording.trials} trials of `sim:paper`; the static parameters "
+        "are those of `fit-static`, held. In the same process and warm; velocity and acceleration come from "
+        "our smoother, for everybody and not in anybody's time. All searches were run whole, once each, and "
+        "their time is that of the processor (ours the shortest of several rounds); no time is extrapolated.",
+        "Cost is the sum of squared torque errors over all rows. *Its own cost* is by the method's own "
+        "model (explicit Euler, starts at 0 unless they are unknowns; ours with its start deflections). "
+        "*Common cost* judges every sigma0, sigma1 and inertia alike: exact integration, best starts, no "
+        "offset.",
+        "Explicit Euler takes one step a row (5 ms), no substeps. That is stable where sigma0 |w| h / g < "
+        "2, here below sigma0 of about 47 N m/rad: true of the paper's 0.051, not of all of the range "
+        "searched (0.001 to 1000), where the sum of squares runs away and counts as infinite. A stiff axis "
+        "would need substeps, which would make these searches slower still.",
+        f"An evaluation of the Python loop takes {seconds(best['euler'])} ({1e9 * per_row:.0f} ns a row). A "
+        f"user who computes |w| / g(w) once beforehand needs {seconds(best['careful'])}, "
         f"{best['euler'] / best['careful']:.2f} times less; the genetic algorithm, {population} points over "
         f"{generations} generations, computes the cost of changed points only. With starts as unknowns "
         f"differential evolution was stopped after {generations} generations if it had not converged.",
@@ -189,9 +181,9 @@ def against_same_kernel(recording: Recording, known: Parameters, *, most: int) -
         ["search", "unknowns", "model evaluations", "times ours", "cost, filtered rows"],
         notes=[
             "Model evaluations are propagations of the bristle over all rows; ours include those with "
-            f"derivatives ({count['tangents']} of {evaluations}). All costs are those of the filtered "
-            "rows, start deflections solved in closed form. The last row minimises what our search over "
-            "sigma0 minimises."
+            f"derivatives ({count['tangents']} of {evaluations}). All costs are those of the filtered rows, "
+            "start deflections solved in closed form. The last row minimises what our search over sigma0 "
+            "minimises."
         ],
     )
     section.add("fit-dynamic", "sigma0, then all by least squares", evaluations, 1, f"{fit.sse:.6g}")
@@ -204,10 +196,7 @@ def against_same_kernel(recording: Recording, known: Parameters, *, most: int) -
         return float(residual @ residual)
 
     projection = Projection(model, static["coulomb"])
-    shape = {
-        "ratio": static["static"] / static["coulomb"],
-        "stribeck_velocity": static["stribeck_velocity"],
-    }
+    shape = {"ratio": static["static"] / static["coulomb"], "stribeck_velocity": static["stribeck_velocity"]}
     level = static["coulomb"] * projection.medium_level(shape)
 
     def projected(x: Sequence[float]) -> float:
@@ -239,16 +228,9 @@ def against_same_kernel(recording: Recording, known: Parameters, *, most: int) -
 def _evolve(
     cost: Callable[[Any], float], bounds: Sequence[tuple[float, float]], most: int
 ) -> tuple[optimize.OptimizeResult, float]:
-    results: list[optimize.OptimizeResult] = []
-    options = {**_DE, "maxiter": most}
     box = optimize.Bounds(*np.array(bounds).T)
-
-    def run() -> None:
-        with np.errstate(all="ignore"):  # infinite costs where Euler runs away
-            results.append(optimize.differential_evolution(cost, box, seed=0, **options))
-
-    took = once(run)
-    return results[0], took
+    with np.errstate(all="ignore"):  # infinite costs where Euler runs away
+        return once(lambda: optimize.differential_evolution(cost, box, seed=0, **{**_DE, "maxiter": most}))
 
 
 def _dynamic(values: Mapping[str, float]) -> tuple[float, float, float]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
-from benchmarks.table import Goal, Section, seconds
+from benchmarks.table import Section, seconds
 from benchmarks.timing import once
 from idtool import Log
 from idtool.diagnosis.summary import found
-from idtool.verbs.identification import Identification
 from idtool.verbs.identify import identify
 from testbench.cases import disturb
 from testbench.plants import Plant, record_session
@@ -52,23 +52,22 @@ def measure(sizes: tuple[int, ...] = (_ROWS, _MORE_ROWS)) -> Section:
         ["axis", "rows", "processor time", "against clean", "named", "verdict"],
         notes=[
             "One axis of the simulated rig: clean, with a ripple, an asymmetry and a cable, and with those "
-            f"and a {_DISTURBANCE} that is in no library ({1e3 * _DISTURBANCE_NM:.0f} mN m). One run "
-            "each, in a warm process."
+            f"and a {_DISTURBANCE} that is in no library ({1e3 * _DISTURBANCE_NM:.0f} mN m). One run each, "
+            "in a warm process."
         ],
     )
     identify(logs_of("clean", sizes[0]))
     for rows in sizes:
         clean = 0.0
         for axis in ("clean", "three effects", "three effects and something unknown"):
-            logs, done = logs_of(axis, rows), list[Identification]()
-            took = once(lambda logs=logs, done=done: done.append(identify(logs)))  # type: ignore[misc]
+            logs = logs_of(axis, rows)
+            done, took = once(partial(identify, logs))
             clean = clean or took
-            told = done[0].diagnosis
+            told = done.diagnosis
             named = ", ".join(e["name"] for e in found(told)) or "none"
             exact = sum(len(log.frame) for log in logs)
             section.add(axis, f"{exact:,}", seconds(took), f"{took / clean:.1f}", named, told["verdict"])
         if rows in (_ROWS, _MORE_ROWS):
-            goal = _GOAL if rows == _ROWS else _MORE_GOAL
-            what = f"identify of {rows:,} rows with three effects and something unknown: below {goal:.0f} s"
-            section.goals.append(Goal(what, seconds(took), took < goal))
+            what = f"identify of {rows:,} rows with three effects and something unknown"
+            section.below(what, took, _GOAL if rows == _ROWS else _MORE_GOAL)
     return section

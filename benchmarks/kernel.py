@@ -43,8 +43,7 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
         ["version", "million rows per second", "times `cc -O3`, the same loop"],
         notes=[
             f"{len(motion):,} rows; deflection and decay of the start, and with tangents the derivatives "
-            "along "
-            f"{_DIRECTIONS} parameters too. Allocation of the results is in the time of every version."
+            f"along {_DIRECTIONS} parameters too. Allocation of the results is in the time of every version."
         ],
     )
     worst = 0.0
@@ -68,9 +67,7 @@ def measure(trials: tuple[int, ...] = (), rounds: int = 300) -> Section:
         worst = max(
             float(np.max(np.abs(ours - theirs)))
             for ours, theirs in zip(
-                tangents(plain, columns),
-                usual.propagate_tangents(*plain, columns),
-                strict=True,
+                tangents(plain, columns), usual.propagate_tangents(*plain, columns), strict=True
             )
         )
         section.notes.append(

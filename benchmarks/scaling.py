@@ -7,7 +7,6 @@ import re
 import resource
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ import numpy as np
 
 from benchmarks.sessions import log_of, repeated
 from benchmarks.table import Goal, Section, seconds
+from benchmarks.timing import once
 from idtool.effects import registry
 from idtool.fit.model import JointModel
 from idtool.fit.spec import Spec
@@ -71,14 +71,11 @@ def measure(sizes: tuple[int, ...] = _SIZES, *, apart: bool = True) -> Section:
     )
     section.notes += [
         f"Slope of the total over rows in the log-log plane: {slope:.2f}. The four sines of `sim:paper` "
-        "over and "
-        "over, every repetition with trials of its own (four per 11,400 rows); LuGre and inertia, seven "
-        "parameters. Each size in a process of its own; shortest of several runs up to a million rows.",
+        "over and over, every repetition with trials of its own (four per 11,400 rows); LuGre and inertia, "
+        "seven parameters. Each size in a process of its own; shortest of several runs up to a million rows.",
         "*Highest memory* is that of the process, with Python, its packages and the log itself; *bytes a "
-        "row* "
-        f"leaves out what was there before the first stage. At {sizes[-1]:,} rows the highest so far, in "
-        "bytes a "
-        f"row, was after {stages}.",
+        f"row* leaves out what was there before the first stage. At {sizes[-1]:,} rows the highest so far, "
+        f"in bytes a row, was after {stages}.",
     ]
     section.goals += [
         Goal(f"time over rows: slope of about 1 (at most {_SLOPE})", f"{slope:.2f}", slope <= _SLOPE),
@@ -116,9 +113,7 @@ def _pass(log: Log, stages: dict[str, int]) -> dict[str, float]:
     times: dict[str, float] = {}
 
     def timed(stage: str, task: Callable[[], Any]) -> Any:
-        began = time.process_time()
-        result = task()
-        times[stage] = time.process_time() - began
+        result, times[stage] = once(task)
         stages.setdefault(stage, peak())
         return result
 

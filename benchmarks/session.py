@@ -7,7 +7,7 @@ import pstats
 from collections.abc import Sequence
 
 from benchmarks.sessions import log_of
-from benchmarks.table import Goal, Section, seconds
+from benchmarks.table import Section, seconds
 from benchmarks.timing import interleaved
 from idtool import Log
 from idtool.signals import record
@@ -66,27 +66,15 @@ def measure(
         ["stage", "time", "share"],
         notes=[
             "Without diagnosis (reading the motion and the joint fit of the base model): "
-            f"{seconds(best['fits'])}. "
-            f"With the whole library of effects: {seconds(best['whole'])}; verdict `{verdict}`. In a warm "
-            "process.",
-            "Stages with all that they call, from `cProfile`, which slows small calls down. A dash marks "
-            "a part of "
-            "the stage above; the last rows cut the same time another way.",
+            f"{seconds(best['fits'])}. With the whole library of effects: {seconds(best['whole'])}; verdict "
+            f"`{verdict}`. In a warm process.",
+            "Stages with all that they call, from `cProfile`, which slows small calls down. A dash marks a "
+            "part of the stage above; the last rows cut the same time another way.",
         ],
     )
     _stages(section, profile, logs)
-    section.goals += [
-        Goal(
-            f"identify of {rows:,} rows without diagnosis: below {_FIT_GOAL} s",
-            seconds(best["fits"]),
-            best["fits"] < _FIT_GOAL,
-        ),
-        Goal(
-            f"identify of {rows:,} rows with the whole library: below {_WHOLE_GOAL:.0f} s",
-            seconds(best["whole"]),
-            best["whole"] < _WHOLE_GOAL,
-        ),
-    ]
+    section.below(f"identify of {rows:,} rows without diagnosis", best["fits"], _FIT_GOAL)
+    section.below(f"identify of {rows:,} rows with the whole library", best["whole"], _WHOLE_GOAL)
     return section
 
 

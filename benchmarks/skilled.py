@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy import optimize
@@ -13,7 +13,7 @@ from scipy import optimize
 from benchmarks.judge import common_cost, friction_of
 from benchmarks.sessions import truth
 from benchmarks.table import Section, seconds
-from benchmarks.timing import interleaved
+from benchmarks.timing import interleaved, once
 from idtool.fit.choose import choose_gravity, first_fits
 from idtool.fit.spec import Spec
 from idtool.fit.staged import fit_dynamic
@@ -99,11 +99,9 @@ def measure(recording: Recording, known: Parameters, *, rounds: int) -> Section:
     section.notes.append(
         f"From the good start (0.05, 0.3; the truth is {truth()['bristle_stiffness']:g}, "
         f"{truth()['bristle_damping']:g}) he needs {seconds(best['skilled'])}, "
-        f"{best['skilled'] / best['ours']:.2f} times as long as fit-dynamic ({seconds(best['ours'])}), "
-        "which needs "
-        f"no start. From {astray} of {count} starts he ends elsewhere (bold). His unknowns are sigma0, "
-        "sigma1, "
-        "inertia and the start deflections (from 0), over all rows, derivatives by differences."
+        f"{best['skilled'] / best['ours']:.2f} times as long as fit-dynamic ({seconds(best['ours'])}), which "
+        f"needs no start. From {astray} of {count} starts he ends elsewhere (bold). His unknowns are sigma0, "
+        "sigma1, inertia and the start deflections (from 0), over all rows, derivatives by differences."
     )
     return section
 
@@ -112,10 +110,8 @@ def everything_free(recording: Recording, most: int = 200) -> Section:
     """The same user with all friction parameters unknown, sweep and sines together."""
     motion = recording.motion
     gravity, columns = choose_gravity(recording)
-    began = time.process_time()
-    # the one that leaves least, of those that the diagnosis goes on from
-    fit = min(first_fits(recording, Spec("lugre", gravity, columns)), key=lambda fit: fit.sse)
-    took = time.process_time() - began
+    fits, took = once(lambda: first_fits(recording, Spec("lugre", gravity, columns)))
+    fit = min(fits, key=lambda fit: fit.sse)  # of those that the diagnosis goes on from
     lowest = float(fit.full_residual @ fit.full_residual)
 
     def residual(x: Array) -> Array:
@@ -130,29 +126,20 @@ def everything_free(recording: Recording, most: int = 200) -> Section:
     astray = 0
     for name, values in _ALL.items():
         x = np.concatenate([np.log(values), [0.0], np.zeros(motion.stretches)])
-        began = time.process_time()
         with np.errstate(all="ignore"):
-            found = optimize.least_squares(residual, x, x_scale="jac", max_nfev=most)
+            found, spent = once(partial(optimize.least_squares, residual, x, x_scale="jac", max_nfev=most))
         ratio = 2.0 * float(found.cost) / lowest
         lost = not ratio < 1.0 + _ELSEWHERE
         astray += lost
         end = np.exp(np.clip(found.x[[0, 1, 2, 4, 5]], -50.0, 50.0))
-        section.add(
-            name,
-            (time.process_time() - began) / took,
-            f"**{ratio:.4g}**" if lost else f"{ratio:.4g}",
-            *end.tolist(),
-        )
+        section.add(name, spent / took, f"**{ratio:.4g}**" if lost else f"{ratio:.4g}", *end.tolist())
     friction = fit.model.friction(fit.x)
     ours = (friction.coulomb, friction.static, friction.stribeck_velocity)
     section.add("ours, no start", 1, "1", *ours, friction.bristle_stiffness, friction.bristle_damping)
     section.notes.append(
         f"Sweep and sines, {len(motion):,} rows, unknowns the six friction parameters (their logarithms), "
-        "inertia and "
-        "the start deflections; cost is the sum of squared torque errors of all rows. Ours are the first "
-        "fits of "
-        f"`identify` ({seconds(took)}). From {astray} of {len(_ALL)} starts he ends elsewhere (bold) or "
-        "is not there "
-        f"after {most} steps."
+        "inertia and the start deflections; cost is the sum of squared torque errors of all rows. Ours are "
+        f"the first fits of `identify` ({seconds(took)}). From {astray} of {len(_ALL)} starts he ends "
+        f"elsewhere (bold) or is not there after {most} steps."
     )
     return section

@@ -59,12 +59,10 @@ def measure(seeds: Sequence[int], trials: tuple[int, ...] = (), sweep: tuple[int
         section.add(name, f"{mean[0]:+.2f}", f"{rms[0]:.2f}", f"{mean[1]:+.2f}", f"{rms[1]:.2f}")
     section.notes.append(
         f"{len(seeds)} sessions of `sim:paper` (seeds {', '.join(map(str, seeds))}), whose bristles start "
-        "each "
-        "trial bent by an amount that no log holds. The first rows hold the static parameters at the "
-        "truth, the "
-        "next ones at what `fit-static` found in the same session; in the last two they are refined with the "
-        "rest, on sweep and sines (as `identify` does). Search only: the search over sigma0, the rest in "
-        "closed form."
+        "each trial bent by an amount that no log holds. The first rows hold the static parameters at the "
+        "truth, the next ones at what `fit-static` found in the same session; in the last two they are "
+        "refined with the rest, on sweep and sines (as `identify` does). Search only: the search over "
+        "sigma0, the rest in closed form."
     )
     return section
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
-from benchmarks.table import Goal, Section, seconds
+from benchmarks.table import Section, seconds
+from benchmarks.timing import shortest
 
 _GOAL = 0.1
 _IMPORTS = "import numpy, numba"
@@ -56,36 +58,38 @@ def measure(rounds: int = 8) -> Section:
         "propagate": _KERNEL.format(imports=_IMPORTS),
         "all that reading a log and a fit compile": _WHOLE.format(imports=_IMPORTS),
     }
-    best = dict.fromkeys([*tasks, *inside], float("inf"))
-    for _ in range(rounds):  # the first one may have to fill the cache
-        for name, command in tasks.items():
-            began = time.perf_counter()
-            subprocess.run(command, check=True, capture_output=True)
-            best[name] = min(best[name], time.perf_counter() - began)
-        for name, script in inside.items():
-            done = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
-            best[name] = min(best[name], float(done.stdout))
+    # the first round may have to fill the cache
+    best = shortest(
+        {name: partial(_lasted, command) for name, command in tasks.items()}
+        | {name: partial(_told, script) for name, script in inside.items()},
+        rounds,
+    )
     section = Section(
         "A second process",
         ["what", "time"],
         notes=[
-            "The upper part is the whole process. The lower part is timed inside a process that has "
-            "numpy and numba imported already: importing our module, loading the compiled code from numba's "
-            "cache and running it on a few rows. What numba itself would set up at the first compiled "
-            "function of a process (its compiler's registries, which import scipy.linalg: 0.2 s) is left out "
-            "by `idtool/model/jit.py`."
+            "The upper part is the whole process. The lower part is timed inside a process that has numpy "
+            "and numba imported already: importing our module, loading the compiled code from numba's cache "
+            "and running it on a few rows. What numba itself would set up at the first compiled function of "
+            "a process (its compiler's registries, which import scipy.linalg: 0.2 s) is left out by "
+            "`idtool/model/jit.py`."
         ],
     )
     for name in tasks:
         section.add(f"`{name}`", seconds(best[name]))
     for name in inside:
         section.add(f"after numba: {name}", seconds(best[name]))
-    found = best["propagate"]
-    section.goals.append(
-        Goal(
-            f"compiled code from the cache in a second process, without importing numba: below {_GOAL:g} s",
-            seconds(found),
-            found < _GOAL,
-        )
-    )
+    what = "compiled code from the cache in a second process, without importing numba"
+    section.below(what, best["propagate"], _GOAL)
     return section
+
+
+def _lasted(command: list[str]) -> float:
+    began = time.perf_counter()
+    subprocess.run(command, check=True, capture_output=True)
+    return time.perf_counter() - began
+
+
+def _told(script: str) -> float:
+    done = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
+    return float(done.stdout)

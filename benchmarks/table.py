@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from pages.markdown import row
+from pages.markdown import table
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,15 @@ class Section:
         """Append a row."""
         self.rows.append([cell if isinstance(cell, str) else number(cell) for cell in cells])
 
+    def below(self, what: str, took: float, most: float) -> None:
+        """Aim at a time, s."""
+        self.goals.append(Goal(f"{what}: below {seconds(most)}", seconds(took), took < most))
+
     def markdown(self, depth: int = 2) -> str:
         """The section as Markdown."""
         lines = [f"{'#' * depth} {self.title}", ""]
         if self.rows:
-            right = ["---:"] * (len(self.head) - 1)
-            lines += [*map(row, (self.head, ["---", *right], *self.rows)), ""]
+            lines += [*table(self.head, self.rows, "l" + "r" * (len(self.head) - 1)), ""]
         for note in self.notes:
             lines += [note, ""]
         for part in self.more:

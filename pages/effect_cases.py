@@ -124,6 +124,12 @@ def _time(motion: Motion) -> Array:
     return motion.time - motion.time[motion.starts][motion.trial]
 
 
+def _moves(numbers: str, *, upright: bool = False) -> str:
+    """Trials back and forth with these numbers, on its side or upright."""
+    tilt = "" if upright else f"tilt_alpha_rad = {_SIDE}\n"
+    return f'\n[[trials]]\nkind = "back_and_forth"\n{tilt}{numbers}'
+
+
 _FAST_SINES = f"""
 [[trials]]
 kind = "sine"
@@ -145,15 +151,11 @@ CASES: dict[str, Case] = {
     "nonlinear_viscous": Case(
         {"quadratic_nm_s2_per_rad2": 0.1},
         View(VELOCITY, _velocity, experiment="speeds"),
-        recipe=f"""
-[[trials]]
-kind = "back_and_forth"
-tilt_alpha_rad = {_SIDE}
-speed_rad_s = [0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4]
+        recipe=_moves("""speed_rad_s = [0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4]
 travel_rad = 4.2
 acceleration_rad_s2 = 1.5
 repeats = 2
-""",
+"""),
     ),
     "transport_delay": Case(
         {"delay_s": 0.01},
@@ -162,27 +164,23 @@ repeats = 2
     "torque_constant_saturation": Case(
         {"kappa_per_a": 0.2},
         View(LOAD, _load, experiment="heavy"),
-        recipe="""
-[[trials]]
-kind = "back_and_forth"
-payload_kg = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+        recipe=_moves(
+            """payload_kg = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
 speed_rad_s = 0.2
 travel_rad = 0.8
 repeats = 2
 """,
+            upright=True,
+        ),
     ),
     "stribeck_shape": Case(
         {"exponent": 0.5},
         View("speed, rad/s", _speed, "friction", experiment="slow", between=(0.004, 0.3)),
-        recipe=f"""
-[[trials]]
-kind = "back_and_forth"
-tilt_alpha_rad = {_SIDE}
-speed_rad_s = [0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3]
+        recipe=_moves("""speed_rad_s = [0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3]
 travel_rad = [0.2, 0.4, 0.6, 0.8, 0.8, 0.8, 0.8, 0.8]
 acceleration_rad_s2 = 0.3
 repeats = [1, 1, 1, 2, 2, 2, 3, 3]
-""",
+"""),
     ),
     "load_dependent_friction": Case(
         {"mu": 0.08}, View(LOAD, _load, "friction", experiment="gravity", least_speed=0.1)
@@ -194,15 +192,11 @@ repeats = [1, 1, 1, 2, 2, 2, 3, 3]
     "tilt_misalignment": Case(
         {"alpha_rad": 0.05},
         View("payload, kg, lying on its side", _payload, experiment="tilts"),
-        recipe=f"""
-[[trials]]
-kind = "back_and_forth"
-tilt_alpha_rad = {_SIDE}
-payload_kg = [0.0, 0.4, 0.8, 1.2]
+        recipe=_moves("""payload_kg = [0.0, 0.4, 0.8, 1.2]
 speed_rad_s = 0.2
 travel_rad = 0.8
 repeats = 2
-""",
+"""),
     ),
     "position_stiffness": Case(
         {"stiffness_nm_per_rad": 0.03, "neutral_rad": 0.4}, View(POSITION, _position, experiment="sweep")
@@ -214,14 +208,10 @@ repeats = 2
     "hysteresis": Case(
         {"stiffness_nm_per_rad": 0.3, "yield_nm": 0.02},
         View("travel since the last reversal, rad", since_turn, "friction", experiment="nested"),
-        recipe=f"""
-[[trials]]
-kind = "back_and_forth"
-tilt_alpha_rad = {_SIDE}
-speed_rad_s = 0.1
+        recipe=_moves("""speed_rad_s = 0.1
 travel_rad = [0.05, 0.1, 0.2, 0.4, 0.8]
 repeats = [8, 6, 4, 3, 2]
-""",
+"""),
     ),
     "backlash": Case(
         {"gap_rad": 0.05, "share_behind_gap": 0.5},

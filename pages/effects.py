@@ -29,6 +29,7 @@ from idtool.fit.model import JointModel
 from idtool.io.toml import parse_toml
 from idtool.log import Log
 from idtool.model.units import file_key, unit_text
+from idtool.parameters import DYNAMIC, GRAVITY_MODELS, STATIC
 from idtool.presentation.text import counted
 from idtool.rig.plant_file import parse_plant
 from idtool.rig.simulated import SimulatedRig
@@ -46,14 +47,11 @@ PLANT = FOLDER / "bench.toml"
 SESSIONS = FOLDER / "sessions.json"
 #: What a parameter that the fit gets wrong without the effect is called, and its key in the plant file.
 _TRUTH = {
-    "coulomb": ("friction", "coulomb_nm"),
-    "static": ("friction", "static_nm"),
-    "stribeck_velocity": ("friction", "stribeck_velocity_rad_s"),
-    "viscous": ("friction", "viscous_nm_s_per_rad"),
-    "bristle_stiffness": ("friction", "bristle_stiffness_nm_per_rad"),
-    "bristle_damping": ("friction", "bristle_damping_nm_s_per_rad"),
-    "gravity.base": ("gravity", "base_nm"),
-    "gravity.per_payload": ("gravity", "per_payload_nm_per_kg"),
+    **{name: ("friction", file_key(name, what, "rotary")) for name, what in (STATIC | DYNAMIC).items()},
+    **{
+        f"gravity.{name}": ("gravity", file_key(name, what, "rotary"))
+        for name, what in GRAVITY_MODELS["slide"].items()
+    },
     "inertia.inertia": ("plant", "inertia_kg_m2"),
 }
 #: Keys that no fit varies: the data set them.

@@ -8,9 +8,14 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import click
+
+from idtool.io.atomic import atomic_write
 
 PROGRAM = Path(sys.executable).parent / "ffc-id"
 #: Columns of the terminal that pages show.
@@ -126,12 +131,13 @@ def missing(said: str, printed: str) -> list[str]:
 
 def row(cells: Iterable[object]) -> str:
     """A row of a table."""
-    return f"| {' | '.join(map(str, cells))} |"
+    return f"| {' | '.join(map(str, cells))} |".replace("|  |", "| |")
 
 
-def table(head: Sequence[str], rows: Iterable[Iterable[object]]) -> list[str]:
-    """The lines of a table."""
-    return [row(head), "|" + "---|" * len(head), *map(row, rows)]
+def table(head: Sequence[str], rows: Iterable[Iterable[object]], align: str = "") -> list[str]:
+    """The lines of a table; `align` has an l or r for each column, left if it is empty."""
+    rules = {"l": "---", "r": "---:"}
+    return [row(head), f"|{'|'.join(rules[way] for way in align or 'l' * len(head))}|", *map(row, rows)]
 
 
 def with_made(page: str, part: str, text: str, target: str = "docs-effects") -> str:
@@ -144,7 +150,24 @@ def with_made(page: str, part: str, text: str, target: str = "docs-effects") -> 
     return head + begin + text + end + tail
 
 
-def keeping_made(page: str, before: str) -> str:
-    """A page made anew, with the parts of other makers at the end of what it was before."""
-    _, mark, made = before.partition("<!-- ")
-    return f"{page}\n{mark}{made}" if mark else page
+def out_option(page: str) -> Callable[[Any], Any]:
+    """`--out` of a study: its page, or a copy of it."""
+    return click.option("--out", type=click.Path(path_type=Path), default=Path(page), show_default=True)
+
+
+def write_made(page: str, parts: Mapping[str, Iterable[str]], target: str, out: Path | None = None) -> None:
+    """Put the lines that are made into the parts of a page; what is around them is written by hand there.
+
+    Args:
+        page: with the markers of all parts.
+        parts: name -> lines.
+        target: of make.
+        out: a copy of the page to write instead, which need not be there yet.
+    """
+    out = out or Path(page)
+    text = (out if out.exists() else Path(page)).read_text(encoding="utf-8")
+    for part, lines in parts.items():
+        made = "\n".join(lines).strip("\n")
+        text = with_made(text, part, f"\n{made}\n\n", target)
+    with atomic_write(out) as stream:
+        stream.write(text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pages.markdown import row, table
+from pages.markdown import table
 from testbench.recordings import RECORDINGS, Recording
 from testbench.regression import STANDS_FOR
 
@@ -16,55 +16,24 @@ AS_GOOD = 1.1
 #: Beyond these multiples of the largest torque that was measured a prediction or a level is absurd.
 _PREDICTED, _LEVEL = 1.5, 1.0 + 1e-6  # a bound may be one rounding above
 
-_HEAD = """# What it finds on recordings of real machines
-
-You get: what the tool says about recordings of real machines, beside what their authors and a regression say.
-
-Made by `make study-measured`; what it found is in [measured.json](measured.json). None of these
-recordings is shipped; their sources are named. Nothing in the tool is tuned to any of them. EMPS and
-CICESE are tests too (`tests/test_measured.py`), which skip where the recordings are absent.
-
-How it is measured. Every recording is identified twice with the defaults: on all its rows (what is
-named, the error in sample) and without the held-out rows, every fourth trial or, where there are fewer
-than four, three of sixteen blocks of time (the error held out). Both errors are those of plain
-prediction, as `ffc-id predict` makes it, on the rows on which the axis moves (above 5 % of its usual top
-speed), measured and predicted torque through the same zero-phase low-pass of 10 Hz, `||e|| / ||F||`.
-Beside them stands what a stepwise least-squares regression reaches on the same rows
-(`testbench/regression.py`): Coulomb, viscous, inertia, gravity where there is any, then one column after
-another, the one that lowers the error on rows held out in turn most; "s" is the sign of the speed, a
-line a sine of the position (waves a rad or m). The size of a column is what it explains that those
-before it do not, as a share of the Coulomb level.
-"""
-
-_MAPPING = """## Which name stands for which column
-
-A column of the regression counts as named where the tool names one of the effects beside it ("friction":
-the law that was fitted has a Stribeck curve; "gravity": the gravity of an arm was found), or where it says
-that torque and motion were read so far apart, if that is less than a sample. A named effect
-counts as confirmed where a column that stands for it joined, of whatever size; effects with a memory
-(backlash, hysteresis, break-away dwell) have no column, and can be neither confirmed nor denied by it.
-
-| column | stands for it |
-|---|---|
-"""
+TARGET, PAGE = "study-measured", "docs/measured.md"
 
 
-def page(found: dict[str, Any]) -> str:
-    """The whole page."""
+def parts(found: dict[str, Any]) -> dict[str, list[str]]:
+    """What is made of the page: part and lines."""
     done = [r for r in RECORDINGS if r.name in found]
-    parts = [
-        _HEAD,
-        _goals(done, found),
-        _overview(done, found),
-        _emps(found),
-        _others(done, found),
-        _beyond(done, found),
-    ]
-    parts += ["## Each recording\n", *(_section(r, found[r.name]) for r in done)]
-    if missing := [r.title for r in RECORDINGS if r.name not in found]:
-        parts.append("## Not run yet\n\n" + "".join(f"- {title}\n" for title in missing))
-    mapping = "".join(f"| {column} | {', '.join(names)} |\n" for column, names in STANDS_FOR.items())
-    return "\n".join([*parts, _MAPPING + mapping])
+    sections = [line for r in done for line in _section(r, found[r.name])]
+    missing = [f"- Not run yet: {r.title}" for r in RECORDINGS if r.name not in found]
+    columns = ((column, ", ".join(names)) for column, names in STANDS_FOR.items())
+    return {
+        "goals": _goals(done, found),
+        "all": _overview(done, found),
+        "emps": _emps(found),
+        "others": _others(done, found),
+        "beyond": _beyond(done, found),
+        "recordings": [*sections, *missing],
+        "columns": table(("column", "stands for it"), columns),
+    }
 
 
 def _counted(recordings: list[Recording]) -> list[Recording]:
@@ -114,7 +83,7 @@ def _sane(one: dict[str, Any]) -> bool:
     return "refused" in one or (one["sane"]["predicted"] <= _PREDICTED and one["sane"]["level"] <= _LEVEL)
 
 
-def _goals(done: list[Recording], found: dict[str, Any]) -> str:
+def _goals(done: list[Recording], found: dict[str, Any]) -> list[str]:
     counted = [found[r.name] for r in _counted(done)]
     large = sum(len(_large(one)) for one in counted)
     named = large - sum(len(unnamed(one)) for one in counted)
@@ -139,24 +108,16 @@ def _goals(done: list[Recording], found: dict[str, Any]) -> str:
     beyond = [found[r.name] for r in done]
     sane = sum(_sane(one) for one in beyond)
     rows.append(("refused, or no absurd number", f"{sane} of {len(beyond)}", sane == len(beyond)))
-    lines = table(("goal", "reached", "met"), ((*cells, _yes(met)) for *cells, met in rows))
-    return "\n".join([*lines, ""])
+    return table(("goal", "reached", "met"), ((*cells, _yes(met)) for *cells, met in rows))
 
 
 def _yes(met: bool) -> str:
     return "yes" if met else "**no**"
 
 
-def _overview(done: list[Recording], found: dict[str, Any]) -> str:
-    head = [
-        "## All of them",
-        "",
-        "Errors on moving rows, per cent: tool / regression; `!`: more than 1.1 times as much;",
-        "a name in brackets with `?`: no column confirms it; shares are of the torque.",
-        "",
-    ]
+def _overview(done: list[Recording], found: dict[str, Any]) -> list[str]:
     columns = ("recording", "named", "columns above 5 % of Coulomb, not named", "in sample", "held out")
-    return "\n".join([*head, *table(columns, (_cells(r, found[r.name]) for r in done)), ""])
+    return table(columns, (_cells(r, found[r.name]) for r in done))
 
 
 def _cells(recording: Recording, one: dict[str, Any]) -> tuple[str, ...]:
@@ -184,17 +145,8 @@ def _pair(one: dict[str, Any], which: str) -> str:
     return f"{one[which]:.2f} / {theirs:.2f}{' !' if ratio > AS_GOOD else ''}"
 
 
-def _emps(found: dict[str, Any]) -> str:
+def _emps(found: dict[str, Any]) -> list[str]:
     shown = [name for name in ("emps_textbook", "emps", "emps_pulses") if "authors" in found.get(name, {})]
-    if not shown:
-        return ""
-    lines = [
-        "## EMPS, as its authors count",
-        "",
-        "Position through a 4th-order low-pass of 100 Hz, decimated to 50 Hz, all rows, `||e|| / ||F||`. Not",
-        "every step of theirs is told, so their models stand here by our count too, with what they printed.",
-        "",
-    ]
     rows: list[tuple[str, ...]] = []
     for name in shown:
         authors, pulses = found[name]["authors"], name == "emps_pulses"
@@ -217,17 +169,11 @@ def _emps(found: dict[str, Any]) -> str:
                 error = f"predicted: {other['authors']:.2f} %"
                 rows.append((f"{ours}, fitted to the identification", "pulses", error, "–", "–"))
     columns = ("model", "recording", "in sample", "on the held-out rows, fitted without them", "printed")
-    return "\n".join([*lines, *table(columns, rows), ""])
+    return table(columns, rows)
 
 
-def _others(done: list[Recording], found: dict[str, Any]) -> str:
+def _others(done: list[Recording], found: dict[str, Any]) -> list[str]:
     titles = {r.name: r.title for r in RECORDINGS}
-    lines = [
-        "## Another recording of the same machine",
-        "",
-        "Predicted with the parameter file of the first, on moving rows; so does the regression.",
-        "",
-    ]
     rows = []
     for recording in done:
         for other in found[recording.name].get("others", []):
@@ -236,17 +182,10 @@ def _others(done: list[Recording], found: dict[str, Any]) -> str:
                 worse = " !" if other["error"] > AS_GOOD * other["regression"] else ""
                 error, theirs = f"{other['error']:.2f} %{worse}", f"{other['regression']:.2f} %"
             rows.append((recording.title, titles[other["name"]], error, theirs))
-    return "\n".join([*lines, *table(("fitted to", "predicts", "error", "regression"), rows), ""])
+    return table(("fitted to", "predicts", "error", "regression"), rows)
 
 
-def _beyond(done: list[Recording], found: dict[str, Any]) -> str:
-    lines = [
-        "## What cannot be known",
-        "",
-        "It must be refused, or stay sane: no prediction beyond 1.5 times the largest measured torque,",
-        "no friction level beyond it. Others that break this are listed too.",
-        "",
-    ]
+def _beyond(done: list[Recording], found: dict[str, Any]) -> list[str]:
     rows = []
     for recording in done:
         one = found[recording.name]
@@ -261,17 +200,17 @@ def _beyond(done: list[Recording], found: dict[str, Any]) -> str:
         *("recording", "why", "outcome"),
         *("largest prediction / measured", "largest level / measured", "sane"),
     )
-    return "\n".join([*lines, *table(columns, rows), ""])
+    return table(columns, rows)
 
 
-def _section(recording: Recording, one: dict[str, Any]) -> str:
+def _section(recording: Recording, one: dict[str, Any]) -> list[str]:
     lines = [f"### {recording.title}", "", f"{recording.source}. File: {recording.file}.", ""]
     if recording.remark:
         lines += [recording.remark, ""]
     if "refused" in one:
-        return "\n".join([*lines, f"Refused: {one['refused']}", ""])
+        return [*lines, f"Refused: {one['refused']}", ""]
     if one["published"]:
-        lines += ["| | published | found |", "|---|---|---|", *map(row, one["published"]), ""]
+        lines += [*table(("", "published", "found"), one["published"]), ""]
     lines += [
         f"Verdict `{one['verdict']}`, friction law `{one['friction']}`; named: {_named(one)}.",
         f"{one['rows']:,} rows; {one['moving']:,} thinned ones move; {one['seconds']:.1f} s of one core.",
@@ -282,7 +221,7 @@ def _section(recording: Recording, one: dict[str, Any]) -> str:
         lines.append(f"Without the held-out rows refused: {one['held_out_refused']}")
     columns = [f"{t['said']} {t['percent_of_coulomb']:.0f} %" for t in one["regression"]["found"]]
     lines.append(f"The regression's columns, shares of Coulomb: {', '.join(columns) or 'none'}.")
-    return "\n".join([*lines, *_misses(one), ""])
+    return [*lines, *_misses(one), ""]
 
 
 def _why_not(one: dict[str, Any], term: dict[str, Any]) -> str:

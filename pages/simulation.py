@@ -12,7 +12,6 @@ import numpy as np
 
 from idtool.parameters import Parameters
 from idtool.simulation.stage import Source
-from pages import markdown
 
 WHOLE = "none"
 Fits = Sequence[Mapping[str, Any]]
@@ -21,60 +20,6 @@ SOURCES: tuple[Source, ...] = ("goal", "effort")
 BAM = Path("docs/bam.json")
 #: What of that is aimed at.
 GOAL = 0.8
-
-TEXT = """# How far off simulated positions are
-
-You get: how far the simulated position of an identified axis strays on real machines.
-
-Made by `make study-simulate`, from recordings of real machines that are not shipped. Definitions: an error
-of the position is simulated less measured; over windows of one second each window starts from the measured
-state and the rms is taken over all rows of all windows; a mean absolute error is over a whole trial,
-simulated from its first row alone.
-
-## Beside MuJoCo's own identification
-
-Driven by the measured torque or current, rms over windows of one second, on the recording that was fitted
-(as theirs): `ffc-id fit-motion LOG -p motion.toml`, `ffc-id simulate LOG -p motion.toml`. Fitting simulates
-so many seconds of motion a second; the last column is `ffc-id simulate` at its fine step, reading and
-smoothing the log included.
-
-| machine | ours | MuJoCo's | better | fit, processor time | fit, times real time | `simulate` |
-|---|---|---|---|---|---|---|
-{mujoco}
-
-## A servo without current sensing, on what was not fitted
-
-BAM's own logs of a DYNAMIXEL XL330 that swings 0.49 kg on 0.1 m: three gains, three trajectories, duty and
-supply voltage in place of a current. One gain, or one trajectory, is left out, the rest is fitted, what was
-left out is simulated. Mean absolute error, mrad, mean (each of the three logs), driven by the goals and by
-the duty times the supply.
-
-BAM's models M1 to M6 were fitted to the same six logs and judged on the same three (`make study-bam`):
-formulas, step of 5 ms, ranges and the error that is minimised are BAM's, written anew in `testbench/bam.py`;
-driven by the goals, by CMA-ES with 30 points a generation, from three seeds, up to 30,000 evaluations a fit.
-"BAM's best" is the least of these 18 fits on what was left out, chosen with the answer known (its model: what
-the seeds of that model leave). Ours in bold is more than {goal:g} of it. The last row is no prediction: it is
-fitted to all nine and judged on the same.
-
-| left out | goals: ours | BAM's best | ratio | duty: ours | BAM's best | ratio | our fit | one of BAM's 18 |
-|---|---|---|---|---|---|---|---|---|
-{bam}
-
-{verdict}
-
-The last two columns are evaluations, each a simulation of the logs fitted, and processor time, both compiled.
-Gain 800 is the only one at which the duty goes beyond 0.6, so that leaving it out asks for the bend of the
-line from duty to torque where nothing showed it. At gain 800 sin_sin lifts the arm with the full duty
-further up than any other log does; the fit without it stops the arm short of that.
-
-![Measured and simulated position of logs that no fit saw](images/simulation.png)
-
-## Beside the independent plant
-
-The simulated rig integrates its own formulas in steps of 0.1 ms (`idtool/rig/plant.py`). With the true
-numbers and its logged current our simulation is {plant:.2f} mrad off (rms over windows of one second) on a
-motion over {way:.0f} mrad; the current is logged every 5 ms and taken as straight between.
-"""
 
 
 @dataclass(frozen=True)
@@ -97,8 +42,8 @@ class LeftOut:
     theirs: Fits
 
     @property
-    def row(self) -> str:
-        """Of the table."""
+    def cells(self) -> list[str]:
+        """Of its row of the table."""
         cells = [self.title]
         for source, errors in self.ours.items():
             each = f" ({', '.join(f'{one:.0f}' for one in errors)})" if self.title != WHOLE else ""
@@ -107,7 +52,7 @@ class LeftOut:
             cells.append(f"{ratio:.3f}" if ratio <= GOAL else f"**{ratio:.3f}**")
         work = [float(np.mean([one[key] for one in self.theirs])) for key in ("evaluations", "seconds")]
         cells += [f"{self.evaluations:,} in {self.seconds:.0f} s", f"{work[0]:,.0f} in {work[1]:.0f} s"]
-        return markdown.row(cells)
+        return cells
 
     def ratio(self, source: Source) -> float:
         """Our error over that of BAM's best fit."""

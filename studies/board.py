@@ -13,46 +13,31 @@ from testbench.board.files import EFFECTS, with_effects
 from testbench.board.measure import CLOCK_HZ, Figures, measure, missing
 
 RESTING, TARING, GUIDING, STOPPING = 1, 2, 3, 4
-BEGIN, END = "<!-- make study-board: begin -->", "<!-- make study-board: end -->"
+_PAGE = "docs/board.md"
+#: In the light mode, and in the published one.
+_HEADS = {
+    True: ("light mode", "cycles, worst, guided", "ms, the same", "ms, worst at rest", "ms, worst in a tare"),
+    False: (
+        *("parameter file", "cycles, worst", "ms, mean", "ms, worst"),
+        "ms, worst, tilt changes at every step",
+    ),
+}
 
 
-def milliseconds(cycles: float) -> str:
-    """Cycles as time."""
-    return f"{1e3 * cycles / CLOCK_HZ:.2f}"
-
-
-def row(title: str, figures: Figures) -> list[str]:
-    """Cells of the published mode's table."""
+def cells(figures: Figures, *, light: bool) -> tuple[str, ...]:
+    """A row of the table of one mode: cycles at worst, three times in ms, flash and RAM."""
     half = len(figures.cycles) // 2
     still, tilted = figures.cycles[:half], figures.cycles[half:]
-    return [
-        title,
-        f"{max(still)}",
-        milliseconds(sum(still) / half),
-        milliseconds(max(still)),
-        milliseconds(max(tilted)),
-        f"{figures.flash}",
-        f"{figures.controller} + {figures.stack}",
-    ]
-
-
-def light_row(title: str, figures: Figures) -> list[str]:
-    """Cells of the light mode's table; not tilted anew."""
-    half = len(figures.cycles) // 2
-    worst = {
-        state: max(c for c, s in zip(figures.cycles[:half], figures.states[:half], strict=True) if s == state)
-        for state in set(figures.states[:half])
-    }
-    moved = max(worst[state] for state in (GUIDING, STOPPING) if state in worst)
-    return [
-        title,
-        f"{moved}",
-        milliseconds(moved),
-        milliseconds(worst[RESTING]),
-        milliseconds(worst[TARING]),
-        f"{figures.flash}",
-        f"{figures.controller} + {figures.stack}",
-    ]
+    if light:  # not tilted anew
+        worst: dict[int, int] = {}
+        for state, cycles in zip(figures.states, still, strict=False):
+            worst[state] = max(cycles, worst.get(state, 0))
+        most = max(worst[state] for state in (GUIDING, STOPPING) if state in worst)
+        times: tuple[float, ...] = (most, worst[RESTING], worst[TARING])
+    else:
+        most, times = max(still), (sum(still) / half, max(still), max(tilted))
+    memory = f"{figures.controller} + {figures.stack}"
+    return (f"{most}", *(f"{1e3 * time / CLOCK_HZ:.2f}" for time in times), f"{figures.flash}", memory)
 
 
 def table(*, light: bool) -> list[str]:
@@ -65,43 +50,24 @@ def table(*, light: bool) -> list[str]:
         **alone,
         "all of these at once": list(EFFECTS),
     }
-    heads = [
-        "parameter file",
-        "cycles, worst",
-        "ms, mean",
-        "ms, worst",
-        "ms, worst, tilt changes at every step",
-    ]
-    if light:
-        heads = [
-            "light mode",
-            "cycles, worst, guided",
-            "ms, the same",
-            "ms, worst at rest",
-            "ms, worst in a tare",
-        ]
-    heads += ["flash, bytes", "RAM, bytes: structure + stack"]
-    lines = markdown.table(heads, ())
+    rows = []
     for title, names in files.items():
         with tempfile.TemporaryDirectory() as folder:
             figures = measure(with_effects(*names, light=light), Path(folder))
-        lines.append(markdown.row((light_row if light else row)(title, figures)))
-        click.echo(lines[-1])
-    return lines
+        rows.append((title, *cells(figures, light=light)))
+        click.echo(markdown.row(rows[-1]))
+    return markdown.table((*_HEADS[light], "flash, bytes", "RAM, bytes: structure + stack"), rows)
 
 
 @click.command()
-@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/board.md"), show_default=True)
+@markdown.out_option(_PAGE)
 def main(out: Path) -> None:
     """Run the study and put its table into the page."""
     tool = missing()
     if tool:
         raise click.ClickException(f"{tool} is missing; on Debian: apt-get install gcc-avr avr-libc simavr")
-    head, rest = out.read_text(encoding="utf-8").split(BEGIN)
-    tail = rest.split(END)[1]
-    out.write_text(
-        head + "\n".join([BEGIN, *table(light=False), "", *table(light=True), END]) + tail, encoding="utf-8"
-    )
+    made = [*table(light=False), "", *table(light=True)]
+    markdown.write_made(_PAGE, {"cycles": made}, "study-board", out)
 
 
 if __name__ == "__main__":

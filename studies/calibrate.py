@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import click
 import numpy as np
@@ -18,11 +17,11 @@ import numpy as np
 from idtool import Axis, Log
 from idtool.errors import FfcIdError
 from idtool.fit.known_load import Calibration, calibrate
-from idtool.io.atomic import atomic_write
 from idtool.model.units import STANDARD_GRAVITY
+from pages import markdown
 from testbench.pendulums import Pendulum
 
-PAGE = Path("docs/calibration.md")
+PAGE = "docs/calibration.md"
 #: What is counted: off by less than this.
 WITHIN = 0.02
 #: Length of a log, s.
@@ -99,35 +98,20 @@ def study(variant: Callable[[Pendulum, int], Calibration], axes: int) -> tuple[l
     return errors, holds, refused
 
 
-def row(name: str, errors: list[float], holds: list[bool], refused: int) -> str:
-    """One line of the page."""
+def row(name: str, errors: list[float], holds: list[bool], refused: int) -> tuple[object, ...]:
+    """Cells of one line of the page."""
     size = np.abs(errors)
-    count = len(size)
     share = float(np.mean(holds))
-    spread = 1.96 * math.sqrt(share * (1.0 - share) / count)
-    last = f"{100 * share:.1f} ± {100 * spread:.1f} % | {refused} |"
+    spread = 1.96 * math.sqrt(share * (1.0 - share) / len(size))
     return (
-        f"| {name} | {count + refused} | {100 * float(np.mean(size < WITHIN)):.1f} % | "
-        f"{100 * float(np.median(size)):.2f} % | "
-        f"{100 * float(np.quantile(size, 0.95)):.2f} % | {last}"
+        name,
+        len(size) + refused,
+        f"{100 * float(np.mean(size < WITHIN)):.1f} %",
+        f"{100 * float(np.median(size)):.2f} %",
+        f"{100 * float(np.quantile(size, 0.95)):.2f} %",
+        f"{100 * share:.1f} ± {100 * spread:.1f} %",
+        refused,
     )
-
-
-TEXT = """# How well a known load tells the torque constant
-
-You get: how near a weight comes to the true torque constant, and how honest its interval is.
-
-Made by `make study-calibrate`. Axes are drawn at random (load 0.1 to 3.7 N m, swings of 12 s,
-friction from a twentieth to a third of it, 1 % of noise); every log declares a torque constant that
-is 50 % off, which is not used. Wanted: within 2 % in 95 % of them, and an interval that holds the
-truth in 93 to 97 %. The last row is what happens where the axis' own weight is taken for the
-load's, which the notes of the command warn of: nothing in one session tells the two apart, logs
-with and without the load do.
-
-| load | axes | within 2 % | median error | 95 % of errors below | the interval holds the truth | refused |
-|---|---|---|---|---|---|---|
-{rows}
-"""
 
 
 @click.command()
@@ -138,8 +122,9 @@ def main(axes: int) -> None:
         row(name, *study(variant, max(axes // 5, 1) if variant is unknown else axes))
         for name, variant in VARIANTS.items()
     ]
-    with atomic_write(PAGE) as stream:
-        stream.write(TEXT.format(rows="\n".join(rows)))
+    head = ("load", "axes", f"within {100 * WITHIN:.0f} %", "median error", "95 % of errors below",
+            "the interval holds the truth", "refused")  # fmt: skip
+    markdown.write_made(PAGE, {"shares": markdown.table(head, rows)}, "study-calibrate")
 
 
 if __name__ == "__main__":

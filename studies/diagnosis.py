@@ -13,6 +13,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -28,9 +29,11 @@ from idtool.signals import record as as_recording
 from idtool.verbs.base_model import base_model
 from idtool.verbs.identification import parameters_of
 from idtool.verbs.predict import predict
-from testbench.diagnosis_cases import AXES, Case, cases, record
+from pages import markdown
+from studies.diagnosis_page import write
+from testbench.diagnosis_cases import Recorded, cases, record
 from testbench.judging import absurdities
-from testbench.outcomes import Result, outcomes
+from testbench.outcomes import AXES, Case, Result, outcomes
 
 LIBRARY = {effect.name for effect in registry.library()}
 
@@ -38,60 +41,39 @@ LIBRARY = {effect.name for effect in registry.library()}
 def one_session(case: Case) -> Result:
     """Draw, record, diagnose; a failure is a result too."""
     session = record(case)
-    known = Result(
-        case,
-        session.effects,
-        session.size,
-        session.sensors,
-        session.tolerated,
-        session.depends_on,
-        session.note,
-    )
+    known = session.known
     start = time.process_time()
     try:
         found = _diagnose(session.logs, registry.library())
         seconds = time.process_time() - start
-        library = [registry.get(n) for n in (*session.effects, "inertia") if n in LIBRARY]
-        whole = bool(session.effects) and len(library) > len(session.effects)
+        library = [registry.get(n) for n in (*known.effects, "inertia") if n in LIBRARY]
+        whole = bool(known.effects) and len(library) > len(known.effects)
         declared = _diagnose(session.logs, library) if whole else None
-        return _judged(known, session.logs, session.fresh, session.coulomb, found, declared, seconds)
+        return replace(_judged(session, found, declared), seconds=seconds)
     except Exception as error:  # any failure on a fair log is a miss, and must not end a long study
-        return _changed(known, failed=f"{type(error).__name__}: {error}"[:200])
+        return replace(known, failed=f"{type(error).__name__}: {error}"[:200])
 
 
-def _changed(result: Result, **values: object) -> Result:
-    return Result(**(vars(result) | values))
-
-
-def _judged(
-    known: Result,
-    logs: list[Log],
-    fresh: Log,
-    coulomb: float,
-    found: Diagnosis,
-    declared: Diagnosis | None,
-    seconds: float,
-) -> Result:
+def _judged(session: Recorded, found: Diagnosis, declared: Diagnosis | None) -> Result:
     document = found.to_document()
     held = document["error"]["held_out"]
     effects = found_effects(document)
     parameters = parameters_of(found.final)
-    error, most = _on(fresh, found)
+    error, most = _on(session.fresh, found)
     level = parameters.static["coulomb"]
-    return _changed(
-        known,
+    return replace(
+        session.known,
         verdict=document["verdict"],
         found=tuple(e["name"] for e in effects),
         alternatives={e["name"]: e["alternatives"] for e in effects},
         depends_on=tuple((document["unexplained"] or {"depends_on": ()})["depends_on"]),
         before=held["before"],
         after=held["after"],
-        declared=declared and declared.to_document()["error"]["held_out"]["after"],
+        declared=declared.to_document()["error"]["held_out"]["after"] if declared else None,
         fresh=error,
-        fresh_declared=declared and _on(fresh, declared)[0],
-        coulomb=(coulomb, *(level.ci95 or ())),
-        absurd=tuple(absurdities(parameters, logs, most)),
-        seconds=seconds,
+        fresh_declared=_on(session.fresh, declared)[0] if declared else None,
+        coulomb=(session.coulomb, *(level.ci95 or ())),
+        absurd=tuple(absurdities(parameters, session.logs, most)),
     )
 
 
@@ -119,7 +101,7 @@ def _on(log: Log, diagnosis: Diagnosis) -> tuple[float, float]:
 @click.option("--unknown", default=8, show_default=True, help="Sessions with each disturbance.")
 @click.option("--real", default=40, show_default=True, help="Sessions like a real joint (other axes).")
 @click.option("--jobs", default=os.cpu_count() or 1, show_default="all cores", help="Sessions at a time.")
-@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/diagnosis.md"))
+@markdown.out_option("docs/diagnosis.md")
 @click.option(
     "--notes",
     type=click.Path(path_type=Path),
@@ -139,14 +121,10 @@ def main(
     notes: Path,
 ) -> None:
     """Run the study and write the page."""
-    from studies.diagnosis_page import write
-
     axes = AXES if kind == "both" else (kind,)
     todo = cases(axes, null, single, several, unknown, real)
-    numbers = (
-        f"--kind {kind} --null {null} --single {single} --several {several} --unknown {unknown} --real {real}"
-    )
-    write(outcomes(todo, one_session, notes, jobs), out, f"python -m studies.diagnosis {numbers}")
+    numbers = f"--null {null} --single {single} --several {several} --unknown {unknown} --real {real}"
+    write(outcomes(todo, one_session, notes, jobs), out, numbers)
     click.echo(f"written: {out}")
 
 

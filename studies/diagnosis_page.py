@@ -10,51 +10,32 @@ import numpy as np
 
 from pages import markdown
 from testbench.cases import DISTURBANCES, EFFECTS
-from testbench.diagnosis_cases import AXES, KINDS
 from testbench.other_plants.effects import DISTURBANCES as OTHER_DISTURBANCES
-from testbench.outcomes import Result
+from testbench.outcomes import AXES, KINDS, Result
 
-_HEAD = """# What the diagnosis finds, and what it finds that is not there
-
-You get: how often each effect is named when it is there, and how often a spurious effect is,
-one that is not there.
-
-Made by `{command}`. Axes are of two kinds. Ours: random axes of the simulated rig
-(`testbench/plants.py`), the packaged gravity, sweep and sine runs (in some the run with pauses too, in some
-ramps ten times as steep), laboratory or DYNAMIXEL sensors, with and without a temperature column; bristles
-as soft as the paper's are as frequent as stiff ones. Other: `testbench/other_plants`, which shares no code
-with the toolkit: LuGre, elasto-plastic or Maxwell-slip friction, slides, arms, free shafts and linear
-stages under position or velocity drives, smooth and hard commands, three grades of sensors, 50 Hz to 1 kHz.
-
-Effects add 1 to 10 times the sensor noise of one reading (root mean square over the session; of our axes
-the few that cannot have what is nearest; on the other axes at least 5 % of the Coulomb level too, and at
-least half of that must be left when the base model and the other effects have taken what they can).
-Disturbances that are not in the library: `testbench/cases.py`, `testbench/other_plants/effects.py`.
-
-*Exact*: what was named is what is there, nothing more and nothing less; of two that tie the data cannot say
-which, and naming the one with the other as its alternative counts. *First*: the first one named is there.
-*Silent*: no effect is accepted besides inertia. Of a presliding that is not LuGre's, `hysteresis` may be
-named. *Like a real joint*: families of ripple lines with a phase per direction, a cable that is no straight
-line, friction along the stroke, asymmetry and load friction at once; each that stands out by 5 % of the
-Coulomb level should be named.
-"""
-_TITLES = {"ours": "Our axes", "other": "Other axes"}
+_PAGE = "docs/diagnosis.md"
 
 
-def page(results: Sequence[Result], command: str) -> str:
-    """The whole page, and what made it."""
-    lines = [_HEAD.replace("{command}", command)]
+def write(results: Sequence[Result], path: Path, command: str) -> None:
+    """Write what came of each kind of axes that were tried into its part of the page.
+
+    Args:
+        results: of all of them.
+        path: of the page, or of a copy.
+        command: that made it, but for `--kind`.
+    """
+    parts = {}
     for axis in AXES:
-        some = [r for r in results if r.case.axis == axis]
-        if some:
-            lines += [f"# {_TITLES[axis]}", "", *_section(some), ""]
-    seconds = [r.seconds for r in results if np.isfinite(r.seconds)]
-    if seconds:
-        lines.append(
-            f"Processor time of a diagnosis (reading the logs included): median {np.median(seconds):.1f} s, "
-            f"longest {max(seconds):.1f} s."
-        )
-    return "\n".join(lines).rstrip() + "\n"
+        if some := [r for r in results if r.case.axis == axis]:
+            seconds = [r.seconds for r in some if np.isfinite(r.seconds)]
+            spent = f"median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s" if seconds else "none"
+            parts[axis] = [
+                f"By `python -m studies.diagnosis --kind {axis} {command}`.",
+                "",
+                *_section(some),
+                f"Processor time of a diagnosis (reading the logs included): {spent}.",
+            ]
+    markdown.write_made(_PAGE, parts, "study-diagnosis", path)
 
 
 def _section(results: Sequence[Result]) -> list[str]:
@@ -160,7 +141,7 @@ def _goals(
             _share([*none, *both, *unknown], lambda r: bool(r.absurd or r.failed)),
         ),
     ]
-    return ["| | goal | found |", "|---|---|---|", *map(markdown.row, rows)]
+    return markdown.table(("", "goal", "found"), rows)
 
 
 def _holds_coulomb(result: Result) -> bool:
@@ -202,8 +183,3 @@ def _wrong(results: Sequence[Result], right: Callable[[Result], bool] | None = N
         *(f"- {text}" + (f", {n} times" if n > 1 else "") for text, n in counted.items()),
         "",
     ]
-
-
-def write(results: Sequence[Result], path: Path, command: str) -> None:
-    """Write the page, which names the command that made it."""
-    path.write_text(page(results, command))

@@ -23,7 +23,6 @@ from idtool.experiment.recipe import read_recipe
 from idtool.experiment.runner import run
 from idtool.export.targets import export
 from idtool.importing.recording import import_recording
-from idtool.io.atomic import atomic_write
 from idtool.io.catalogue import fetch, read_catalogue
 from idtool.log import Log
 from idtool.parameters import Parameters
@@ -34,8 +33,8 @@ from idtool.simulation.stage import WINDOW_S, measured_position, windows
 from idtool.verbs.fit_motion import fit_motion
 from idtool.verbs.predict import of_axis
 from idtool.verbs.simulate import simulate
+from pages import markdown
 
-PAGE = Path("docs/exchange.md")
 STEP_S = 2e-4
 FLAT_RECIPES = ("sweep", "sine")
 #: What is added to the bench: all that MuJoCo has a place for, and one thing that it has none for.
@@ -54,20 +53,7 @@ _ASYMMETRY = """
 name = "direction_asymmetry"
 asymmetry_nm_s_per_rad = 0.03
 """
-_HEAD = """# Exports in position
-
-You get: how far an exported joint strays, beside the model that it was made from.
-
-Made by `make study-exchange`. Every log is simulated from its effort over windows of one second, each from
-the measured state; rms of the position. MuJoCo runs the file that `ffc-id export mujoco` writes with the
-logs, at a step of 0.2 ms. `coulomb` is what two numbers leave, in MuJoCo, a URDF or Isaac's joint friction.
-The parameters were identified from these same logs, so the figures compare the simulations, not how well an
-axis is predicted; the last row is of a file that `ffc-id fit-motion` fitted to the same motion. MuJoCo's own
-identification leaves 1.4 mm on EMPS.
-
-| | our own model | MuJoCo, `dcmotor` | MuJoCo, `--friction coulomb` |
-|---|---|---|---|
-"""
+_HEAD = ("", "our own model", "MuJoCo, `dcmotor`", "MuJoCo, `--friction coulomb`")
 
 
 def in_mujoco(text: str, logs: Sequence[Log], parameters: Parameters) -> float:
@@ -148,10 +134,9 @@ def main(emps: str | None = None) -> None:
             for friction in ("auto", "coulomb"):
                 text = export("mujoco", parameters, logs, friction=friction).text
                 figures.append(in_mujoco(text, logs, parameters))
-            rows.append(f"| {title} | " + " | ".join(f"{1e3 * value:.2f}" for value in figures) + " |")
-            print(rows[-1], flush=True)
-    with atomic_write(PAGE) as page:
-        page.write(_HEAD + "\n".join(rows) + "\n")
+            rows.append((title, *(f"{1e3 * value:.2f}" for value in figures)))
+            print(*rows[-1], flush=True)
+    markdown.write_made("docs/exchange.md", {"errors": markdown.table(_HEAD, rows)}, "study-exchange")
 
 
 if __name__ == "__main__":

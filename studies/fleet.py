@@ -13,10 +13,10 @@ from pathlib import Path
 import click
 
 from idtool.fleet import run_fleet
-from pages.markdown import with_made
+from pages import markdown
 from testbench.fleet import QUICK, session
 
-PAGE, PART = Path("docs/fleet.md"), "scaling"
+_HEAD = ("sessions", "s since the start", "ms a session in this quarter", "memory of the program, MB")
 _QUARTERS = 4
 #: What 100,000 sessions are compared with.
 _MANY = 100_000
@@ -57,14 +57,11 @@ def main(sessions: int, workers: int) -> None:
 
         fleet = run_fleet(folder / "sessions", folder / "out", QUICK, workers=workers, progress=note)
         whole, spent = time.perf_counter() - began, _spent_s() - spent
-        lines = [
-            "| sessions | s since the start | ms a session in this quarter | memory of the program, MB |",
-            "|---:|---:|---:|---:|",
-        ]
+        lines = []
         before, then = 0, 0.0
         for done, seconds, memory in rows:
             each_ms = 1e3 * (seconds - then) / (done - before)
-            lines.append(f"| {done:,} | {seconds:.0f} | {each_ms:.0f} | {memory:.0f} |")
+            lines.append((f"{done:,}", f"{seconds:.0f}", f"{each_ms:.0f}", f"{memory:.0f}"))
             before, then = done, seconds
         summing = whole - rows[-1][1]
         sizes = {file: (folder / "out" / file).stat().st_size / 1e6
@@ -76,11 +73,10 @@ def main(sessions: int, workers: int) -> None:
     told = ", ".join(f"{file} {size:.1f} MB" for file, size in sizes.items())
     hours, disk_gb = _MANY * spent / sessions / 3600.0, _MANY * each / 1e9
     memory_mb, page_mb = rows[0][2] + growth * _MANY, _MANY / sessions * sizes["fleet.html"]
-    text = f"""
-{sessions:,} sessions of 1,200 rows each (Coulomb and viscous friction, no search for effects),
+    text = f"""{sessions:,} sessions of 1,200 rows each (Coulomb and viscous friction, no search for effects),
 {workers} processes of one machine, by `make study-fleet`; {len(fleet.failed)} failed:
 
-{chr(10).join(lines)}
+{chr(10).join(markdown.table(_HEAD, lines, "rrrr"))}
 
 The summary and the page took {summing:.0f} s at the end. {told};
 {each / 1e3:.0f} kB of results a session. Each session took {1e3 * spent / sessions:.0f} ms of processor time.
@@ -88,9 +84,8 @@ The summary and the page took {summing:.0f} s at the end. {told};
 From that, {_MANY:,} sessions would need {hours:.1f} hours of one processor for so simple a fit,
 {disk_gb:.0f} GB on disk, {memory_mb / 1e3:.1f} GB in the program while it hands out the work, and
 {page_mb:.0f} MB of page, which no browser likes: split such a fleet into folders by unit or by month,
-and join the Parquet files.
-"""
-    PAGE.write_text(with_made(PAGE.read_text(encoding="utf-8"), PART, text, "study-fleet"), encoding="utf-8")
+and join the Parquet files."""
+    markdown.write_made("docs/fleet.md", {"scaling": [text]}, "study-fleet")
     print(text)
 
 

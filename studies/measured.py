@@ -35,9 +35,10 @@ from idtool.parameters import Parameters
 from idtool.verbs.identification import Identification
 from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
-from pages.measured import page
+from pages import markdown
+from pages.measured import PAGE, TARGET, parts
 from testbench import emps
-from testbench.recordings import RECORDINGS, Recording
+from testbench.recordings import RECORDINGS, Recording, read
 from testbench.regression import OTHER, Rows, held_out, moving, regress, relative, torque_of
 
 FOUND = Path("docs/measured.json")
@@ -84,7 +85,7 @@ def _said(recording: Recording, result: Identification) -> dict[str, Any]:
         "turned_down": {c["name"]: c["why"] for c in diagnosis["candidates"] if not c["accepted"]},
         "unexplained": (diagnosis["unexplained"] or {}).get("note"),
         "left": diagnosis.get("left"),
-        "published": [[name, known, read(result)] for name, known, read in recording.published],
+        "published": [[name, known, read(result, path)] for name, known, path in recording.published],
     }
 
 
@@ -191,6 +192,14 @@ def default_folder() -> Path:
     return (Path(shared) if shared else Path(__file__).parents[2] / "shared") / "measured"
 
 
+def recordings(folder: Path | None) -> Path:
+    """The folder of the recordings, which must be there."""
+    where = folder or default_folder()
+    if not where.is_dir():
+        raise click.ClickException(f"{where}: no recordings there; give --folder")
+    return where
+
+
 def fill(found: dict[str, Any], names: list[str], folder: Path, tell: Callable[[str], None]) -> None:
     """Run recordings and write what comes out as it comes."""
     now = code()
@@ -206,18 +215,16 @@ def fill(found: dict[str, Any], names: list[str], folder: Path, tell: Callable[[
 @click.option("--folder", type=click.Path(path_type=Path), default=None)
 @click.option("--only", multiple=True, type=click.Choice(list(BY_NAME)), help="Run these, done or not.")
 @click.option("--text", is_flag=True, help="Run nothing.")
-@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/measured.md"))
+@markdown.out_option(PAGE)
 def main(folder: Path | None, only: tuple[str, ...], text: bool, out: Path) -> None:
     """Identify every recording and write the page."""
-    where = folder or default_folder()
     found: dict[str, Any] = json.loads(FOUND.read_text()) if FOUND.is_file() else {}
     if not text:
-        if not where.is_dir():
-            raise click.ClickException(f"{where}: no recordings there; give --folder")
+        where = recordings(folder)
         now = code()
         names = list(only) or [name for name in BY_NAME if found.get(name, {}).get("code") != now]
         fill(found, names, where, lambda words: click.echo(words, err=True))
-    out.write_text(page(found))
+    markdown.write_made(PAGE, parts(found), TARGET, out)
     click.echo(f"written: {out}")
 
 

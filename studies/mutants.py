@@ -23,7 +23,7 @@ import click
 from cosmic_ray.work_db import WorkDB, use_db
 from cosmic_ray.work_item import TestOutcome, WorkerOutcome, WorkItem, WorkResult
 
-from pages.markdown import with_made
+from pages import markdown
 
 _PROJECT = Path(__file__).resolve().parent.parent
 _SEED = 1
@@ -41,51 +41,33 @@ _COPIED = ("idtool", "cli", "recipes", "data", "tests", "testbench", "studies", 
 
 @dataclass(frozen=True)
 class Module:
-    """One module and the tests that must notice its mutants: options of pytest."""
+    """One module of `idtool/control/`, and the tests of `tests/control/` that must notice its mutants."""
 
     path: str
     what: str
-    tests: str
+    tests: tuple[str, ...]
+    options: str = ""
 
 
-_CONTROL = "tests/control"
+_KERNEL, _MOTION = "admittance_kernel", "admittance_motion"
 MODULES = (
-    Module("guard", "limits and the check of every measurement", f"{_CONTROL}/test_guard.py -k 'not any_'"),
-    Module("session_limits", "speed, energy, idle time", f"{_CONTROL}/test_session_limits.py"),
-    Module("rest_load", "the load at rest", f"{_CONTROL}/test_rest_load.py"),
-    Module("button", "braking and holding", f"{_CONTROL}/test_sensing.py"),
-    Module("sensing", "the hand's torque, published law", f"{_CONTROL}/test_sensing.py"),
-    Module("paper", "the published law", f"{_CONTROL}/test_sensing.py"),
-    Module(
-        "admittance/hand",
-        "the estimate of the hand",
-        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py",
-    ),
-    Module("admittance/rest", "the admittance law at rest", f"{_CONTROL}/test_admittance_kernel.py"),
-    Module("admittance/motion", "and in motion", f"{_CONTROL}/test_admittance_motion.py"),
-    Module("admittance/tare", "its tare", f"{_CONTROL}/test_admittance_motion.py {_CONTROL}/test_tare.py"),
-    Module(
-        "admittance/kernel",
-        "the law, one sample",
-        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py",
-    ),
-    Module(
-        "admittance/constants",
-        "its constants",
-        f"{_CONTROL}/test_admittance_kernel.py {_CONTROL}/test_admittance_motion.py "
-        f"{_CONTROL}/test_admittance_law.py",
-    ),
-    Module("load", "the model's torque", f"{_CONTROL}/test_online.py"),
-    Module("online", "the model, sample by sample", f"{_CONTROL}/test_online.py"),
-    Module("law", "what both laws share", f"{_CONTROL}/test_law.py"),
-    Module(
-        "enabling", "the button around the law", f"{_CONTROL}/test_button.py {_CONTROL}/test_rest_load.py"
-    ),
-    Module(
-        "force_free",
-        "the controller around all of them",
-        f"{_CONTROL}/test_controller.py {_CONTROL}/test_sensing.py {_CONTROL}/test_force_free.py",
-    ),
+    Module("guard", "limits and the check of every measurement", ("guard",), " -k 'not any_'"),
+    Module("session_limits", "speed, energy, idle time", ("session_limits",)),
+    Module("rest_load", "the load at rest", ("rest_load",)),
+    Module("button", "braking and holding", ("sensing",)),
+    Module("sensing", "the hand's torque, published law", ("sensing",)),
+    Module("paper", "the published law", ("sensing",)),
+    Module("admittance/hand", "the estimate of the hand", (_KERNEL, _MOTION)),
+    Module("admittance/rest", "the admittance law at rest", (_KERNEL,)),
+    Module("admittance/motion", "and in motion", (_MOTION,)),
+    Module("admittance/tare", "its tare", (_MOTION, "tare")),
+    Module("admittance/kernel", "the law, one sample", (_KERNEL, _MOTION)),
+    Module("admittance/constants", "its constants", (_KERNEL, _MOTION, "admittance_law")),
+    Module("load", "the model's torque", ("online",)),
+    Module("online", "the model, sample by sample", ("online",)),
+    Module("law", "what both laws share", ("law",)),
+    Module("enabling", "the button around the law", ("button", "rest_load")),
+    Module("force_free", "the controller around all of them", ("controller", "sensing", "force_free")),
 )
 
 
@@ -113,10 +95,11 @@ def score(module: Module, folder: Path, most: int) -> Score:
     """
     name = module.path.replace("/", "_")
     config, session = folder / f"{name}.toml", folder / f"{name}.sqlite"
-    tests = f"{sys.executable} -m pytest -x -p no:cacheprovider -p no:xdist -p no:rerunfailures"
+    command = f"{sys.executable} -m pytest -x -p no:cacheprovider -p no:xdist -p no:rerunfailures"
+    tests = " ".join(f"tests/control/test_{one}.py" for one in module.tests)
     config.write_text(
         f'[cosmic-ray]\nmodule-path = "idtool/control/{module.path}.py"\ntimeout = {_TIMEOUT_S}\n'
-        f'test-command = "{tests} {module.tests}"\nexcluded-modules = []\n'
+        f'test-command = "{command} {tests}{module.options}"\nexcluded-modules = []\n'
         '[cosmic-ray.distributor]\nname = "local"\n',
         encoding="utf-8",
     )
@@ -161,36 +144,20 @@ def _cosmic_ray(folder: Path, command: str, *files: Path) -> None:
         raise RuntimeError(f"cosmic-ray {command} failed: {done.stdout[-2000:]}{done.stderr[-2000:]}")
 
 
-_INTRODUCTION = """
-## Do the tests notice a change to what keeps a hand safe?
-
-Made by `make mutants` (cosmic-ray; one core, half an hour): of each module a random sample of changes is
-tried, a number by one, a sign, a sum for a difference, a comparison or a condition turned round, each against
-that module's own quick tests alone. Longer tests on simulated axes come on top of these in `make test` and
-`make test-long`. What is left is shown by the command; some of it changes nothing that can be seen (the size
-of a spare array).
-
-"""
-
-
-#: Columns of the table, and a module's row of it.
-_HEAD = "| `idtool/control/` | what it is | mutants | tried | noticed | |\n|---|---|---|---|---|---|\n"
+_HEAD = ("`idtool/control/`", "what it is", "mutants", "tried", "noticed", "")
+#: A module's row of the table.
 _ROW = re.compile(r"^\| `(?P<path>[\w/]+)\.py` \| .* \| (\d+) \| (\d+) \| (\d+) \| \d+ % \|$", re.MULTILINE)
 
 
-def table(scores: list[Score], page: str = "") -> str:
+def table(scores: list[Score], page: str = "") -> list[str]:
     """The scores as Markdown; modules that were not tried keep their row of `page`."""
     counts = {found["path"]: tuple(map(int, found.groups()[1:])) for found in _ROW.finditer(page)}
     for one in scores:
         counts[one.module.path] = one.possible, one.tried, one.tried - len(one.survived)
-    known = [(module, counts[module.path]) for module in MODULES if module.path in counts]
-    rows = [_row(f"`{module.path}.py`", module.what, *count) for module, count in known]
-    together = (sum(count[k] for _, count in known) for k in range(3))
-    return "".join([_HEAD, *rows, _row("together", "", *together)])
-
-
-def _row(name: str, what: str, possible: int, tried: int, noticed: int) -> str:
-    return f"| {name} | {what} | {possible} | {tried} | {noticed} | {100 * noticed / tried:.0f} % |\n"
+    known = [(f"`{one.path}.py`", one.what, counts[one.path]) for one in MODULES if one.path in counts]
+    together = tuple(map(sum, zip(*(count for _, _, count in known), strict=True)))
+    rows = ((*words, *n, f"{100 * n[2] / n[1]:.0f} %") for *words, n in [*known, ("together", "", together)])
+    return markdown.table(_HEAD, rows)
 
 
 @click.command()
@@ -216,13 +183,11 @@ def main(most: int, names: tuple[str, ...], out: Path | None) -> None:
             scores.append(score(module, folder, most))
             for change in scores[-1].survived:
                 click.echo(change)
-            click.echo(table(scores[-1:]))
-    click.echo(table(scores))
+            click.echo("\n".join(table(scores[-1:])))
+    click.echo("\n".join(table(scores)))
     if out is not None:
-        page = out.read_text(encoding="utf-8")
-        out.write_text(
-            with_made(page, "mutants", f"{_INTRODUCTION}{table(scores, page)}\n", "mutants"), encoding="utf-8"
-        )
+        made = table(scores, out.read_text(encoding="utf-8"))
+        markdown.write_made("docs/reliability.md", {"mutants": made}, "mutants", out)
 
 
 if __name__ == "__main__":

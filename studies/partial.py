@@ -15,7 +15,7 @@ import os
 import tempfile
 import zlib
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import product
@@ -28,7 +28,7 @@ from idtool.cli.commands import ffc_id
 
 from idtool.errors import InputError
 from idtool.log import Log
-from idtool.parameters import Parameter, Parameters
+from idtool.parameters import Parameters
 from pages import markdown
 from testbench.cases import EFFECTS, draw_effects
 from testbench.other_plants.effects import EFFECTS as OTHER_EFFECTS
@@ -37,6 +37,7 @@ from testbench.other_plants.physics import warmth as warmth_of
 from testbench.other_plants.session import NoSuchSessionError, make
 from testbench.plants import SESSION, either_bristle, random_plant, record_session
 
+_PAGE = "docs/accuracy.md"
 #: In the order of the runs of a session; and the runs of the other axes that are for each, best first.
 _COMMANDS = ("fit-gravity", "fit-static", "fit-dynamic")
 _OTHER_RUNS = {
@@ -111,7 +112,7 @@ def ours(effect: str, number: int, folder: Path) -> Session:
     rng = np.random.default_rng(seed)
     plant = either_bristle(random_plant(rng), rng)
     sensors = ("lab", "dynamixel")[number % 2]
-    plant = draw_effects(plant, _names(effect), rng, sensors, SESSION).plant
+    plant = draw_effects(plant, () if effect == NONE else (effect,), rng, sensors, SESSION).plant
     logs = {}
     for command, log in zip(_COMMANDS, record_session(plant, sensors, seed), strict=True):
         logs[command] = folder / f"{command}.csv"
@@ -123,13 +124,13 @@ def ours(effect: str, number: int, folder: Path) -> Session:
     return Session(logs, truth, {command: float(np.mean(np.exp(-rate * by))) for command, by in warm.items()})
 
 
-def _names(effect: str) -> tuple[str, ...]:
-    return () if effect == NONE else (effect,)
-
-
 def other(effect: str, number: int, folder: Path) -> Session:
     """An axis of the others with that effect."""
-    session = make("session", _names(effect), zlib.crc32(repr(("single fits", effect, number)).encode()))
+    session = make(
+        "session",
+        () if effect == NONE else (effect,),
+        zlib.crc32(repr(("single fits", effect, number)).encode()),
+    )
     numbers, law = session.truth["numbers"], session.truth["friction_law"]
     logs = {}
     for command, runs in _OTHER_RUNS.items():
@@ -161,21 +162,12 @@ def told(axes: str, effect: str, session: Session, folder: Path) -> Iterator[Tol
         notes = json.loads(done.stdout)["notes"]
         found = {
             name: one.ci95
-            for name, one in _part(Parameters.read(params), command).items()
+            for name, one in getattr(Parameters.read(params), command.removeprefix("fit-")).items()
             if name in session.truth and one.identified and one.ci95 is not None
         }
         off = tuple(n for n, (low, high) in found.items() if not low <= session.truth_of(n, command) <= high)
         warned, with_offset = (any(words in note for note in notes) for words in (_WARNING, _WITH_OFFSET))
         yield Told(axes, effect, command, off, len(found), warned, with_offset)
-
-
-def _part(parameters: Parameters, command: str) -> Mapping[str, Parameter]:
-    """What that command gives."""
-    return {
-        "fit-gravity": parameters.gravity,
-        "fit-static": parameters.static,
-        "fit-dynamic": parameters.dynamic,
-    }[command]
 
 
 def one_session(axes: str, effect: str, number: int) -> list[Told]:
@@ -207,7 +199,7 @@ def study(each: int, effects: Sequence[str] = (), kinds: Sequence[str] = _AXES) 
     return found
 
 
-def table(found: Sequence[Told]) -> str:
+def table(found: Sequence[Told]) -> list[str]:
     """One row an effect, and one for each kind of axis together."""
     groups: dict[tuple[str, str, str], list[Told]] = defaultdict(list)
     for one in found:
@@ -220,14 +212,14 @@ def table(found: Sequence[Told]) -> str:
         for effect in [*dict.fromkeys(one.effect for one in found), "together"]
     ]
     head = ["effect", *(f"{axes}, {command}" for axes, command in columns)]
-    return "\n".join(markdown.table(head, rows)) + "\n"
+    return markdown.table(head, rows)
 
 
 def _cell(group: Sequence[Told]) -> str:
     return f"{sum(one.honest for one in group)} of {len(group)}" if group else "–"
 
 
-def section(found: Sequence[Told], each: int) -> str:
+def section(found: Sequence[Told], each: int) -> list[str]:
     """The part of docs/accuracy.md."""
     without = [one for one in found if one.effect == NONE]
     alarms = " and ".join(
@@ -242,15 +234,7 @@ def section(found: Sequence[Told], each: int) -> str:
     numbers, off = sum(one.checked for one in found), sum(len(one.off) for one in found)
     silent = sum(len(one.off) for one in found if not one.warned)
     warned = sum(one.warned for one in found)
-    text = f"""
-## The single fits where the model lacks an effect
-
-Made by `make study-partial` (20 minutes), sessions of every effect: {each} on a random axis of our rig and
-{each} on an axis that shares no code with it (`testbench/other_plants`, whose friction need not be LuGre's).
-The commands run one after another, each on the run that it is for, and are told of no effect. A fit misleads
-nobody if every interval that it tells as found holds the truth, or if it says that its model lacks something,
-or refuses the log. That a gravity log at one tilt cannot show an offset or a wrong tilt is always said, and
-counts for `torque_offset` and `tilt_misalignment`. The truth of `thermal_drift` is that over the log.
+    text = f"""Each effect is in {each} of the sessions on either kind of axis.
 
 It was so in {honest} of {len(found)} fits ({100 * honest / max(len(found), 1):.0f} %): in {covered} of them
 every interval held the truth, and {warned} said that the model lacks something. Of {numbers} numbers told as
@@ -259,27 +243,19 @@ found {off} had an interval that excludes the truth, {silent} of them without a 
 Without an effect {alarms} fits said that something is lacking; the friction
 of the other axes need not be LuGre's, which is a lack too. Of the {all_numbers} numbers that these fits
 told as found {missed} had an interval that excludes the truth.
-
 """
-    return text + table([*found, *without]) + "\n"
+    return [text, *table([*found, *without])]
 
 
 @click.command()
 @click.option("--each", default=1, show_default=True, help="Sessions of each effect on each kind of axis.")
 @click.option("--effect", "effects", multiple=True, help="Only this one; may be repeated.")
 @click.option("--axes", "kinds", multiple=True, default=_AXES, type=click.Choice(_AXES), help="Only these.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path("docs/accuracy.md"),
-    show_default=True,
-    help="Page to write the figures into.",
-)
+@markdown.out_option(_PAGE)
 def main(each: int, effects: tuple[str, ...], kinds: tuple[str, ...], out: Path) -> None:
     """Run the study and write its part of the page."""
     found = section(study(each, effects, kinds), each)
-    page = out.read_text(encoding="utf-8")
-    out.write_text(markdown.with_made(page, "single fits", found, "study-partial"), encoding="utf-8")
+    markdown.write_made(_PAGE, {"single fits": found}, "study-partial", out)
     click.echo(f"written: {out}")
 
 

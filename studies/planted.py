@@ -20,11 +20,18 @@ from idtool.errors import FfcIdError
 from idtool.importing import import_recording
 from idtool.log import Log
 from idtool.verbs.identify import identify
-from studies.measured import BY_NAME, default_folder
+from pages import markdown
+from studies.measured import BY_NAME, recordings
 from testbench.planted import EFFECTS, LATE_S, planted
 from testbench.recordings import Recording
 from testbench.regression import STANDS_FOR, moving, regress
 
+_PAGE = "docs/planted.md"
+_EFFECT_HEAD = (
+    *("effect", "named", "of these, seen by the regression too"),
+    *("seen by the regression, not named", "something else named since"),
+)
+_RECORDING_HEAD = ("recording", "named before", "named", "not named", "named since, not added")
 #: Of each machine one recording that is an axis by itself, and not one sided.
 RECORDINGS = (
     "ur_1",
@@ -108,34 +115,17 @@ def _named(log: Log, recording: Recording) -> tuple[frozenset[str], frozenset[st
     return frozenset(one["name"] for one in found["effects"]) - {"inertia"}, frozenset(testable)
 
 
-def page(found: list[Outcome], share: float) -> str:
-    """The page."""
+def made_part(found: list[Outcome], share: float) -> list[str]:
+    """The part of the page."""
     new = [one for one in found if one.counts]
-    lines = [
-        "# Known effects, added to recordings of real machines",
-        "",
-        "You get: how often the tool names an effect of a known size beside everything that a real machine",
-        "leaves, and what else it names then.",
-        "",
-        f"Made by `make study-planted`. Each effect is added at {100 * share:.0f} % (rms) of the Coulomb",
-        "level to a recording of [measured.md](measured.md), by a plain formula of the measured motion",
-        f"(`testbench/planted.py`); a delay is of {1000 * LATE_S:.0f} ms. Counted is what was not named",
-        "before and what the rows can show; a column of the regression sees an effect if it joined since.",
-        "Nothing is tuned to these.",
-        "",
-        "| effect | named | of these, seen by the regression too | seen by the regression, not named |"
-        " something else named since |",
-        "|---|---:|---:|---:|---:|",
-    ]
+    effects, recordings = [], []
     for effect in (*EFFECTS, ""):
         own = [one for one in new if effect in ("", one.effect)]
         named = [one for one in own if one.named]
-        lines.append(
-            f"| {effect or 'all'} | {len(named)} of {len(own)} | {sum(one.seen for one in named)} |"
-            f" {sum(one.seen and not one.named for one in own)} | {sum(bool(one.wrong) for one in own)} |"
+        seen = sum(one.seen for one in named), sum(one.seen and not one.named for one in own)
+        effects.append(
+            (effect or "all", f"{len(named)} of {len(own)}", *seen, sum(bool(one.wrong) for one in own))
         )
-    lines += ["", "| recording | named before | named | not named | named since, not added |"]
-    lines.append("|---|---|---|---|---|")
     for name in dict.fromkeys(one.recording for one in found):
         own = [one for one in new if one.recording == name]
         before = next(one.before for one in found if one.recording == name)
@@ -143,27 +133,32 @@ def page(found: list[Outcome], share: float) -> str:
         lacking = [one for one in own if not one.named]
         missed = [one.effect + ("" if one.seen else " (nor by the regression)") for one in lacking]
         wrong = [f"{', '.join(sorted(one.wrong))} (for {one.effect})" for one in own if one.wrong]
-        cells = (sorted(before), right, missed, wrong)
-        lines.append(f"| {BY_NAME[name].title} | {' | '.join(', '.join(cell) or '–' for cell in cells)} |")
-    return "\n".join(lines) + "\n"
+        cells = (", ".join(cell) or "–" for cell in (sorted(before), right, missed, wrong))
+        recordings.append((BY_NAME[name].title, *cells))
+    return [
+        f"Each is added at {100 * share:.0f} % (rms) of the Coulomb level; "
+        f"a delay is of {1000 * LATE_S:.0f} ms.",
+        "",
+        *markdown.table(_EFFECT_HEAD, effects, "lrrrr"),
+        "",
+        *markdown.table(_RECORDING_HEAD, recordings),
+    ]
 
 
 @click.command()
 @click.option("--folder", type=click.Path(path_type=Path), default=None)
 @click.option("--size", default=0.15, help="Of what is added, share of the Coulomb level.")
 @click.option("--only", multiple=True, type=click.Choice(RECORDINGS), help="These recordings.")
-@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/planted.md"))
+@markdown.out_option(_PAGE)
 def main(folder: Path | None, size: float, only: tuple[str, ...], out: Path) -> None:
     """Plant every effect in every recording and write the page."""
-    where = folder or default_folder()
-    if not where.is_dir():
-        raise click.ClickException(f"{where}: no recordings there; give --folder")
+    where = recordings(folder)
     found: list[Outcome] = []
     for name in only or RECORDINGS:
         for one in outcomes(BY_NAME[name], where, size):
             found.append(one)
             click.echo(f"{name} {one.effect}: {', '.join(sorted(one.after)) or 'nothing'}", err=True)
-        out.write_text(page(found, size))
+        markdown.write_made(_PAGE, {"named": made_part(found, size)}, "study-planted", out)
     click.echo(f"written: {out}")
 
 

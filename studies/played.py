@@ -12,18 +12,15 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from idtool.control import ForceFreeController
-from idtool.guiding import ConstantForceHand, teach
 from idtool.guiding.path import TaughtPath, limited, read_path
 from idtool.guiding.playback import Played, play
-from idtool.guiding.session import limits_of
 from idtool.model.units import STANDARD_GRAVITY
 from idtool.presentation import style
 from idtool.rig import open_rig
 from idtool.rig.base import TrialSetup
 from idtool.rig.opening import read_plant
-from studies.teach_paper import FORCE_N, PRINTED_GAINS
-from testbench.guided_axes.cases import PAYLOAD_KG, file_of
+from studies import teach_paper
+from testbench.guided_axes.cases import PAYLOAD_KG
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,16 +29,6 @@ RIG = "sim:paper"
 #: Of the taught speed; the last is more than the acceleration allows.
 SCALES = (0.5, 1.0, 3.0)
 SETUP = TrialSetup(PAYLOAD_KG, start_position=0.0)
-
-
-def taught(folder: Path) -> TaughtPath:
-    """What the simulated hand taught."""
-    file = file_of(read_plant("paper"), PRINTED_GAINS, effects=False)
-    hand = ConstantForceHand(FORCE_N * file.gravity["per_payload"].value / STANDARD_GRAVITY)
-    with open_rig(RIG, seed=0) as rig:
-        law = ForceFreeController(file, limits=limits_of(rig))
-        teach(file, law, rig, SETUP, hand=hand, log=folder / "taught.csv")
-    return read_path(folder / "taught.csv")[0]
 
 
 def played(path: TaughtPath, scale: float) -> tuple[Played, float]:
@@ -60,7 +47,9 @@ def main(out: Path) -> None:
     """Draw the picture and print its figures."""
     mm = 1e3 * read_plant("paper").gravity["per_payload_nm_per_kg"] / STANDARD_GRAVITY
     with tempfile.TemporaryDirectory() as folder:
-        path = taught(Path(folder))
+        log = Path(folder) / "taught.csv"
+        teach_paper.run("lab", 0, hand=True, log=log)
+        path, *_ = read_path(log)
     runs = [played(path, scale) for scale in SCALES]
     for run, got in runs:
         worst = mm * float(np.max(np.abs(run.position - run.wanted)))

@@ -27,7 +27,6 @@ from idtool.fit.known_load import calibrate
 from idtool.guiding.path import limited, read_path
 from idtool.guiding.playback import play
 from idtool.guiding.session import limits_of, teach
-from idtool.io.atomic import atomic_write
 from idtool.log import Log
 from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import Parameters
@@ -35,9 +34,9 @@ from idtool.parameters.scaling import in_torque
 from idtool.rig.base import TrialSetup
 from idtool.rig.opening import read_plant
 from idtool.verbs.simulate import simulate
+from pages import markdown
 from testbench.bench import SHORT_SESSION, Bench
 
-PAGE = Path("docs/rehearsal.md")
 FLAT = TrialSetup(tilt_alpha_rad=math.pi / 2)
 #: The SDKs give an answer up after some 40 ms of this computer, which may be busy elsewhere; here after so
 #: much more.
@@ -76,25 +75,9 @@ STEPS = (
 )
 
 
-_HEAD = """# A whole session, rehearsed
-
-You get: what the session of [hardware.md](hardware.md) comes to, end to end, on virtual servos of both
-vendors.
-
-Made by `make study-rehearsal`: the bundled recipes, shortened, over the vendors' own SDKs, a weight on a
-drum for the constant, `identify`, forward simulation, a hand that pushes one way and back, and the taught
-path played. No figure is of a motor. Behind the first two servos stands `sim:bench`, behind the Feetech
-`sim:sts3215` (backlash of one degree, readings 20 ms late, speeds in steps of 50 counts a second, no
-current). The data sheet's constant of the XL330 is that of another motor than the bench's, as it may be
-of yours; the weight puts it right.
-
-"""
-
-
 def rehearse(session: Session, folder: Path) -> dict[str, str]:
     """What a person would do, and what came of it: step and result."""
-    on = Bench(plant=session.plant, kind=session.kind, model=session.model)
-    try:
+    with Bench(plant=session.plant, kind=session.kind, model=session.model) as on:
         logs, seconds = [], 0.0
         for name in ("gravity", "sweep", "sine"):
             path = folder / f"{name}.csv"
@@ -123,8 +106,6 @@ def rehearse(session: Session, folder: Path) -> dict[str, str]:
         told = replace(logs[2], axis=parameters.axis)
         said[STEPS[6]] = f"{1e3 * simulate(told, parameters).rms_windows:.2f} mrad rms over 1 s windows"
         return said | _guide(on, session, parameters, folder)
-    finally:
-        on.terminal.close()
 
 
 def _guide(on: Bench, session: Session, parameters: Parameters, folder: Path) -> dict[str, str]:
@@ -179,15 +160,9 @@ def main() -> None:
     for session in SESSIONS:
         columns.append(_patiently(session))
         print(session.title, columns[-1], flush=True)
-    rows = [f"| {step} | " + " | ".join(column[step] for column in columns) + " |" for step in STEPS]
-    with atomic_write(PAGE) as page:
-        page.write(
-            _HEAD
-            + f"| | {' | '.join(session.title for session in SESSIONS)} |\n"
-            + f"|---|{'---|' * len(SESSIONS)}\n"
-            + "\n".join(rows)
-            + "\n"
-        )
+    head = ("", *(session.title for session in SESSIONS))
+    rows = ((step, *(column[step] for column in columns)) for step in STEPS)
+    markdown.write_made("docs/rehearsal.md", {"sessions": markdown.table(head, rows)}, "study-rehearsal")
 
 
 if __name__ == "__main__":

@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 import random
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,8 +27,10 @@ from idtool.rig.dynamixel.servo import WATCHDOG_S
 from idtool.rig.opening import read_plant
 from pages import markdown
 from testbench.bench import BAUD, Bench
+from testbench.guided_axes.cases import file_of
 from testbench.kill import RECIPE, Killed, killed
 
+_PAGE = "docs/reliability.md"
 #: Faults that end a run; the seconds are drawn for every repeat, within the motion.
 ENDING = {
     "silent@{0}": "the servo no longer answers",
@@ -79,7 +79,7 @@ def ended_by(word: str, seed: int) -> Ended | None:
     """
     at = _BEGINS_S + random.Random(seed).uniform(0.0, _MOVES_S)
     recipe = parse_recipe(RECIPE.format(travel=1.0, repeats=3), "reliability")
-    with _bench(word.format(f"{at:.3f}"), seed) as bench, tempfile.TemporaryDirectory() as folder:
+    with Bench(word.format(f"{at:.3f}"), seed=seed) as bench, tempfile.TemporaryDirectory() as folder:
         before = bench.table()
         log = Path(folder) / "log.csv"
         try:
@@ -129,7 +129,7 @@ class Survived:
 def survived(word: str, seed: int) -> Survived:
     """Run on a bad bus, and compare the rows with what the axis can do."""
     recipe = parse_recipe(RECIPE.format(travel=1.0, repeats=3), "reliability")
-    with _bench(word, seed) as bench, tempfile.TemporaryDirectory() as folder:
+    with Bench(word, seed=seed) as bench, tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "log.csv"
         with bench.rig() as rig:
             try:
@@ -152,15 +152,6 @@ def survived(word: str, seed: int) -> Survived:
         )
 
 
-@contextmanager
-def _bench(word: str, seed: int) -> Iterator[Bench]:
-    bench = Bench(word, seed=seed)
-    try:
-        yield bench
-    finally:
-        bench.terminal.close()
-
-
 SESSION = {
     "gravity": ("0.0", 'kind = "back_and_forth"\npayload_kg = [0.0, 0.3, 0.6, 0.9, 1.2, 1.5]\n'
                        "speed_rad_s = 0.2\ntravel_rad = 0.8\n"),
@@ -174,40 +165,41 @@ SESSION = {
 
 def identified(baud: int) -> dict[str, tuple[float, Parameter]]:
     """A whole session through the servo: the truth, and what came back."""
-    plant = read_plant("bench")
     logs = []
     for name, (tilt, trials) in SESSION.items():
         head = f'schema = "ffc-id/recipe/1"\nname = "{name}"\nexperiment = "{name}"\n'
         recipe = parse_recipe(f"{head}[setup]\ntilt_alpha_rad = {tilt}\n[[trials]]\n{trials}", name)
-        bench = Bench()
-        bench.servo.table["baud_rate"] = {57600: 1, BAUD: 3}[baud]
-        try:
-            with tempfile.TemporaryDirectory() as folder, bench.rig(baud=baud) as rig:
-                run(recipe, rig, Path(folder) / "log.csv", confirm=bench.setup)
-                logs.append(Log.read(Path(folder) / "log.csv"))
-        finally:
-            bench.terminal.close()
+        with Bench() as bench, tempfile.TemporaryDirectory() as folder:
+            bench.servo.table["baud_rate"] = {57600: 1, BAUD: 3}[baud]
+            log = Path(folder) / "log.csv"
+            with bench.rig(baud=baud) as rig:
+                run(recipe, rig, log, confirm=bench.setup)
+            logs.append(Log.read(log))
     found = identify(logs, seed=0).parameters
-    table = {**found.gravity, **found.static, **found.dynamic}
-    truth = {**plant.gravity, **plant.friction}
-    pairs = {key.split("_nm")[0].removesuffix("_rad_s"): value for key, value in truth.items()}
-    return {name: (pairs[name], parameter) for name, parameter in table.items()}
+    true = file_of(read_plant("bench"))
+    truth = {**true.gravity, **true.static, **true.dynamic}
+    return {
+        name: (truth[name].value, one)
+        for name, one in {**found.gravity, **found.static, **found.dynamic}.items()
+    }
 
 
 # ------------------------------------------------------------------------------ the page
 
 
-def page(repeats: int, kills: int) -> str:
-    """docs/reliability.md."""
+def parts(repeats: int, kills: int) -> dict[str, list[str]]:
+    """What is made of docs/reliability.md."""
     tried = {word: [ended_by(word, seed) for seed in range(repeats)] for word in ENDING}
-    ends = {word: [run for run in runs if run is not None] for word, runs in tried.items()}
-    bus = {word: [survived(word, seed) for seed in range(repeats)] for word in BUS}
-    dead = [killed(seed) for seed in range(kills)]
-    session = {baud: identified(baud) for baud in (BAUD, 57600)}
-    return "\n".join(
-        [*_INTRODUCTION, "", *_ending_table(ends), "", *_bus_table(bus), "", *_kill_text(dead), "",
-         *_session_table(session), "", *_REMARKS, ""]
-    )  # fmt: skip
+    return {
+        "watchdog": [
+            f"The bus watchdog is armed with {1e3 * WATCHDOG_S:.0f} ms whenever the axis may move. A lost",
+            "packet is asked for again up to three times, which takes less than that.",
+        ],
+        "ends": _ending_table({word: [r for r in runs if r is not None] for word, runs in tried.items()}),
+        "bus": _bus_table({word: [survived(word, seed) for seed in range(repeats)] for word in BUS}),
+        "kills": _kill_text([killed(seed) for seed in range(kills)]),
+        "session": _session_table({baud: identified(baud) for baud in (BAUD, 57600)}),
+    }
 
 
 def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
@@ -225,18 +217,7 @@ def _ending_table(ends: dict[str, list[Ended]]) -> list[str]:
         for word, runs in ends.items()
     ]
     head = ("what happens", "told as", "runs", "stood still after, longest", "stayed", "settings put back")
-    return [
-        "## What ends a run",
-        "",
-        "Each at a random instant of a motion at 0.5 rad/s.",
-        "",
-        *markdown.table((*head, "logs read back", "last second"), rows),
-        "",
-        "Where the servo can no longer be reached, its settings stay, and its own watchdog has stopped it.",
-        "Where the torque goes off the deflected bristles spring back by some milliradians, which counts as",
-        "motion:",
-        "after a silence of 0.6 s that happens when the servo is reached again and let go.",
-    ]
+    return markdown.table((*head, "logs read back", "last second"), rows)
 
 
 def _bus_table(bus: dict[str, list[Survived]]) -> list[str]:
@@ -253,22 +234,19 @@ def _bus_table(bus: dict[str, list[Survived]]) -> list[str]:
         for word, runs in bus.items()
     ]
     head = ("on the bus", "finished", "packets hit", "asked again", "late samples", "longest period")
-    return ["## What a run survives", "", *markdown.table((*head, "wrong rows"), rows)]
+    return markdown.table((*head, "wrong rows"), rows)
 
 
 def _kill_text(dead: list[Killed]) -> list[str]:
-    stood = [1e3 * d.stood_after_s for d in dead]
+    stood, behind = [1e3 * d.stood_after_s for d in dead], [1e3 * d.behind_s for d in dead]
     return [
-        "## `kill -9` of the process",
-        "",
         f"{len(dead)} processes of `ffc-id run` were killed at random instants of their motion, in real",
         f"time. The servo's own watchdog stopped the axis in {_share([d.tripped for d in dead])} cases; it",
         f"stood still {np.median(stood):.0f} ms (median) and at most {max(stood):.0f} ms after the last word",
         f"that the servo heard. Every log was read back; {_share([d.whole for d in dead])} end with a whole",
         f"row, the shortest holds {min(d.rows for d in dead)} rows. Of what was measured at most the last",
-        "block is missing: since the last row the axis had moved on by",
-        f"{1e3 * float(np.median([d.behind_s for d in dead])):.0f} ms of",
-        f"travel (median; at most {1e3 * max(d.behind_s for d in dead):.0f} ms).",
+        f"block is missing: since the last row the axis had moved on by {np.median(behind):.0f} ms of",
+        f"travel (median; at most {max(behind):.0f} ms).",
     ]
 
 
@@ -281,59 +259,22 @@ def _session_table(session: dict[int, dict[str, tuple[float, Parameter]]]) -> li
             for one in back
         )
         rows.append((name.replace("_", " "), f"{truth:g}", *cells))
-    return [
-        "## What comes back through the bus",
-        "",
-        "A whole session (gravity, sweep, sine) on the virtual servo in front of `sim:bench`, identified",
-        "from its logs. The servo measures in its own coarse units: 1.5 mrad, 0.024 rad/s, 2.69 mA.",
-        "",
-        *markdown.table(("parameter", "truth", *(f"{baud} baud" for baud in session)), rows),
-    ]
+    return markdown.table(("parameter", "truth", *(f"{baud} baud" for baud in session)), rows)
 
 
 def _share(good: list[bool]) -> str:
     return f"{sum(good)} of {len(good)}"
 
 
-_INTRODUCTION = (
-    "# What happens when something goes wrong",
-    "",
-    "You get: what becomes of axis and data when a cable comes off, a packet is lost, a process dies or a",
-    "disk is full.",
-    "",
-    "Made by `make study-reliability` (some minutes). The manufacturer's SDK, unchanged, talks Protocol 2.0",
-    "to the virtual servo (`ffc-id virtual-servo`), in front of the simulated axis `sim:bench` lying on its",
-    "side. The same faults are tests (`tests/rig/dynamixel/test_faults.py`), with a small sample of these",
-    "runs. No real servo was at hand: what is measured here is this package, its protocol and the published",
-    "behaviour of the servo, not a motor.",
-    "",
-    f"The bus watchdog is armed with {1e3 * WATCHDOG_S:.0f} ms whenever the axis may move. A lost packet is",
-    "asked for again up to three times, which takes less than that.",
-)
-_REMARKS = (
-    "## What to know",
-    "",
-    "- With the torque off a loaded axis sinks. That is how a session ends, and how a shutdown of the servo",
-    "  or a loss of its power ends. Where that matters the axis needs a brake or a support.",
-    "- A dead encoder is noticed after 4 % of the axis' range; its velocity loop runs on blindly until then.",
-    "- The watchdog of the servo stops the motion and holds; it does not switch the torque off.",
-    "- Samples that come late while a packet is asked for again show in the log as a gap in time; the run",
-    "  command counts them (`overruns` in `--json`).",
-)
-
-
 @click.command()
 @click.option("--repeats", default=4, show_default=True, help="Runs per fault.")
 @click.option("--kills", default=50, show_default=True, help="Processes to kill.")
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("docs/reliability.md"), show_default=True
-)
+@markdown.out_option(_PAGE)
 def main(repeats: int, kills: int, out: Path) -> None:
-    """Run the study and write its page."""
-    before = out.read_text(encoding="utf-8") if out.exists() else ""
-    text = markdown.keeping_made(page(repeats, kills), before)
-    out.write_text(text, encoding="utf-8")
-    click.echo(text)
+    """Run the study and write its parts of the page."""
+    made = parts(repeats, kills)
+    markdown.write_made(_PAGE, made, "study-reliability", out)
+    click.echo("\n".join(line for lines in made.values() for line in lines))
 
 
 if __name__ == "__main__":

@@ -21,7 +21,6 @@ import numpy as np
 from idtool import Log, Parameters
 from idtool.experiment.recipe import read_recipe
 from idtool.importing import import_recording
-from idtool.io.atomic import atomic_write
 from idtool.presentation import style
 from idtool.presentation.text import words
 from idtool.rig.opening import read_plant
@@ -29,7 +28,8 @@ from idtool.rig.simulated import SimulatedRig
 from idtool.simulation.stage import Source
 from idtool.verbs.fit_motion import fit_motion
 from idtool.verbs.simulate import simulate
-from pages.simulation import BAM, GOAL, SOURCES, TEXT, WHOLE, Fits, LeftOut, verdict
+from pages import markdown
+from pages.simulation import BAM, SOURCES, WHOLE, Fits, LeftOut, verdict
 from studies.measured import BY_NAME, default_folder
 from testbench.bam import SPLITS, TRAJECTORIES, bam_logs
 from testbench.guided_axes.cases import file_of
@@ -38,7 +38,6 @@ from testbench.plants import recorded
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PAGE = Path("docs/simulation.md")
 PICTURE = Path("docs/images/simulation.png")
 #: Recording -> (name, rms over windows of 1 s that MuJoCo's own identification reaches, unit).
 MUJOCO = {
@@ -46,12 +45,20 @@ MUJOCO = {
     "ur_1": ("UR10e, joint 1", 10.0, "mrad"),
     "ur_3": ("UR10e, joint 3", 20.0, "mrad"),
 }
+_MUJOCO_HEAD = (
+    *("machine", "ours", "MuJoCo's", "better"),
+    *("fit, processor time", "fit, times real time", "`simulate`"),
+)
+_BAM_HEAD = (
+    *("left out", "goals: ours", "BAM's best", "ratio", "duty: ours", "BAM's best", "ratio"),
+    *("our fit", "one of BAM's 18"),
+)
 #: Of these the picture shows a log.
 DRAWN = ("gain 200", *(f"trajectory {kind}" for kind in TRAJECTORIES))
 
 
 def main_table(folder: Path) -> list[str]:
-    """Rows of the comparison with MuJoCo."""
+    """The comparison with MuJoCo."""
     rows = []
     for name, (title, theirs, unit) in MUJOCO.items():
         log = import_recording(folder / BY_NAME[name].file, **BY_NAME[name].options).log
@@ -63,10 +70,17 @@ def main_table(folder: Path) -> list[str]:
         pace = found.seconds / (time.process_time() - begin)
         ours = 1e3 * found.rms_windows
         rows.append(
-            f"| {title} | {ours:.2f} {unit} | {theirs:g} {unit} | {'yes' if ours < theirs else '**no**'} | "
-            f"{spent:.1f} s | {fit.evaluations * found.seconds / max(spent, 1e-9):,.0f} | {pace:,.0f} |"
+            (
+                title,
+                f"{ours:.2f} {unit}",
+                f"{theirs:g} {unit}",
+                "yes" if ours < theirs else "**no**",
+                f"{spent:.1f} s",
+                f"{fit.evaluations * found.seconds / max(spent, 1e-9):,.0f}",
+                f"{pace:,.0f}",
+            )
         )
-    return rows
+    return markdown.table(_MUJOCO_HEAD, rows)
 
 
 def left_out(title: str, logs: dict[tuple[int, str], Log], theirs: Fits) -> LeftOut:
@@ -132,16 +146,15 @@ def main(folder: Path) -> None:
         (words(one.title), logs[SPLITS[one.title][1]], one.parameters) for one in found if one.title in DRAWN
     ]
     style.save(picture(drawn), PICTURE)
-    text = TEXT.format(
-        mujoco="\n".join(mujoco),
-        goal=GOAL,
-        bam="\n".join(one.row for one in found),
-        verdict=verdict(found[:-1]),
-        plant=plant,
-        way=way,
-    )
-    with atomic_write(PAGE) as stream:
-        stream.write(text)
+    parts = {
+        "mujoco": mujoco,
+        "bam": [*markdown.table(_BAM_HEAD, (one.cells for one in found)), "", verdict(found[:-1])],
+        "plant": [
+            f"With the true numbers and its logged current our simulation is {plant:.2f} mrad off",
+            f"(rms over windows of one second) on a motion over {way:.0f} mrad.",
+        ],
+    }
+    markdown.write_made("docs/simulation.md", parts, "study-simulate")
 
 
 if __name__ == "__main__":

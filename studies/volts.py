@@ -14,7 +14,6 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import repeat
-from pathlib import Path
 
 import numpy as np
 
@@ -23,7 +22,6 @@ from idtool.control.force_free import ForceFreeController
 from idtool.experiment.recipe import read_recipe
 from idtool.fit.known_load import calibrate
 from idtool.guiding.session import limits_of
-from idtool.io.atomic import atomic_write
 from idtool.model.units import STANDARD_GRAVITY
 from idtool.parameters import Parameters
 from idtool.parameters.scaling import in_torque
@@ -31,9 +29,9 @@ from idtool.rig.base import TrialSetup
 from idtool.rig.opening import read_plant
 from idtool.rig.plant_file import PlantFile
 from idtool.rig.simulated import SimulatedRig
+from pages import markdown
 from testbench.plants import SESSION, recorded
 
-PAGE = Path("docs/volts.md")
 AXES = 300
 #: Standard deviations of what differs from the file, relative.
 FRICTION, LOAD, INERTIA = 0.10, 0.02, 0.10
@@ -49,6 +47,11 @@ LEFT_ALONE_S, TARE_S = 10.0, 6.0
 PULL = 1.5
 #: Aims: of the force, and of the time to stand.
 SHARE, STOP_S = 0.30, 0.100
+
+_HEAD = (
+    *("", "share, median", "95 % below", "within 30 %"),
+    *("let go at", "stop, 95 % below", "in 100 ms", "started", "faults"),
+)
 
 
 @dataclass(frozen=True)
@@ -162,34 +165,11 @@ def main(axes: int = AXES) -> None:
             f"{np.sum(crept > STARTED)}",
             f"{sum(bool(one.faults) for one in found)}",
         ]
-        rows.append(f"| {name} | {' | '.join(cells)} |")
-        print(rows[-1], flush=True)
-    with atomic_write(PAGE) as page:
-        effects = ", ".join(entry.name for entry in parameters.effects)
-        page.write(_HEAD.format(axes=axes, effects=effects) + "\n".join(rows) + "\n")
-
-
-_HEAD = """# Guiding by voltage
-
-You get: what a hand feels of a hobby servo that has no current sensor, over many simulated axes.
-
-Made by `make study-volts`: {axes} axes like `sim:sts3215` (backlash of one degree, readings 20 ms late,
-speeds in steps of 50 counts a second), each with friction, load and inertia of its own (10, 2 and 10 % from
-those of the one that was identified, one standard deviation), guided by the voltage at the motor in mode
-"light" after `--tare`. The file is what `identify` and a weight make of a session ({effects}).
-The hand pulls ever harder, by 0.01 N m a second, until the axis has followed by 0.03 rad, then half as hard
-again for half a second, and lets go. The share is the torque at which it followed over the break-away torque
-of the axis without power; an axis stands that is slower than 0.01 rad/s; it started by itself if it went more
-than two counts in the 10 s in which nobody touched it. The aims are a share of 30 %, a stop within 100 ms and
-no start by itself.
-
-**The share of 30 % is not reached by most axes**: what the voltage leaves uncertain (its
-noise, the back-EMF of a speed that is read late and coarsely) has to stay friction's, and where the play ends
-friction sets in 20 ms before it is read: a motion that began at 0.3 of it stops there once more.
-
-| | share, median | 95 % below | within 30 % | let go at | stop, 95 % below | in 100 ms | started | faults |
-|---|---|---|---|---|---|---|---|---|
-"""
+        rows.append((name, *cells))
+        print(*rows[-1], flush=True)
+    effects = ", ".join(entry.name for entry in parameters.effects)
+    made = [f"{axes} axes; the file holds {effects}.", "", *markdown.table(_HEAD, rows)]
+    markdown.write_made("docs/volts.md", {"axes": made}, "study-volts")
 
 
 if __name__ == "__main__":

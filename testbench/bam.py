@@ -163,17 +163,8 @@ class Swings:
         """Simulated position at every step, shape (steps,)."""
         given = self.goal if source == "goal" else self.volts
         path = np.empty(len(given))
-        _simulate(
-            numbers_of(values),
-            given,
-            self.on,
-            self.position,
-            self.begins,
-            self.velocity,
-            self.told,
-            source == "goal",
-            path,
-        )
+        trials = (self.on, self.position, self.begins, self.velocity, self.told)
+        _simulate(numbers_of(values), given, *trials, source == "goal", path)
         return path
 
     def cost(self, values: Mapping[str, float]) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -82,6 +82,12 @@ class Bench:
         self.mishaps = Mishaps([parse_fault(word) for word in faults], seed=seed)
         self.terminal = VirtualTerminal(self.servo, mishaps=self.mishaps, clock=self.clock)
         self.clock.others = self.terminal.take_turn
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.terminal.close()
 
     def bus(self, **other: Any) -> Any:
         wanted: dict[str, Any] = {"device": self.terminal.path, "id": 1, "baud": BAUD, "clock": self.clock}

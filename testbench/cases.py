@@ -28,11 +28,7 @@ EFFECTS: dict[str, tuple[float, float, Draw]] = {
     "torque_offset": (0.005, 0.08, lambda r, s: {"offset_nm": s * sign(r)}),
     "direction_asymmetry": (0.01, 0.2, lambda r, s: {"asymmetry_nm_s_per_rad": s * sign(r)}),
     "load_dependent_friction": (0.01, 0.15, lambda r, s: {"mu": s}),
-    "drive_backdrive": (
-        0.02,
-        0.2,
-        lambda r, s: {"mu_drive": s, "mu_backdrive": s * r.uniform(0.0, 0.4)},
-    ),
+    "drive_backdrive": (0.02, 0.2, lambda r, s: {"mu_drive": s, "mu_backdrive": s * r.uniform(0.0, 0.4)}),
     "position_ripple": (
         0.005,
         0.08,
@@ -261,8 +257,7 @@ def disturb(logs: list[Log], kind: str, seed: int, rms: float) -> list[Log]:
     scale = rms / float(np.sqrt(np.mean(np.concatenate(torques) ** 2)))
     return [
         replace(
-            log,
-            rows=log.frame.assign(current_a=log.frame["current_a"] + scale * torque / TORQUE_CONSTANT),
+            log, rows=log.frame.assign(current_a=log.frame["current_a"] + scale * torque / TORQUE_CONSTANT)
         )
         for log, torque in zip(logs, torques, strict=True)
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,35 +17,10 @@ from testbench.other_plants.cases import OtherCase
 from testbench.other_plants.cases import cases as other_cases
 from testbench.other_plants.effects import DISTURBANCES as OTHER_DISTURBANCES
 from testbench.other_plants.session import make, save
+from testbench.outcomes import KINDS, Case, Result
 from testbench.plants import SESSION, either_bristle, random_plant, record_session
 
 GRADES = ("lab", "dynamixel")
-KINDS = ("none", "one effect", "several effects", "not in the library", "like a real joint")
-#: Where the axis comes from: our simulated rig, or `testbench/other_plants`.
-AXES = ("ours", "other")
-
-
-@dataclass(frozen=True)
-class Case:
-    """One session to record.
-
-    Attributes:
-        kind: one of `KINDS`.
-        seed: of everything.
-        what: the effects in the plant, or the disturbance.
-        axis: one of `AXES`.
-        sensors, temperature, pauses, hard: of ours: the grade, whether the log has a temperature column,
-            whether the run with pauses is in the session, and whether ramps are steep.
-    """
-
-    kind: str
-    seed: int
-    what: tuple[str, ...]
-    axis: str = "ours"
-    sensors: str = ""
-    temperature: bool = True
-    pauses: bool = False
-    hard: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,24 +30,14 @@ class Recorded:
     Attributes:
         logs: to identify from.
         fresh: a run of another kind.
-        effects: what should be named.
-        size: of each, root mean square of its torque over the noise of a reading.
-        sensors: the grade.
-        tolerated: what may be named and need not be.
-        depends_on: what a disturbance is a function of.
         coulomb: true level, N m (N).
-        note: of the axis, for the page.
+        known: what is known before anything is found.
     """
 
     logs: list[Log]
     fresh: Log
-    effects: tuple[str, ...]
-    size: tuple[float, ...]
-    sensors: str
-    tolerated: tuple[str, ...] = ()
-    depends_on: tuple[str, ...] = ()
-    coulomb: float = float("nan")
-    note: dict[str, str | float] = field(default_factory=dict)
+    coulomb: float
+    known: Result
 
 
 def cases(
@@ -143,9 +108,8 @@ def _record_ours(case: Case) -> Recorded:
         partly, depends_on = DISTURBANCES[case.what[0]].partly, DISTURBANCES[case.what[0]].variables
     bends = max(plant.coulomb, plant.static) / plant.bristle_stiffness
     note: dict[str, str | float] = {"ramps": "steep" if case.hard else "gentle", "presliding": bends}
-    return Recorded(
-        logs[:-1], logs[-1], truth.effects, size, case.sensors, partly, depends_on, plant.coulomb, note
-    )
+    known = Result(case, truth.effects, size, case.sensors, partly, depends_on, note)
+    return Recorded(logs[:-1], logs[-1], plant.coulomb, known)
 
 
 def _record_other(case: Case) -> Recorded:
@@ -160,14 +124,13 @@ def _record_other(case: Case) -> Recorded:
     rest = tuple(n for n in truth["effects"] if n not in named)
     sizes = named or ([truth["disturbance"]] if truth["disturbance"] else [])
     note = {key: truth[key] for key in ("axis", "friction_law", "rate_hz", "commands")}
-    return Recorded(
-        logs[:-1],
-        logs[-1],
+    known = Result(
+        case,
         named,
         tuple(truth["rms"][n] / truth["noise"] for n in sizes),
         truth["sensors"],
         (*truth["tolerated"], *rest),
         tuple(truth["depends_on"]),
-        truth["coulomb"],
         note,
     )
+    return Recorded(logs[:-1], logs[-1], truth["coulomb"], known)

@@ -26,28 +26,21 @@ def session(
 ) -> Path:
     """A folder with one log of six sines."""
     rng = np.random.default_rng(seed)
-    time = np.arange(200) * 0.01
-    trials = []
-    for trial in range(6):
-        speed = 2 * np.pi * (0.4 + 0.2 * trial)
-        reach = 0.4 / (1 + 0.3 * trial)
-        velocity = reach * speed * np.cos(speed * time)
-        torque = (
-            coulomb * np.sign(velocity) + viscous * velocity - 0.01 * reach * speed**2 * np.sin(speed * time)
-        )
-        trials.append(
-            pd.DataFrame(
-                {
-                    "trial": trial,
-                    "time_s": time,
-                    "position_rad": reach * np.sin(speed * time),
-                    "velocity_rad_s": velocity,
-                    "torque_nm": torque + 0.002 * rng.standard_normal(len(time)),
-                }
-            )
-        )
+    trial, time = np.repeat(np.arange(6), 200), np.tile(np.arange(200) * 0.01, 6)
+    speed, reach = 2 * np.pi * (0.4 + 0.2 * trial), 0.4 / (1 + 0.3 * trial)
+    velocity = reach * speed * np.cos(speed * time)
+    torque = coulomb * np.sign(velocity) + viscous * velocity - 0.01 * reach * speed**2 * np.sin(speed * time)
+    frame = pd.DataFrame(
+        {
+            "trial": trial,
+            "time_s": time,
+            "position_rad": reach * np.sin(speed * time),
+            "velocity_rad_s": velocity,
+            "torque_nm": torque + 0.002 * rng.standard_normal(len(time)),
+        }
+    )
     folder.mkdir(parents=True)
     axis = Axis("rotary", extra={"unit": unit} if unit else {})
     header = {"date": date} if date else {}
-    Log(pd.concat(trials, ignore_index=True), axis, "sine", header).write(folder / "sine.csv")
+    Log(frame, axis, "sine", header).write(folder / "sine.csv")
     return folder

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from idtool.log import Log
+from idtool.log.effort import effort_of
 from idtool.parameters import Parameters
 
 #: A model may say this much more than was ever measured before it is absurd.
@@ -16,14 +17,7 @@ _MARGIN = 1.5
 
 def most_torque(logs: Sequence[Log]) -> float:
     """Largest torque (force) that was measured."""
-    most = 0.0
-    for log in logs:
-        for column in ("torque_nm", "force_n", "current_a"):
-            if column in log.frame:
-                scale = log.axis.torque_constant if column == "current_a" else 1.0
-                most = max(most, float(np.max(np.abs(log.frame[column]))) * float(scale or 1.0))
-                break
-    return most
+    return max(float(np.nanmax(np.abs(effort_of(log).values))) for log in logs)
 
 
 def absurdities(parameters: Parameters, logs: Sequence[Log], predicted: float) -> list[str]:

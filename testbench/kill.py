@@ -100,7 +100,7 @@ def _killed(seed: int, scale: float) -> Killed:
             tripped = servo.table["bus_watchdog"] == -1
         frame = Log.read(log).frame
         behind = abs(place[-1] - float(frame["position_rad"].iloc[-1])) / 0.5
-        return Killed(max(stood, 0.0), tripped, len(frame), _ends_whole(log), behind)
+        return Killed(max(stood, 0.0), tripped, len(frame), log.read_bytes().endswith(b"\n"), behind)
 
 
 def _places(servo: VirtualDynamixel) -> deque[float]:
@@ -115,11 +115,6 @@ def _places(servo: VirtualDynamixel) -> deque[float]:
 
     servo.answer = listen  # type: ignore[method-assign]
     return places
-
-
-def _ends_whole(log: Path) -> bool:
-    """Whether the last line of the log is a whole row."""
-    return log.read_bytes().endswith(b"\n")
 
 
 def _wait(ready: Callable[[], bool], process: subprocess.Popen[bytes]) -> None:

@@ -10,7 +10,32 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from testbench.diagnosis_cases import Case
+KINDS = ("none", "one effect", "several effects", "not in the library", "like a real joint")
+#: Where the axis comes from: our simulated rig, or `testbench/other_plants`.
+AXES = ("ours", "other")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One session to record.
+
+    Attributes:
+        kind: one of `KINDS`.
+        seed: of everything.
+        what: the effects in the plant, or the disturbance.
+        axis: one of `AXES`.
+        sensors, temperature, pauses, hard: of ours: the grade, whether the log has a temperature column,
+            whether the run with pauses is in the session, and whether ramps are steep.
+    """
+
+    kind: str
+    seed: int
+    what: tuple[str, ...]
+    axis: str = "ours"
+    sensors: str = ""
+    temperature: bool = True
+    pauses: bool = False
+    hard: bool = False
 
 
 @dataclass(frozen=True)
@@ -19,8 +44,11 @@ class Result:
 
     Attributes:
         effects: that should be named.
-        size: of each effect, root mean square over the sensor noise.
-        sensors, tolerated, variables, note: see `Recorded`.
+        size: of each effect, root mean square of its torque over the noise of a reading.
+        sensors: the grade.
+        tolerated: what may be named and need not be.
+        variables: what a disturbance is a function of.
+        note: of the axis.
         verdict, found, alternatives, depends_on: of the diagnosis; `found` without inertia.
         before, after: error on held-out trials, N m.
         declared: the same with the true effects declared; None where there are none.

@@ -95,11 +95,6 @@ def either_bristle(plant: Plant, rng: np.random.Generator) -> Plant:
     return replace(plant, bristle_stiffness=max(plant.coulomb, plant.static) / bends)
 
 
-def with_effects(plant: Plant, effects: dict[str, dict[str, float]]) -> Plant:
-    """The same axis with effects."""
-    return replace(plant, effects=effects)
-
-
 def record_session(
     plant: Plant,
     sensors: str,

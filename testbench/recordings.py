@@ -5,13 +5,10 @@ They are not shipped. Nothing of the tool is tuned to any of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 from idtool.verbs.identification import Identification
-
-Read = Callable[[Identification], str]
 
 
 @dataclass(frozen=True)
@@ -25,7 +22,7 @@ class Recording:
         options: of the import.
         gravity: whether the axis is an arm under gravity.
         friction: of `identify`.
-        published: rows (what, published, how to read it off the result).
+        published: rows (what, published, the path for `read`).
         others: recordings of the same machine to predict: name of a recording, and what was published.
         beyond: why a sliding axis alone cannot be identified here: it must be refused, or stay sane.
         remark: what to know.
@@ -38,29 +35,20 @@ class Recording:
     options: dict[str, Any] = field(default_factory=dict)
     gravity: bool = False
     friction: str = "lugre"
-    published: tuple[tuple[str, str, Read], ...] = ()
+    published: tuple[tuple[str, str, str], ...] = ()
     others: tuple[str, ...] = ()
     beyond: str = ""
     remark: str = ""
 
 
-def _static(name: str) -> Read:
-    return lambda result: _plain(result.parameters.static.get(name))
-
-
-def _gravity(name: str) -> Read:
-    return lambda result: _plain(result.parameters.gravity.get(name))
-
-
-def _effect(effect: str, name: str) -> Read:
-    def read(result: Identification) -> str:
-        entry = result.parameters.effect(effect)
-        return "not found" if entry is None else _plain(entry.parameters[name])
-
-    return read
-
-
-def _plain(parameter: Any) -> str:
+def read(result: Identification, path: str) -> str:
+    """A number of a result by its path (`static.coulomb`, `effects.backlash.gap`), for a person."""
+    group, *names = path.split(".")
+    if group == "effects":
+        entry = result.parameters.effect(names[0])
+        parameter = None if entry is None else entry.parameters[names[1]]
+    else:
+        parameter = getattr(result.parameters, group).get(names[0])
     if parameter is None:
         return "not found"
     if not parameter.identified:
@@ -129,7 +117,7 @@ def _dfki(
         DFKI,
         f"dfki_pendulum_ak80/{file or name}.csv.gz",
         gravity=True,
-        published=(("gravity, sin q, N m", gravity, _gravity("sin")),),
+        published=(("gravity, sin q, N m", gravity, "gravity.sin"),),
         others=others,
         beyond=beyond,
         remark=remark,
@@ -145,9 +133,9 @@ def _damiao(number: int, kind: str, published: tuple[str, str, str]) -> Recordin
         f"damiao_motors/motor0{number}_{kind}.csv.gz",
         {"trial_by": "run", "unwrap": 25.0},
         published=(
-            ("Coulomb, N m", coulomb, _static("coulomb")),
-            ("viscous, N m s/rad", viscous, _static("viscous")),
-            ("inertia, kg m2", inertia, _effect("inertia", "inertia")),
+            ("Coulomb, N m", coulomb, "static.coulomb"),
+            ("viscous, N m s/rad", viscous, "static.viscous"),
+            ("inertia, kg m2", inertia, "effects.inertia.inertia"),
         ),
         remark="48 Hz at up to 8 rad/s: few rows per motion, and staircases of torque at rest.",
     )
@@ -161,8 +149,8 @@ def _hsm(name: str, others: tuple[str, ...] = ()) -> Recording:
         f"hsm150_servo/torque_step_{name}.csv.gz",
         _BY_RUN,
         published=(
-            ("inertia, kg m2", "1.2e-4 (catalogue)", _effect("inertia", "inertia")),
-            ("viscous, N m s/rad", "7.03e-5 (catalogue)", _static("viscous")),
+            ("inertia, kg m2", "1.2e-4 (catalogue)", "effects.inertia.inertia"),
+            ("viscous, N m s/rad", "7.03e-5 (catalogue)", "static.viscous"),
         ),
         others=others,
         remark="One speed of one sign, a very noisy torque.",
@@ -213,10 +201,10 @@ RECORDINGS = (
         "emps/emps_identification.csv.gz",
         friction="coulomb",
         published=(
-            ("M, kg", "95.109", _effect("inertia", "inertia")),
-            ("viscous, N s/m", "203.50", _static("viscous")),
-            ("Coulomb, N", "20.394", _static("coulomb")),
-            ("offset, N", "-3.165", _effect("torque_offset", "offset")),
+            ("M, kg", "95.109", "effects.inertia.inertia"),
+            ("viscous, N s/m", "203.50", "static.viscous"),
+            ("Coulomb, N", "20.394", "static.coulomb"),
+            ("offset, N", "-3.165", "effects.torque_offset.offset"),
         ),
         others=("emps_pulses",),
     ),
@@ -240,7 +228,7 @@ RECORDINGS = (
         "Banded rotary friction damper",
         BRFD,
         "brfd_friction_damper/d2_1hz_30lb_1in.csv.gz",
-        published=(("play, m", "3e-3 to 4e-3", _effect("backlash", "gap")),),
+        published=(("play, m", "3e-3 to 4e-3", "effects.backlash.gap"),),
     ),
     Recording(
         "cicese_1",
@@ -250,9 +238,9 @@ RECORDINGS = (
         _cicese(1),
         gravity=True,
         published=(
-            ("gravity, sin q, N m", "38.5 (and 1.8 sin 2q)", _gravity("sin")),
-            ("Coulomb, N m", "12.4 forwards, 10.9 backwards", _static("coulomb")),
-            ("viscous, N m s/rad", "3.4, 2.8", _static("viscous")),
+            ("gravity, sin q, N m", "38.5 (and 1.8 sin 2q)", "gravity.sin"),
+            ("Coulomb, N m", "12.4 forwards, 10.9 backwards", "static.coulomb"),
+            ("viscous, N m s/rad", "3.4, 2.8", "static.viscous"),
         ),
         others=("cicese_break",),
         remark="Joint 2 moves along, at the same angle: its weight pulls with sin 2q.",
@@ -265,9 +253,9 @@ RECORDINGS = (
         _cicese(2),
         gravity=True,
         published=(
-            ("gravity, N m", "1.8 sin 2q", _gravity("sin")),
-            ("Coulomb, N m", "1.92 forwards, 1.72 backwards", _static("coulomb")),
-            ("viscous, N m s/rad", "0.17, 0.08", _static("viscous")),
+            ("gravity, N m", "1.8 sin 2q", "gravity.sin"),
+            ("Coulomb, N m", "1.92 forwards, 1.72 backwards", "static.coulomb"),
+            ("viscous, N m s/rad", "0.17, 0.08", "static.viscous"),
         ),
         remark="Joint 1 moves along at the same angle, so its weight pulls with sin 2q.",
     ),
@@ -277,7 +265,7 @@ RECORDINGS = (
         CICESE,
         "cicese_dd2dof/test1_breakaway_torque_ramps.csv.gz",
         _JOINT_1,
-        published=(("static, N m", "10.75 forwards, 12.0 backwards", _static("static")),),
+        published=(("static, N m", "10.75 forwards, 12.0 backwards", "static.static"),),
     ),
     Recording(
         "cicese_presliding",
@@ -289,7 +277,7 @@ RECORDINGS = (
             (
                 "bristle stiffness, N m/rad",
                 "21,419 (half the slope of the loop; the slope is 40,700 to 42,400)",
-                lambda result: _plain(result.parameters.dynamic.get("bristle_stiffness")),
+                "dynamic.bristle_stiffness",
             ),
         ),
         beyond="microradians: it never slides, so that levels are bounded, not measured",
@@ -358,8 +346,8 @@ RECORDINGS = (
         "servo_motor_lugre/inertia_viscous_torque_triangle.csv.gz",
         _BY_RUN,
         published=(
-            ("Coulomb, N m", "0.0149, which its own logs contradict (about 0.030)", _static("coulomb")),
-            ("inertia, kg m2", "1.76e-4", _effect("inertia", "inertia")),
+            ("Coulomb, N m", "0.0149, which its own logs contradict (about 0.030)", "static.coulomb"),
+            ("inertia, kg m2", "1.76e-4", "effects.inertia.inertia"),
         ),
         others=("servo_ramp",),
         remark="Torque is commanded, and the published numbers are of another recording: a negative control.",

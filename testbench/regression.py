@@ -38,6 +38,8 @@ _LINES, _SLOW = ("line", "line s", "slow line"), 2.0
 #: Bins over the stroke, and how much finer than the stroke tells the spectrum is read.
 _BINS, _FINER = 1 << 14, 8
 
+_SIGNALS = ("time", "position", "velocity", "acceleration", "jerk", "torque")
+
 #: column -> what of the tool stands for it: names of effects, "friction" (a Stribeck curve), "gravity"
 STANDS_FOR: dict[str, tuple[str, ...]] = {
     "inertia": ("inertia",),
@@ -179,18 +181,9 @@ def moving(log: Log, others: Mapping[str, Array] | None = None) -> Rows:
     speed = np.abs(joined["velocity"])
     keep = speed > _MOVING * np.quantile(speed, 0.98)
     joined = {name: values[keep] for name, values in joined.items()}
-    return Rows(
-        trial=joined.pop("trial").astype(np.intp),
-        time=joined.pop("time"),
-        position=joined.pop("position"),
-        velocity=joined.pop("velocity"),
-        acceleration=joined.pop("acceleration"),
-        jerk=joined.pop("jerk"),
-        torque=joined.pop("torque"),
-        fold=joined.pop("fold").astype(np.intp),
-        others=joined,
-        rate=rate,
-    )
+    known = {name: joined.pop(name) for name in _SIGNALS}
+    trial, fold = (joined.pop(name).astype(np.intp) for name in ("trial", "fold"))
+    return Rows(trial=trial, fold=fold, **known, others=joined, rate=rate)
 
 
 def _piece(

@@ -13,6 +13,7 @@ import pytest
 
 from idtool import Parameters
 from idtool.simulation.stage import Source
+from pages import markdown
 from pages.simulation import BAM, LeftOut, verdict
 from testbench.bam import ERROR_GAIN, MODELS, RANGES, SPLITS, STEP_S, Swings, bam_logs, search
 
@@ -145,7 +146,7 @@ def test_ours_is_held_against_the_best_of_bam_s_fits() -> None:
     ]
     ours: dict[Source, list[float]] = {"goal": [10.0, 20.0, 60.0], "effort": [40.0, 40.0, 40.0]}
     one = LeftOut("gain 100", mock.Mock(spec=Parameters), 1500, 21.0, ours, theirs)
-    assert one.row == (
+    assert markdown.row(one.cells) == (
         "| gain 100 | 30.0 (10, 20, 60) | 40.0 (M1: 40 to 60) | 0.750 | 40.0 (40, 40, 40) | "
         "45.0 (M1: 45 to 50) | **0.889** | 1,500 in 21 s | 1,000 in 2 s |"
     )

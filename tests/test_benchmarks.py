@@ -37,7 +37,7 @@ def test_every_part_makes_its_table(name: str) -> None:
         assert part.rows
         assert all(len(row) == len(part.head) for row in part.rows)
     text = section.markdown() + goals_table([section]).markdown()
-    assert text.count("| ---") >= 2
+    assert text.count("|---") >= 2
     assert "nan" not in text
 
 

@@ -13,8 +13,11 @@ from pathlib import Path
 
 import click
 
+from pages import markdown
 from studies.guiding import page
 from studies.guiding.axes import Axis, machine_axes
+
+_PAGE = "docs/teach.md"
 
 
 @click.command()
@@ -22,7 +25,7 @@ from studies.guiding.axes import Axis, machine_axes
     "--axes", default=600, show_default=True, help="How many, on as many days each as machines need."
 )
 @click.option("--machines", default=40, show_default=True, help="How many; each is identified once.")
-@click.option("--out", type=click.Path(path_type=Path), default=Path("docs/teach.md"), show_default=True)
+@markdown.out_option(_PAGE)
 @click.option(
     "--cache", type=click.Path(path_type=Path), default=Path("build/guiding"), show_default=True,
     help="Where the identified files are kept.",
@@ -39,7 +42,8 @@ def main(axes: int, machines: int, out: Path, cache: Path, processes: int) -> No
             click.echo(f"{len(found)} axes", err=True)
     found = found[:axes]
     click.echo("\n".join(page.table(found)))
-    out.write_text(page.page(found, out.parent / "images"), encoding="utf-8")
+    parts = page.parts(found, out.parent / "images")
+    markdown.write_made(_PAGE, parts, "study-teach", out)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,7 @@
-"""One parameter file on a simulated ATmega328P (simavr), the processor of an Arduino Uno."""
+"""One parameter file on a simulated ATmega328P (simavr), the processor of an Arduino Uno.
+
+Needs avr-gcc, avr-libc and simavr (Debian: gcc-avr avr-libc simavr).
+"""
 
 from __future__ import annotations
 
@@ -105,19 +108,8 @@ def sketch_flash(parameters: Parameters, folder: Path, builder: Path, path: Taug
 def host_commands(folder: Path) -> list[float]:
     """The commands of the same firmware on this machine."""
     program = folder / "host"
-    _run(
-        "gcc",
-        "-std=gnu99",
-        "-O2",
-        *_WARNINGS,
-        "-I",
-        folder,
-        _FIRMWARE,
-        folder / "ffc.c",
-        "-lm",
-        "-o",
-        program,
-    )
+    flags = ("-std=gnu99", "-O2", *_WARNINGS, "-I", folder)
+    _run("gcc", *flags, _FIRMWARE, folder / "ffc.c", "-lm", "-o", program)
     return [_number(command) for *_, command in _STEP.findall(_run(program))]
 
 

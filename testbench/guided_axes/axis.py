@@ -25,14 +25,7 @@ READINGS = 2
 
 
 @numba.njit(cache=True)
-def _period(
-    p: PlantNumbers,
-    state: Array,
-    command: float,
-    hand: Array,
-    steps: int,
-    out: Array,
-) -> float:
+def _period(p: PlantNumbers, state: Array, command: float, hand: Array, steps: int, out: Array) -> float:
     """Advance by one period of the controller.
 
     Args:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -72,19 +72,15 @@ class Case:
     """One axis, its file and its hand.
 
     Attributes:
-        name: of the axis.
         truth: the plant.
         file: what the controller is given.
         payload: kg that it really carries; the controller is told `PAYLOAD_KG`.
         bristle: its deflection at the start, as a share of the most that it can bend at rest.
         stiffness, damping: of the hand at the slide, N/m and N s/m.
         motion_delay, current_delay: s.
-        friction: true over identified: level, viscous.
-        effects: of the plant beyond its inertia.
-        known: whether the file holds them.
+        seed: of the noise of its readings.
     """
 
-    name: str
     truth: PlantFile
     file: Parameters
     payload: float
@@ -93,10 +89,7 @@ class Case:
     damping: float
     motion_delay: float
     current_delay: float
-    friction: tuple[float, float]
-    effects: tuple[str, ...] = ()
-    known: bool = True
-    seed: int = field(default=0)
+    seed: int = 0
 
     @property
     def ratio(self) -> float:
@@ -169,7 +162,6 @@ def random_case(rng: np.random.Generator, controller: Controller, *, effects: st
     stiffness = float(math.exp(rng.uniform(math.log(200.0), math.log(2000.0))))
     delay = float(rng.uniform(0.0, 0.02))
     return Case(
-        name=name,
         truth=truth,
         file=file,
         payload=PAYLOAD_KG + float(rng.uniform(-0.02, 0.02)),
@@ -178,9 +170,6 @@ def random_case(rng: np.random.Generator, controller: Controller, *, effects: st
         damping=10.0 * (stiffness / 200.0) ** 0.6,
         motion_delay=delay,
         current_delay=delay if rng.random() < 0.5 else 0.0,
-        friction=(float(level), float(viscous)),
-        effects=names,
-        known=effects == "known",
         seed=int(rng.integers(1 << 31)),
     )
 
@@ -203,7 +192,6 @@ def corner(
     for key in ("viscous_nm_s_per_rad", "bristle_damping_nm_s_per_rad"):
         friction[key] *= 1.0 + 0.3 * viscous
     return Case(
-        name=axis,
         truth=replace(plant, friction=friction),
         file=file_of(plant, controller),
         payload=PAYLOAD_KG + 0.02 * load,
@@ -212,5 +200,4 @@ def corner(
         damping=40.0 if stiff else 10.0,
         motion_delay=delay,
         current_delay=delay if late else 0.0,
-        friction=(1.0 + 0.3 * level, 1.0 + 0.3 * viscous),
     )

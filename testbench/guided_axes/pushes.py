@@ -31,16 +31,22 @@ _REST_S = 1.0
 
 @dataclass(frozen=True)
 class Pushed:
-    """One push: force, its unevenness (rms) and speed over its last second, N and mm/s at the slide; what
-    followed, ms and counts; mJ."""
+    """One push.
+
+    Attributes:
+        force, speed: means over its last second, N and mm/s at the slide.
+        swing: root mean square of the speed about that mean, mm/s.
+        stop: until it stayed within a count, ms.
+        ripple: of the rest that followed, counts.
+        energy: given to the hand, mJ; negative: the hand worked.
+        moving: let go while moving.
+    """
 
     force: float
-    uneven: float
     speed: float
     swing: float
     stop: float
     ripple: float
-    beyond: float
     energy: float
     moving: bool
 
@@ -50,62 +56,29 @@ class Guided:
     """One run.
 
     Attributes:
-        case: the axis.
-        tared: whether `tare()` was called first.
         pushes: the four pushes.
+        force: mean over these, N.
+        stop: the longest stop of those let go while moving, ms.
+        ripple, energy, swing: the worst of these.
         break_away: force at which a slowly rising one has moved the slide by 0.5 mm, N.
         drift: counts over two seconds without a hand.
+        starts: how often it began to follow though nobody had touched it for the whole period before.
         note: what the controller had to say at the end.
-        truth: position, speed, current and the hand's torque once per ms, shape (4, ms).
         felt: time, command, estimated torque, uncertainty, speed wanted and state once per period, shape
             (periods, 6).
     """
 
-    case: Case
-    tared: bool
     pushes: tuple[Pushed, ...]
+    force: float
+    stop: float
+    ripple: float
+    energy: float
+    swing: float
     break_away: float
     drift: float
+    starts: int
     note: str
-    truth: Array
     felt: Array
-
-    @property
-    def force(self) -> float:
-        """Mean over the pushes, N."""
-        return sum(p.force for p in self.pushes) / len(self.pushes)
-
-    @property
-    def most(self) -> float:
-        """The heaviest push, N."""
-        return max(p.force for p in self.pushes)
-
-    @property
-    def stop(self) -> float:
-        """The longest stop of those let go while moving, ms."""
-        return max(p.stop for p in self.pushes if p.moving)
-
-    @property
-    def ripple(self) -> float:
-        """Worst ripple of the rests, counts."""
-        return max(p.ripple for p in self.pushes)
-
-    @property
-    def starts(self) -> int:
-        """How often it began to follow though nobody had touched it for the whole period before."""
-        hand = np.any(self.truth[3].reshape(len(self.felt), -1) != 0.0, axis=1)
-        guided = self.felt[:, 5] == list(State).index(State.GUIDING)
-        return int(np.sum(guided[1:] & ~guided[:-1] & ~hand[1:] & ~hand[:-1]))
-
-    @property
-    def energy(self) -> float:
-        """Most energy that a push gave to the hand, mJ; negative: the hand worked."""
-        return max(p.energy for p in self.pushes)
-
-    @property
-    def swing(self) -> float:
-        """Worst root mean square of the speed about its mean while pushed, mm/s."""
-        return max(p.swing for p in self.pushes)
 
 
 def guide(case: Case, *, tared: bool, ramps: bool = True) -> Guided:
@@ -113,24 +86,30 @@ def guide(case: Case, *, tared: bool, ramps: bool = True) -> Guided:
     ratio = case.ratio
     axis, law = set_up(case)
     session = _Session(axis, law, ratio)
-    session.run(0.6, lambda _: NO_HAND)
+    session.alone(0.6)
     if tared:
         law.tare()
-        session.run(4.0, lambda _: NO_HAND)
+        session.alone(4.0)
     grip = Grip.at_slide(case.stiffness, case.damping, ratio)
-    pushes = [session.push(grip, way, hold) for hold in (0.0, 0.6) for way in (1, -1)]
+    pushes = tuple(session.push(grip, way, hold) for hold in (0.0, 0.6) for way in (1, -1))
     away = [session.ramp(way) for way in (1, -1)] if ramps else [math.nan]
     before = axis.place
-    session.run(2.0, lambda _: NO_HAND)
+    session.alone(2.0)
+    felt = np.array(session.rows)
+    touched = np.any([torque[3] != 0.0 for torque in axis.truth], axis=1)
+    guided = felt[:, 5] == list(State).index(State.GUIDING)
     return Guided(
-        case,
-        tared,
-        tuple(pushes),
-        max(away),
-        abs(axis.place - before) / COUNT,
-        " ".join((*law.status.notes, law.status.message if law.status.fault else "")),
-        np.concatenate(axis.truth, axis=1),
-        np.array(session.rows),
+        pushes,
+        force=sum(p.force for p in pushes) / len(pushes),
+        stop=max(p.stop for p in pushes if p.moving),
+        ripple=max(p.ripple for p in pushes),
+        energy=max(p.energy for p in pushes),
+        swing=max(p.swing for p in pushes),
+        break_away=max(away),
+        drift=abs(axis.place - before) / COUNT,
+        starts=int(np.sum(guided[1:] & ~guided[:-1] & ~touched[1:] & ~touched[:-1])),
+        note=" ".join((*law.status.notes, law.status.message if law.status.fault else "")),
+        felt=felt,
     )
 
 
@@ -194,6 +173,10 @@ class _Session:
                 )
             )
 
+    def alone(self, seconds: float) -> None:
+        """Step for so long while nobody touches."""
+        self.run(seconds, lambda _: NO_HAND)
+
     def push(self, grip: Grip, way: int, hold: float) -> Pushed:
         """Push, perhaps hold still, let go, leave alone."""
         speed = SPEED / self.ratio
@@ -215,7 +198,7 @@ class _Session:
         self.run(length + hold, hand)
         work = self.axis.work - work
         let_go = self.steps
-        self.run(_REST_S, lambda _: NO_HAND)
+        self.alone(_REST_S)
         truth = np.concatenate(self.axis.truth[begun:], axis=1)
         per = truth.shape[1] // (self.steps - begun)
         steady = slice(round((length - 1.0) / PERIOD) * per, round(length / PERIOD) * per)
@@ -223,29 +206,41 @@ class _Session:
         away = np.flatnonzero(np.abs(rest - rest[-1]) > COUNT)
         return Pushed(
             force=way * float(np.mean(truth[3, steady])) / self.ratio,
-            uneven=float(np.std(truth[3, steady])) / self.ratio,
             speed=1e3 * self.ratio * way * float(np.mean(truth[1, steady])),
             swing=1e3 * self.ratio * float(np.std(truth[1, steady])),
             stop=float(away[-1] + 1) if len(away) else 0.0,
             ripple=float(np.ptp(rest[len(rest) // 2 :])) / COUNT,
-            beyond=max(0.0, float(np.max(way * (rest - rest[-1])))) / COUNT,
             energy=-1e3 * work,
             moving=hold == 0.0,
         )
 
     def ramp(self, way: int) -> float:
         """Raise a force by 0.5 N/s until the slide has moved by 0.5 mm; that force, N (6 at most)."""
-        self.run(3.0, lambda _: NO_HAND)
+        self.alone(3.0)
         start, rate = self.axis.place, 0.5
         found = 6.0
         for k in range(round(6.0 / rate / PERIOD)):
             force = rate * k * PERIOD
-            torque = np.array(
-                [0.0, 0.0, 0.0, 0.0, way * force * self.ratio, way * rate * self.ratio, 0.0, 0.0]
-            )
-            self.run(PERIOD, lambda _, torque=torque: torque)  # type: ignore[misc]
+            hand = NO_HAND.copy()
+            hand[4:6] = way * force * self.ratio, way * rate * self.ratio
+            self.run(PERIOD, lambda _, hand=hand: hand)  # type: ignore[misc]
             if way * (self.axis.place - start) * self.ratio > 0.5e-3:
                 found = force
                 break
-        self.run(_REST_S, lambda _: NO_HAND)
+        self.alone(_REST_S)
         return found
+
+
+def after_tare(case: Case, newton: float, begin: float, seconds: float) -> ForceFreeController:
+    """The controller after a tare into which a hand pushed for a while, N and s from its beginning."""
+    axis, law = set_up(case)
+    command, begun = 0.0, math.inf
+    for k in range(450):
+        if not math.isfinite(begun) and law.tare():
+            begun = k * PERIOD
+        hand = NO_HAND.copy()
+        if begin <= k * PERIOD - begun < begin + seconds:
+            hand[4] = newton * case.ratio
+        _, position, velocity, current = axis.advance(command, hand)
+        command = law.step(position, velocity, current, PAYLOAD_KG, time_s=(k + 1) * PERIOD)
+    return law

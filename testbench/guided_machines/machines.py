@@ -177,6 +177,3 @@ def replace_friction(p: Plant, level: float, viscous: float) -> Plant:
         viscous=p.viscous * viscous,
         bristle_damping=p.bristle_damping * viscous,
     )
-
-
-__all__ = ["PAYLOAD_KG", "STROKE", "Machine", "file_of", "on_a_day", "random_machine"]

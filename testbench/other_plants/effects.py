@@ -4,37 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from testbench.draws import between, sign
 from testbench.other_plants.axes import Machine
-from testbench.other_plants.physics import Array, Axis
+from testbench.other_plants.physics import Plant
 
 #: Time constant of warming over the length of a session.
 WARM_UP_SHARE = 0.4
-
-
-def _no_lines() -> Array:
-    return np.zeros((0, 4))
-
-
-def _no_walk() -> Array:
-    return np.zeros(0)
-
-
-@dataclass(frozen=True)
-class Plant:
-    """The physics of one session: the axis, its ripple lines and its walk of friction."""
-
-    axis: Axis
-    lines: Array = field(default_factory=_no_lines)
-    walk: Array = field(default_factory=_no_walk)
-
-    def with_numbers(self, **numbers: float) -> Plant:
-        """The same with other numbers of the axis."""
-        return replace(self, axis=self.axis._replace(**numbers))  # type: ignore[arg-type]
 
 
 #: Machine, plant, generator of the shape (the same at every call), strength -> plant.
@@ -109,7 +88,7 @@ def _ripple(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
     amplitude = s * m.axis.coulomb
     phases = r.uniform(-math.pi, math.pi, 2)
     lines = [[n, amplitude, phases[0], 0.0], [2.0 * n, second * amplitude, phases[1], 0.0]]
-    return replace(p, lines=np.array(lines))
+    return p._replace(lines=np.array(lines))
 
 
 def _along(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
@@ -189,7 +168,7 @@ EFFECTS: dict[str, Extra] = {
     "nonlinear_viscous": Extra(_quadratic, _zero("quadratic")),
     "load_dependent_friction": Extra(_load, _zero("mu"), 0.1, 0.5, _LOADED),
     "drive_backdrive": Extra(_backdrive, _zero("mu_raise", "mu_lower"), 0.15, 0.5, _LOADED),
-    "position_ripple": Extra(_ripple, lambda p: replace(p, lines=_no_lines()), 0.2, 2.0),
+    "position_ripple": Extra(_ripple, lambda p: p._replace(lines=np.zeros((0, 4))), 0.2, 2.0),
     "position_dependent_friction": Extra(_along, _zero("slope", "bowl"), 0.3, 0.8),
     "position_stiffness": Extra(_spring, _zero("spring", "spring_cubic"), 0.3, 3.0),
     "thermal_drift": Extra(_thermal, _zero("thermal"), 0.02, 0.08, needs=frozenset({"warm"})),
@@ -232,7 +211,7 @@ def _tooth(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
 
 def _walk(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
     steps = np.cumsum(r.standard_normal(400))
-    return replace(p, walk=s * m.axis.coulomb * 0.3 * steps)
+    return p._replace(walk=s * m.axis.coulomb * 0.3 * steps)
 
 
 def _wear(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plant:
@@ -262,7 +241,7 @@ DISTURBANCES: dict[str, Extra] = {
     "damaged tooth": Extra(_tooth, _zero("tooth"), 0.5, 3.0, depends_on=("position",), least_rate=100),
     "random walk": Extra(
         _walk,
-        lambda p: replace(p, walk=_no_walk()),
+        lambda p: p._replace(walk=np.zeros(0)),
         0.3,
         1.0,
         depends_on=("time", "order", "velocity", "direction"),
@@ -301,7 +280,7 @@ def real_machine(m: Machine, p: Plant, r: np.random.Generator, s: float) -> Plan
         if n > 1.0:
             lines.append([2.0 * n, 0.4 * size, r.uniform(-math.pi, math.pi), turn])
     spring = s * sign(r) * coulomb / half
-    plant = replace(p, lines=np.array(lines)).with_numbers(
+    plant = p._replace(lines=np.array(lines)).with_numbers(
         spring=0.8 * spring,
         spring_cubic=1.5 * spring / half**2,
         spring_neutral=r.uniform(-0.3, 0.3) * half,

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from testbench.other_plants.axes import Machine
-from testbench.other_plants.effects import EFFECTS, Extra, Plant
+from testbench.other_plants.effects import EFFECTS, Extra
 from testbench.other_plants.motion import TICK, drive_axis, needed_torque
-from testbench.other_plants.physics import Array, Place
+from testbench.other_plants.physics import Array, Place, Plant
 from testbench.other_plants.runs import Run, Trial
 from testbench.other_plants.sensors import noise_of
 
@@ -48,19 +49,8 @@ def play(
             wanted = np.concatenate([np.full(rest, trial.wanted[0]), trial.wanted])
             noise = machine.drive_noise * rng.standard_normal(len(wanted)) * noisy
             place = Place(trial.payload, trial.alpha, trial.beta, clock)
-            motion = drive_axis(
-                plant.axis,
-                plant.lines,
-                plant.walk,
-                place,
-                machine.drive,
-                wanted,
-                speed_of(wanted),
-                noise,
-                bristle,
-                rest,
-                1,
-            )
+            speed = speed_of(wanted)
+            motion = drive_axis(plant, place, machine.drive, wanted, speed, noise, bristle, rest, 1)
             done.append(Recorded(place, trial, rest, bristle, skipped, motion))
             clock = round(clock + trial.seconds + gap, 3)
         recorded.append(done)
@@ -73,24 +63,14 @@ def speed_of(wanted: Array) -> Array:
 
 def torque(plant: Plant, recorded: Recorded) -> Array:
     """What the motion asks for, at the ticks of the trial."""
-    needed = needed_torque(
-        plant.axis, plant.lines, plant.walk, recorded.place, recorded.motion, recorded.bristle, recorded.rest
-    )
+    needed = needed_torque(plant, recorded.place, recorded.motion, recorded.bristle, recorded.rest)
     return np.asarray(needed[recorded.rest :])
 
 
 def torque_of(plant: Plant, extra: Extra, recorded: Recorded) -> Array:
     """The part of one effect in it: with all effects, less the same without this one."""
     if plant.axis.delay > 0.0 and extra is EFFECTS["transport_delay"]:
-        whole = needed_torque(
-            plant.axis,
-            plant.lines,
-            plant.walk,
-            recorded.place,
-            recorded.motion,
-            recorded.bristle,
-            recorded.rest,
-        )
+        whole = needed_torque(plant, recorded.place, recorded.motion, recorded.bristle, recorded.rest)
         ticks = np.arange(len(whole), dtype=float)
         late = np.interp(ticks - plant.axis.delay / TICK, ticks, whole)
         return np.asarray((whole - late)[recorded.rest :])
@@ -159,14 +139,13 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def sparse(name: str) -> bool:
-    """Whether an effect acts on few rows by its nature, so that its size is told of those."""
-    return name in ("breakaway_dwell", "damaged tooth", "grip under high payload")
+#: Effects that act on few rows by their nature, so that their size is told of those.
+_SPARSE = ("breakaway_dwell", "damaged tooth", "grip under high payload")
 
 
 def size_of(name: str, column: Array) -> float:
     """Root mean square of a torque; of what acts rarely on the rows where it acts."""
-    if not sparse(name):
+    if name not in _SPARSE:
         return rms(column)
     acting = np.abs(column) > 0.2 * float(np.max(np.abs(column)))
     return rms(column[acting]) if acting.any() else 0.0
@@ -182,7 +161,7 @@ def columns_of(
 ) -> dict[str, Array]:
     """Torque of each effect on the rows of the log."""
 
-    def of(extra: Extra) -> Array:
-        return everywhere(machine, recorded, lambda r: torque_of(plant, extra, r))
-
-    return {name: of(extra) for name, extra in extras.items()}
+    return {
+        name: everywhere(machine, recorded, partial(torque_of, plant, extra))
+        for name, extra in extras.items()
+    }

@@ -14,11 +14,13 @@ from testbench.other_plants.physics import (
     _PLAY,
     _QL,
     _R,
+    MAXWELL_SLIP,
     MODES,
     STATES,
     Array,
     Axis,
     Place,
+    Plant,
     resistance,
     settle_modes,
     substeps,
@@ -39,27 +41,31 @@ class Drive(NamedTuple):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _rates(
-    y: Array,
-    dy: Array,
-    u: float,
-    t: float,
-    p: Axis,
-    lines: Array,
-    walk: Array,
-    place: Place,
-    modes: Array,
-) -> None:
-    against = resistance(y, dy, y[0], y[1], t, p, lines, walk, place, modes)
+def _begin(p: Axis, q: float, bristle: float) -> tuple[Array, Array]:
+    """State and modes of an axis that stands at q."""
+    y, modes = np.zeros(STATES), np.zeros(MODES)
+    y[0], modes[_PLAY] = q, q
+    for k in (_QL, _R, _R + 2):
+        y[k] = q
+    if p.law == MAXWELL_SLIP:
+        for k in range(4):
+            y[2 + k] = bristle * 0.25 * p.coulomb
+    else:
+        y[2] = bristle * min(p.coulomb, p.static) / p.stiffness
+    return y, modes
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _rates(plant: Plant, place: Place, y: Array, dy: Array, modes: Array, u: float, t: float) -> None:
+    p = plant.axis
+    against = resistance(plant, place, y, dy, modes, y[0], y[1], t)
     dy[0] = y[1]
     dy[1] = (u * (1.0 - p.saturation * abs(u)) - against) / (p.inertia + p.payload_inertia * place.payload)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def drive_axis(
-    p: Axis,
-    lines: Array,
-    walk: Array,
+    plant: Plant,
     place: Place,
     drive: Drive,
     wanted: Array,
@@ -82,19 +88,11 @@ def drive_axis(
         Rows of position, velocity, torque demanded by the current (K i) and acceleration, shape (ticks, 4),
         each at the beginning of its tick.
     """
-    y, dy, middle = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES)
-    total = np.zeros(STATES)
-    modes = np.zeros(MODES)
-    y[0], modes[_PLAY] = wanted[0], wanted[0]
-    for k in (_QL, _R, _R + 2):
-        y[k] = wanted[0]
-    if p.law == 2:
-        for k in range(4):
-            y[2 + k] = bristle * 0.25 * p.coulomb
-    else:
-        y[2] = bristle * min(p.coulomb, p.static) / p.stiffness
+    p = plant.axis
+    y, modes = _begin(p, wanted[0], bristle)
+    dy, middle, total = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES)
     out = np.empty((len(wanted), 4))
-    summed = resistance(y, dy, y[0], 0.0, place.start, p, lines, walk, place, modes)
+    summed = resistance(plant, place, y, dy, modes, y[0], 0.0, place.start)
     for k in range(len(wanted)):
         t = place.start + (k - rest) * TICK
         off = wanted[k] - y[0]
@@ -111,49 +109,34 @@ def drive_axis(
         h = TICK / parts
         for part in range(parts):
             s = t + part * h
-            _rates(y, dy, u, s, p, lines, walk, place, modes)
+            _rates(plant, place, y, dy, modes, u, s)
             if part == 0:
                 out[k, 3] = dy[1]
+            total[:] = dy
+            for reach, weight in ((0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):
+                for j in range(STATES):
+                    middle[j] = y[j] + reach * h * dy[j]
+                _rates(plant, place, middle, dy, modes, u, s + reach * h)
+                for j in range(STATES):
+                    total[j] += weight * dy[j]
             for j in range(STATES):
-                total[j] = dy[j]
-                middle[j] = y[j] + 0.5 * h * dy[j]
-            _rates(middle, dy, u, s + 0.5 * h, p, lines, walk, place, modes)
-            for j in range(STATES):
-                total[j] += 2.0 * dy[j]
-                middle[j] = y[j] + 0.5 * h * dy[j]
-            _rates(middle, dy, u, s + 0.5 * h, p, lines, walk, place, modes)
-            for j in range(STATES):
-                total[j] += 2.0 * dy[j]
-                middle[j] = y[j] + h * dy[j]
-            _rates(middle, dy, u, s + h, p, lines, walk, place, modes)
-            for j in range(STATES):
-                y[j] += h / 6.0 * (total[j] + dy[j])
-            settle_modes(y, y[0], y[1], s + h, h, p, walk, place, modes)
+                y[j] += h / 6.0 * total[j]
+            settle_modes(plant, place, y, modes, y[0], y[1], s + h, h)
     return out
 
 
 @numba.njit(cache=True, error_model="numpy")
-def needed_torque(
-    p: Axis, lines: Array, walk: Array, place: Place, motion: Array, bristle: float, rest: int
-) -> Array:
+def needed_torque(plant: Plant, place: Place, motion: Array, bristle: float, rest: int) -> Array:
     """Torque K i that a known motion asks for (inverse dynamics), of each row of `drive_axis`."""
-    y, dy, middle = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES)
-    total = np.zeros(STATES)
-    modes = np.zeros(MODES)
-    modes[_PLAY] = motion[0, 0]
-    for k in (_QL, _R, _R + 2):
-        y[k] = motion[0, 0]
-    if p.law == 2:
-        for k in range(4):
-            y[2 + k] = bristle * 0.25 * p.coulomb
-    else:
-        y[2] = bristle * min(p.coulomb, p.static) / p.stiffness
+    p = plant.axis
+    y, modes = _begin(p, motion[0, 0], bristle)
+    dy, middle, total = np.zeros(STATES), np.zeros(STATES), np.zeros(STATES)
     out = np.empty(len(motion))
     inertia = p.inertia + p.payload_inertia * place.payload
     for k in range(len(motion)):
         t = place.start + (k - rest) * TICK
         q0, w0 = motion[k, 0], motion[k, 1]
-        against = resistance(y, dy, q0, w0, t, p, lines, walk, place, modes) + inertia * motion[k, 3]
+        against = resistance(plant, place, y, dy, modes, q0, w0, t) + inertia * motion[k, 3]
         kappa = p.saturation
         if kappa > 0.0:
             size = (1.0 - np.sqrt(max(1.0 - 4.0 * kappa * abs(against), 0.0))) / (2.0 * kappa)
@@ -161,28 +144,21 @@ def needed_torque(
         out[k] = against
         if k + 1 == len(motion):
             break
-        q1, w1 = motion[k + 1, 0], motion[k + 1, 1]
-        parts = substeps(p, 0.5 * (w0 + w1), TICK, False)
+        dq, dw = motion[k + 1, 0] - q0, motion[k + 1, 1] - w0
+        parts = substeps(p, 0.5 * (w0 + motion[k + 1, 1]), TICK, False)
         h = TICK / parts
         for part in range(parts):
             s, e = part / parts, (part + 1) / parts
             m = 0.5 * (s + e)
-            qm, wm = q0 + m * (q1 - q0), w0 + m * (w1 - w0)
-            qe, we = q0 + e * (q1 - q0), w0 + e * (w1 - w0)
-            resistance(y, dy, q0 + s * (q1 - q0), w0 + s * (w1 - w0), t, p, lines, walk, place, modes)
+            resistance(plant, place, y, dy, modes, q0 + s * dq, w0 + s * dw, t)
+            total[:] = dy
+            for reach, weight, x in ((0.5, 2.0, m), (0.5, 2.0, m), (1.0, 1.0, e)):
+                for j in range(2, STATES):
+                    middle[j] = y[j] + reach * h * dy[j]
+                resistance(plant, place, middle, dy, modes, q0 + x * dq, w0 + x * dw, t)
+                for j in range(2, STATES):
+                    total[j] += weight * dy[j]
             for j in range(2, STATES):
-                total[j] = dy[j]
-                middle[j] = y[j] + 0.5 * h * dy[j]
-            resistance(middle, dy, qm, wm, t, p, lines, walk, place, modes)
-            for j in range(2, STATES):
-                total[j] += 2.0 * dy[j]
-                middle[j] = y[j] + 0.5 * h * dy[j]
-            resistance(middle, dy, qm, wm, t, p, lines, walk, place, modes)
-            for j in range(2, STATES):
-                total[j] += 2.0 * dy[j]
-                middle[j] = y[j] + h * dy[j]
-            resistance(middle, dy, qe, we, t, p, lines, walk, place, modes)
-            for j in range(2, STATES):
-                y[j] += h / 6.0 * (total[j] + dy[j])
-            settle_modes(y, qe, we, t + e * TICK, h, p, walk, place, modes)
+                y[j] += h / 6.0 * total[j]
+            settle_modes(plant, place, y, modes, q0 + e * dq, w0 + e * dw, t + e * TICK, h)
     return out

@@ -104,6 +104,24 @@ class Axis(NamedTuple):
     third_omega: float = 50.0
 
 
+class Plant(NamedTuple):
+    """The physics of one session.
+
+    Attributes:
+        axis: its numbers.
+        lines: of a ripple: radians per unit of travel, torque, phase, turn with the way; shape (lines, 4).
+        walk: what friction has more as time goes by, one value every 4 s.
+    """
+
+    axis: Axis
+    lines: Array = np.zeros((0, 4))
+    walk: Array = np.zeros(0)
+
+    def with_numbers(self, **numbers: float) -> Plant:
+        """The same with other numbers of the axis."""
+        return self._replace(axis=self.axis._replace(**numbers))  # type: ignore[arg-type]
+
+
 class Place(NamedTuple):
     """What the operator sets for one trial."""
 
@@ -135,8 +153,9 @@ def warmth(p: Axis, t: float) -> float:
 
 
 @numba.njit(cache=True, error_model="numpy", forceinline=True)
-def level(p: Axis, place: Place, walk: Array, q: float, w: float, t: float, load: float, age: float) -> float:
+def level(plant: Plant, place: Place, q: float, w: float, t: float, load: float, age: float) -> float:
     """Steady friction without its viscous part, always positive."""
+    p, walk = plant.axis, plant.walk
     static = p.static + p.dwell * p.coulomb * age
     if p.exponent == 2.0:
         bell = math.exp(-((w / p.stribeck_velocity) ** 2))
@@ -195,20 +214,12 @@ def friction(p: Axis, y: Array, dy: Array, modes: Array, w: float, g: float) -> 
 
 @numba.njit(cache=True, error_model="numpy", forceinline=True)
 def resistance(
-    y: Array,
-    dy: Array,
-    q: float,
-    w: float,
-    t: float,
-    p: Axis,
-    lines: Array,
-    walk: Array,
-    place: Place,
-    modes: Array,
+    plant: Plant, place: Place, y: Array, dy: Array, modes: Array, q: float, w: float, t: float
 ) -> float:
     """Everything but inertia that the motor works against; fills the rates of the memories."""
+    p, lines = plant.axis, plant.lines
     load = gravity(p, place, q)
-    g = level(p, place, walk, q, w, t, load, modes[_AGE])
+    g = level(plant, place, q, w, t, load, modes[_AGE])
     warm = warmth(p, t)
     sliding = friction(p, y, dy, modes, w, g) + p.viscous * warm * w
     total = load + sliding
@@ -252,11 +263,12 @@ def resistance(
 
 @numba.njit(cache=True, error_model="numpy", forceinline=True)
 def settle_modes(
-    y: Array, q: float, w: float, t: float, h: float, p: Axis, walk: Array, place: Place, modes: Array
+    plant: Plant, place: Place, y: Array, modes: Array, q: float, w: float, t: float, h: float
 ) -> None:
     """What sticks, slips, touches and ages after a step of h seconds."""
+    p = plant.axis
     load = gravity(p, place, q)
-    g = level(p, place, walk, q, w, t, load, modes[_AGE])
+    g = level(plant, place, q, w, t, load, modes[_AGE])
     if p.law == MAXWELL_SLIP:
         for k in range(4):
             most = _SHARES[k] * g

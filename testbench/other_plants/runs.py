@@ -63,44 +63,39 @@ class Planner:
     ) -> Trial:
         return Trial(wanted, payload, self.alpha if alpha is None else alpha, beta)
 
+    def _moves(
+        self, travel: float, speed: float, times: int, style: str, ramp: float, rest: float = 0.2
+    ) -> Array:
+        """Back and forth over a share of half the stroke at a share of the speed."""
+        travel, speed = travel * self.half, speed * self.machine.speed
+        return back_and_forth(self.middle, travel, speed, times, style, ramp, rest)
+
     def payloads(self, several_tilts: bool) -> Run:
         """Slowly up and down at each payload."""
         trials = []
         style = "s-curve" if self.machine.soft else "trapezoid"
         for number, payload in enumerate(np.linspace(0.0, 1.5, 6)):
             for alpha in (0.0, 0.6) if several_tilts and number % 2 else (0.0,):
-                moves = back_and_forth(
-                    self.middle, 0.6 * self.half, self.machine.speed * 0.35, 1, style, self._ramp()
-                )
+                moves = self._moves(0.6, 0.35, 1, style, self._ramp())
                 trials.append(self._trial(moves, round(float(payload), 3), alpha))
         return "payloads", trials
 
     def side_payloads(self) -> Run:
         """The same lying on its side, where a payload should not matter."""
-        moves = [
-            back_and_forth(self.middle, self.half, self.machine.speed * 0.5, 1, "s-curve", 0.3)
-            for _ in range(3)
-        ]
-        return "side", [self._trial(m, p, _SIDE) for m, p in zip(moves, (0.0, 0.7, 1.4), strict=True)]
+        moves = self._moves(1.0, 0.5, 1, "s-curve", 0.3)
+        return "side", [self._trial(moves, payload, _SIDE) for payload in (0.0, 0.7, 1.4)]
 
     def speeds(self) -> Run:
         """Constant speeds both ways over most of the stroke."""
         trials = []
         style = "s-curve" if self.machine.soft else str(self.rng.choice(HARD))
         for share, way in ((0.1, 0.5), (0.2, 0.9), (0.35, 1.3), (0.6, 1.7), (1.0, 1.7)):
-            travel = way * self.half
-            times = 1 if share < 0.9 else 2
-            moves = back_and_forth(
-                self.middle, travel, share * self.machine.speed, times, style, self._ramp()
-            )
-            trials.append(self._trial(moves))
+            trials.append(self._trial(self._moves(way, share, 1 if share < 0.9 else 2, style, self._ramp())))
         return "speeds", trials
 
     def sweep(self) -> Run:
         """Slowly over the whole stroke."""
-        speed = 0.3 * self.machine.speed
-        moves = back_and_forth(self.middle, 1.9 * self.half, speed, 1, "s-curve", 0.3)
-        return "slow_sweep", [self._trial(moves)]
+        return "slow_sweep", [self._trial(self._moves(1.9, 0.3, 1, "s-curve", 0.3))]
 
     def sines(self) -> Run:
         """A ladder of frequencies."""
@@ -149,18 +144,10 @@ class Planner:
 
     def nested(self) -> Run:
         """Reversals inside reversals."""
-        trials = []
-        for share in (0.03, 0.06, 0.12, 0.25, 0.5):
-            moves = back_and_forth(
-                self.middle,
-                share * self.half,
-                0.25 * self.machine.speed,
-                max(2, int(0.4 / share)),
-                "s-curve",
-                0.1,
-                0.05,
-            )
-            trials.append(self._trial(moves))
+        trials = [
+            self._trial(self._moves(share, 0.25, max(2, int(0.4 / share)), "s-curve", 0.1, 0.05))
+            for share in (0.03, 0.06, 0.12, 0.25, 0.5)
+        ]
         return "nested", trials
 
     def pauses(self) -> Run:

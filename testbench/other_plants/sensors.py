@@ -9,9 +9,8 @@ import pandas as pd
 from scipy.signal import lfilter
 
 from testbench.other_plants.axes import COUNT, CURRENT_STEP, SPEED_STEP, Machine
-from testbench.other_plants.effects import Plant
 from testbench.other_plants.motion import TICK
-from testbench.other_plants.physics import Array
+from testbench.other_plants.physics import Array, Plant
 
 
 def instants(machine: Machine, seconds: float, rng: np.random.Generator) -> Array:

@@ -20,7 +20,6 @@ from testbench.other_plants.effects import (
     REAL_MACHINE,
     WARM_UP_SHARE,
     Extra,
-    Plant,
     real_machine,
 )
 from testbench.other_plants.evidence import (
@@ -36,7 +35,7 @@ from testbench.other_plants.evidence import (
     speed_of,
     stands_out,
 )
-from testbench.other_plants.physics import LUGRE, Axis
+from testbench.other_plants.physics import LUGRE, Axis, Plant
 from testbench.other_plants.runs import Planner, Run
 from testbench.other_plants.sensors import instants, noise_of, read_motion
 
@@ -60,10 +59,6 @@ class NoSuchSessionError(Exception):
     """The numbers that were drawn cannot make the session that was asked for."""
 
 
-def _library(names: Sequence[str]) -> dict[str, Extra]:
-    return {name: EFFECTS.get(name) or DISTURBANCES[name] for name in names}
-
-
 def draw_machine(rng: np.random.Generator, extras: dict[str, Extra], composed: bool) -> Machine:
     """A machine on which all of them can be, and be seen."""
     kinds = set(KINDS)
@@ -84,11 +79,7 @@ def draw_machine(rng: np.random.Generator, extras: dict[str, Extra], composed: b
 
 
 def choose_plant(
-    machine: Machine,
-    extras: dict[str, Extra],
-    runs: Sequence[Run],
-    seed: int,
-    least: dict[str, float],
+    machine: Machine, extras: dict[str, Extra], runs: Sequence[Run], seed: int, least: dict[str, float]
 ) -> Plant:
     """Strengths with which each has the size that is drawn for it, or `least` where that is more."""
     rng = np.random.default_rng(seed)
@@ -141,7 +132,7 @@ def make(name: str, what: Sequence[str], seed: int, *, composed: bool = False) -
 
 def _attempt(name: str, what: list[str], seed: int, composed: bool) -> Session:
     rng = np.random.default_rng(seed)
-    extras = _library(what)
+    extras = {name: EFFECTS.get(name) or DISTURBANCES[name] for name in what}
     machine = draw_machine(rng, extras, composed)
     planner = Planner(machine, rng)
     needs: frozenset[str] = frozenset().union(*(extra.needs for extra in extras.values()))

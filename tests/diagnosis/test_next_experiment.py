@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from idtool.experiment.runner import run
 from idtool.log import Log
 from idtool.rig.simulated import SimulatedRig
 from idtool.verbs.identify import identify
-from testbench.plants import SESSION, random_plant, with_effects
+from testbench.plants import SESSION, random_plant
 
 OFFSET = {"torque_offset": {"offset_nm": 0.02}}
 PAYLOADS = next(line for line in recipe_text("gravity").splitlines() if line.startswith("payload_kg"))
@@ -30,7 +31,7 @@ OTHERS = tuple(name for name in registry.names() if name not in {"inertia", *OFF
 def test_ambiguous_then_run_then_decided(
     tmp_path: Path, effects: dict[str, dict[str, float]], without: tuple[str, ...]
 ) -> None:
-    plant = with_effects(random_plant(np.random.default_rng(2)), effects)
+    plant = replace(random_plant(np.random.default_rng(2)), effects=effects)
     logs = []
     with SimulatedRig(plant.to_file("lab"), seed=3) as rig:
 

@@ -24,8 +24,8 @@ from idtool.model.motion import Motion
 from idtool.model.torque import Friction, predict
 from idtool.signals import Recording, record
 from idtool.verbs.base_model import base_of_rows
-from testbench.diagnosis_cases import Case
 from testbench.diagnosis_cases import record as recorded
+from testbench.outcomes import Case
 
 
 def _first(log: Path) -> JointFit:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from testbench.other_plants.motion import TICK, Drive, drive_axis, needed_torque
-from testbench.other_plants.physics import ELASTO_PLASTIC, LUGRE, MAXWELL_SLIP, Array, Axis, Place
+from testbench.other_plants.physics import ELASTO_PLASTIC, LUGRE, MAXWELL_SLIP, Array, Axis, Place, Plant
 from testbench.other_plants.profiles import hold, move
 
 AXIS = Axis(0.006, 0.07, 0.1, 0.05, 0.12, 5.0, 0.05, half_stroke=1.0)
@@ -47,7 +47,7 @@ def sine(frequency: float = 0.5, seconds: float = 6.0, reach: float = 0.3) -> Ar
 def run(axis: Axis, wanted: Array, lines: Array = NOTHING, bristle: float = 0.0, finer: int = 1) -> Array:
     speed = np.diff(wanted, append=wanted[-1]) / TICK
     noise = np.zeros(len(wanted))
-    return drive_axis(axis, lines, np.zeros(0), SIDE, DRIVE, wanted, speed, noise, bristle, REST, finer)
+    return drive_axis(Plant(axis, lines), SIDE, DRIVE, wanted, speed, noise, bristle, REST, finer)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -65,7 +65,7 @@ def test_the_torque_that_the_motion_asks_for_is_the_torque_that_made_it(law: int
         pytest.skip("backlash is put on LuGre axes alone")
     axis = AXIS._replace(law=law, **EFFECTS[name])
     motion = run(axis, sine(), RIPPLE, -0.4)
-    needed = needed_torque(axis, RIPPLE, np.zeros(0), SIDE, motion, -0.4, REST)
+    needed = needed_torque(Plant(axis, RIPPLE), SIDE, motion, -0.4, REST)
     off = np.sqrt(np.mean((needed - motion[:, 2]) ** 2))
     assert off < 0.01 * AXIS.coulomb
 
@@ -115,11 +115,11 @@ def test_without_friction_energy_stays(law: int) -> None:
     free = Drive(0.0, 0.0, 0.0, 0.0, 5.0)
     # let it fall: hold nothing, from 0.8 rad (the start torque of gravity is taken off again)
     noise -= axis.sine * math.sin(0.8)
-    motion = drive_axis(axis, NOTHING, np.zeros(0), SIDE, free, wanted, 0.0 * wanted, noise, 0.0, 0, 1)
+    motion = drive_axis(Plant(axis), SIDE, free, wanted, 0.0 * wanted, noise, 0.0, 0, 1)
     without = axis._replace(load_inertia=0.0)
     spring_torque = -motion[:, 3] * axis.inertia - axis.sine * np.sin(motion[:, 0])
     assert np.max(np.abs(spring_torque)) > 0.01  # the second mass is felt
-    alone = drive_axis(without, NOTHING, np.zeros(0), SIDE, free, wanted, 0.0 * wanted, noise, 0.0, 0, 1)
+    alone = drive_axis(Plant(without), SIDE, free, wanted, 0.0 * wanted, noise, 0.0, 0, 1)
     energy = 0.5 * axis.inertia * alone[:, 1] ** 2 - axis.sine * np.cos(alone[:, 0])
     np.testing.assert_allclose(energy, energy[0], atol=1e-6)
 
@@ -137,8 +137,8 @@ def _difference(wanted: Array, lines: Array = NOTHING, **numbers: Any) -> tuple[
     """What numbers add to the torque of the motion that they have, and that motion."""
     axis = AXIS._replace(**numbers)
     motion = run(axis, wanted, lines)
-    whole = needed_torque(axis, lines, np.zeros(0), SIDE, motion, 0.0, REST)
-    plain = needed_torque(AXIS, NOTHING, np.zeros(0), SIDE, motion, 0.0, REST)
+    whole = needed_torque(Plant(axis, lines), SIDE, motion, 0.0, REST)
+    plain = needed_torque(Plant(AXIS), SIDE, motion, 0.0, REST)
     return (whole - plain)[REST:], motion[REST:]
 
 
@@ -183,6 +183,6 @@ def test_a_longer_rest_sticks_harder() -> None:
 def test_a_saturating_motor_needs_more_current_than_torque() -> None:
     axis = AXIS._replace(sine=0.5, saturation=0.3)
     motion = run(axis, sine(0.1, 10.0, 0.9))
-    against = needed_torque(axis._replace(saturation=0.0), NOTHING, np.zeros(0), SIDE, motion, 0.0, REST)
+    against = needed_torque(Plant(axis._replace(saturation=0.0)), SIDE, motion, 0.0, REST)
     u = motion[:, 2]
     np.testing.assert_allclose((u * (1.0 - 0.3 * np.abs(u)))[REST:], against[REST:], atol=2e-3)

@@ -10,9 +10,10 @@ import pytest
 from idtool.log import Log
 from testbench.other_plants.axes import Machine, draw
 from testbench.other_plants.cases import cases
-from testbench.other_plants.effects import DISTURBANCES, EFFECTS, Plant
+from testbench.other_plants.effects import DISTURBANCES, EFFECTS
 from testbench.other_plants.evidence import LARGEST, STANDS_OUT, play, smallest, stands_out, torque
 from testbench.other_plants.motion import TICK
+from testbench.other_plants.physics import Plant
 from testbench.other_plants.runs import Planner
 from testbench.other_plants.sensors import noise_of, sample
 from testbench.other_plants.session import make, save

@@ -10,10 +10,10 @@ import pytest
 
 import testbench.outcomes
 from idtool import Log, Parameters, identify
-from testbench.diagnosis_cases import KINDS, Case, cases
+from testbench.diagnosis_cases import cases
 from testbench.judging import absurdities, most_torque
 from testbench.other_plants.session import make, save
-from testbench.outcomes import Result, outcomes
+from testbench.outcomes import KINDS, Case, Result, outcomes
 
 
 def test_a_tolerated_name_neither_counts_nor_harms() -> None:

@@ -17,7 +17,7 @@ from idtool.rig import open_rig
 from idtool.rig.base import Block, Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.supervisor import Supervisor
 
-from .dynamixel.support import FLAT, bench
+from .dynamixel.support import FLAT, Bench
 
 TEXT = """
 schema = "ffc-id/recipe/1"
@@ -45,9 +45,9 @@ def rig(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Rig]:
             "simulated": lambda: open_rig("sim:bench"),
             "supervised": lambda: Supervisor(open_rig("sim:bench")),
             "volts": lambda: open_rig("sim:bench,sensors=feetech"),
-            "dynamixel": lambda: stack.enter_context(bench()).rig(),
-            "by supply": lambda: stack.enter_context(bench(model=1200)).rig(),
-            "feetech": lambda: stack.enter_context(bench(kind="feetech")).rig(speed=2.0),
+            "dynamixel": lambda: stack.enter_context(Bench()).rig(),
+            "by supply": lambda: stack.enter_context(Bench(model=1200)).rig(),
+            "feetech": lambda: stack.enter_context(Bench(kind="feetech")).rig(speed=2.0),
             "replay": lambda: recorded(tmp_path),
         }
         yield stack.enter_context(made[request.param]())

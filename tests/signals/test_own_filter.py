@@ -23,7 +23,7 @@ from idtool.signals.thin import thin
 from idtool.verbs import base_model
 from idtool.verbs.identify import identify
 from idtool.verbs.predict import predict
-from testbench.plants import Plant, record_session, with_effects
+from testbench.plants import Plant, record_session
 
 PAPER = Plant(0.070, 0.030, 0.090, 0.155, 0.051, 0.297, 0.006, 0.2295, 0.4457)
 
@@ -162,7 +162,7 @@ def test_that_of_a_drive_is_found_and_pulls_at_no_number(order: int) -> None:
 def test_it_is_found_behind_an_effect_that_hid_it() -> None:
     """What the base model lacks leaves so much that no filter shows beside it."""
     bench = Plant(0.080, 0.115, 0.08, 0.12, 8.0, 0.2, 0.008, 0.2, 0.42)
-    plant = with_effects(bench, {"load_dependent_friction": {"mu": 0.12}})
+    plant = replace(bench, effects={"load_dependent_friction": {"mu": 0.12}})
     logs = record_session(plant, "lab", 4, ("gravity", "sine"))
     found = identify(smoothed(logs, 5.0, 2, causal=True)).parameters
     assert found.provenance["low_pass_causal"] is True

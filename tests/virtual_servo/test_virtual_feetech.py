@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 
 from idtool.virtual_servo.feetech.packet import Decoder, Packet, checksum, encode
 from idtool.virtual_servo.feetech.table import FIELDS
-from tests.rig.dynamixel.support import BAUD, Bench, bench, eventually
+from tests.rig.dynamixel.support import BAUD, Bench, eventually
 
 MEASURED = ("present_position", "present_speed", "present_load", "present_current", "moving")
 
 
 @pytest.fixture
 def on() -> Iterator[tuple[Bench, Any]]:
-    with bench(kind="feetech") as made:
+    with Bench(kind="feetech") as made:
         port = sdk.PortHandler(made.terminal.path)
         assert port.setBaudRate(BAUD)
         yield made, sdk.sms_sts(port)

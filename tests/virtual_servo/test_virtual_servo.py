@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from idtool.virtual_servo.dynamixel.packet import Damaged, Decoder, Packet, crc16, encode
 from idtool.virtual_servo.dynamixel.table import FIELDS
-from tests.rig.dynamixel.support import BAUD, Bench, bench, eventually
+from tests.rig.dynamixel.support import BAUD, Bench, eventually
 
 
 def patiently(act: Callable[[], Any], good: Any, tries: int = 8) -> bool:
@@ -58,7 +58,7 @@ class Client:
 
 @pytest.fixture
 def on() -> Iterator[tuple[Bench, Client]]:
-    with bench() as made:
+    with Bench() as made:
         client = Client(made.terminal.path)
         yield made, client
         client.port.closePort()
@@ -241,7 +241,7 @@ def test_no_flipped_bit_passes_the_crc(packet: Packet, place: int, bit: int) -> 
 @pytest.mark.parametrize(("model", "unit"), [(1150, 2.69e-3), (321, 3.36e-3), (1200, 1e-3), (1060, 1e-3)])
 def test_every_family_speaks_of_its_own_current(model: int, unit: float) -> None:
     """Of the motor, of the supply (the motor's while the bridge is on), or a load."""
-    with bench(model=model) as on:
+    with Bench(model=model) as on:
         client = Client(on.terminal.path)
         on.servo.axis._out[3, 0] = current = 0.6
         reading = on.servo.axis.read()
@@ -254,7 +254,7 @@ def test_every_family_speaks_of_its_own_current(model: int, unit: float) -> None
 
 
 def test_a_servo_without_a_current_sensor_has_no_current_to_set() -> None:
-    with bench(model=1060) as on:
+    with Bench(model=1060) as on:
         client = Client(on.terminal.path)
         assert client.write("current_limit", 100) == (sdk.COMM_SUCCESS, 7)
         assert client.write("operating_mode", 5) == (sdk.COMM_SUCCESS, 4)
@@ -263,7 +263,7 @@ def test_a_servo_without_a_current_sensor_has_no_current_to_set() -> None:
 
 def test_a_host_on_the_skipping_clock_does_not_take_a_servo_without_a_core_for_silent() -> None:
     """Its thread is held for far longer than all tries of a transaction; the host's clock does not go on."""
-    with bench() as made:
+    with Bench() as made:
         bus = made.bus()
         assert bus.ping() == 1150
         made.terminal.lock.acquire()

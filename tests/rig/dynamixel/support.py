@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -44,15 +42,6 @@ def eventually(true: Callable[[], bool]) -> bool:
     while not true() and time.monotonic() < until:
         time.sleep(0.001)
     return true()
-
-
-@contextmanager
-def bench(*faults: str, **options: Any) -> Iterator[Bench]:
-    made = Bench(*faults, **options)
-    try:
-        yield made
-    finally:
-        made.terminal.close()
 
 
 def parameters_of(plant: str) -> Parameters:

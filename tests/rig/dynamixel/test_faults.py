@@ -24,7 +24,7 @@ from idtool.rig.faults import (
 from idtool.virtual_servo.faults import parse_fault
 from testbench.kill import killed
 
-from .support import Bench, bench, log_path, recipe
+from .support import Bench, log_path, recipe
 
 #: A moving axis stands this long after the servo heard the last word: its watchdog, and the plant's brake.
 STOPS_WITHIN_S = WATCHDOG_S + 0.15
@@ -44,7 +44,7 @@ def play(on: Bench, folder: Path, **options: object) -> None:
     "word", ["lost=0.01", "corrupt=0.01", "burst@3=0.04", *map(_long, ("late=0.01", "twice=0.01"))]
 )
 def test_what_a_bus_does_to_packets_does_not_stop_a_run(tmp_path: Path, word: str) -> None:
-    with bench(word, seed=3) as on:
+    with Bench(word, seed=3) as on:
         before = on.table()
         play(on, tmp_path)
         assert sum(on.mishaps.counts.values()) >= 1
@@ -79,7 +79,7 @@ def test_what_a_bus_does_to_packets_does_not_stop_a_run(tmp_path: Path, word: st
 def test_what_ends_a_run_ends_it_safely(
     tmp_path: Path, word: str, kind: type[RigFault], sentence: str
 ) -> None:
-    with bench(word) as on:
+    with Bench(word) as on:
         before = on.table()
         with pytest.raises(kind) as caught:
             play(on, tmp_path)
@@ -100,7 +100,7 @@ def test_what_ends_a_run_ends_it_safely(
 
 def test_the_watchdog_of_the_servo_stops_what_nobody_can_reach(tmp_path: Path) -> None:
     """The time from the last word to standstill, on the axis itself."""
-    with bench("silent@3") as on:
+    with Bench("silent@3") as on:
         with pytest.raises(NotAnswering):
             play(on, tmp_path)
         on.later(1.0)
@@ -132,7 +132,7 @@ def test_a_slow_computer(tmp_path: Path, seconds: float, trips: bool) -> None:
             while time.process_time() < until:  # the clock of the bench counts computing
                 pass
 
-    with bench() as on:
+    with Bench() as on:
         if trips:
             with pytest.raises(WatchdogTripped, match="the computer was busy or the cable is loose"):
                 play(on, tmp_path, progress=stall)
@@ -147,7 +147,7 @@ def test_a_slow_computer(tmp_path: Path, seconds: float, trips: bool) -> None:
 
 
 def test_a_servo_in_error_is_refused_before_it_moves(tmp_path: Path) -> None:
-    with bench() as on:
+    with Bench() as on:
         on.servo.fail(0x20)
         with pytest.raises(ServoShutdown, match=r"reports overload .* switch its power off and on"):
             on.rig()
@@ -172,7 +172,7 @@ def test_faults_are_read_strictly(word: str, sentence: str) -> None:
 
 
 def test_a_bus_that_loses_much_is_waited_for_while_nothing_moves() -> None:
-    with bench("lost=0.3", seed=1) as on:
+    with Bench("lost=0.3", seed=1) as on:
         rig = on.rig()  # some 30 transactions, of which 7 in 100 fail four times
         assert rig.retries > 10
         with suppress(RigFault):

@@ -21,11 +21,11 @@ from idtool.rig.dynamixel.servo import DYNAMIXEL, WATCHDOG_S
 from idtool.rig.faults import DeviceGone, LimitExceeded, NotAnswering, NotFollowing, WrongServo
 from idtool.rig.plant import POSITION
 
-from .support import BAUD, bench, sine
+from .support import BAUD, Bench, sine
 
 
 def test_what_the_servo_says_is_taken() -> None:
-    with bench() as on, on.rig() as rig:
+    with Bench() as on, on.rig() as rig:
         assert rig.limits.position == pytest.approx((-2.5, 2.5), abs=2e-3)
         assert rig.limits.speed == pytest.approx(2.0, abs=0.025)
         assert rig.limits.current == pytest.approx(1.5, abs=0.003)
@@ -37,7 +37,7 @@ def test_what_the_servo_says_is_taken() -> None:
 
 
 def test_options_narrow_the_limits_in_the_servo_too() -> None:
-    with bench() as on:
+    with Bench() as on:
         before = on.table()
         with on.rig(low=-1.0, high=1.5, speed=0.8, current=0.7, constant=2.7, period=0.01) as rig:
             assert rig.limits.position == (-1.0, 1.5)
@@ -54,7 +54,7 @@ def test_options_narrow_the_limits_in_the_servo_too() -> None:
 
 
 def test_a_trajectory_of_speeds_is_followed() -> None:
-    with bench() as on, on.rig() as rig:
+    with Bench() as on, on.rig() as rig:
         rig.prepare(TrialSetup(start_position=0.3, rest_s=0.1))
         command = sine(rig, 2.0)
         blocks = list(rig.play(Trajectory(rig.period_s, "velocity", command)))
@@ -76,7 +76,7 @@ def test_a_trajectory_of_speeds_is_followed() -> None:
 
 
 def test_positions_are_stepped_to_and_kept_within_the_limits() -> None:
-    with bench() as on, on.rig(low=-0.2, high=0.2) as rig:
+    with Bench() as on, on.rig(low=-0.2, high=0.2) as rig:
         rig.prepare(TrialSetup(start_position=0.0, rest_s=0.0))
         for goal in (0.1, 0.5):
             for _ in range(200):
@@ -91,7 +91,7 @@ def test_positions_are_stepped_to_and_kept_within_the_limits() -> None:
 
 
 def test_positions_are_played() -> None:
-    with bench() as on, on.rig() as rig:
+    with Bench() as on, on.rig() as rig:
         rig.prepare(TrialSetup(start_position=0.0, rest_s=0.0))
         command = np.linspace(0.0, 0.3, 100)
         blocks = list(rig.play(Trajectory(2 * rig.period_s, "position", command)))
@@ -100,7 +100,7 @@ def test_positions_are_played() -> None:
 
 
 def test_the_watchdog_is_armed_only_while_the_axis_may_move() -> None:
-    with bench() as on, on.rig() as rig:
+    with Bench() as on, on.rig() as rig:
         rig.prepare(TrialSetup(start_position=0.2, rest_s=0.0))
         assert on.servo.table["bus_watchdog"] == 0
         for _ in rig.play(Trajectory(rig.period_s, "velocity", sine(rig, 0.3))):
@@ -119,7 +119,7 @@ def test_all_tries_together_are_shorter_than_the_watchdog() -> None:
 
 @pytest.mark.parametrize("way", ["end", "exception", "interrupt", "generator left"])
 def test_every_way_out_leaves_the_servo_as_it_was_found(way: str) -> None:
-    with bench() as on:
+    with Bench() as on:
         before = on.table()
         try:
             with on.rig() as rig:
@@ -144,7 +144,7 @@ def test_every_way_out_leaves_the_servo_as_it_was_found(way: str) -> None:
 
 @pytest.mark.parametrize("at", range(0, 60, 4))
 def test_ctrl_c_at_any_transaction_leaves_the_servo_as_it_was_found(at: int) -> None:
-    with bench() as on:
+    with Bench() as on:
         before = on.table()
         rig = on.rig()
         ask, count = rig._bus._ask, 0
@@ -172,7 +172,7 @@ def test_ctrl_c_at_any_transaction_leaves_the_servo_as_it_was_found(at: int) -> 
 
 @pytest.mark.parametrize("number", MODELS)
 def test_every_model_of_the_table_is_driven(number: int) -> None:
-    with bench(model=number) as on, on.rig() as rig:
+    with Bench(model=number) as on, on.rig() as rig:
         assert rig.description.endswith(MODELS[number].name)
         model = MODELS[number]
         assert rig.measures == ("current" if model.senses == "motor" else "voltage")
@@ -185,7 +185,7 @@ def test_the_torque_constant_of_the_paper() -> None:
 
 
 def test_another_model_is_refused_untouched() -> None:
-    with bench(model=350) as on:
+    with Bench(model=350) as on:
         before = on.table()
         with pytest.raises(WrongServo, match="model number 350, which is none of MX-28"):
             on.rig()
@@ -193,7 +193,7 @@ def test_another_model_is_refused_untouched() -> None:
 
 
 def test_settings_of_the_servo_that_do_not_fit() -> None:
-    with bench() as on:
+    with Bench() as on:
         on.servo.table["drive_mode"] = 0x04 | 0x08  # profiles as times, torque on by a goal
         before = on.table()
         with on.rig():
@@ -205,14 +205,14 @@ def test_settings_of_the_servo_that_do_not_fit() -> None:
 
 
 def test_a_servo_that_was_set_to_silence_is_woken() -> None:
-    with bench() as on:
+    with Bench() as on:
         on.servo.table["status_return_level"] = 0
         with on.rig() as rig:
             rig.prepare(TrialSetup(start_position=0.05, rest_s=0.0))
 
 
 def test_nobody_there(tmp_path: Path) -> None:
-    with bench() as on:
+    with Bench() as on:
         with pytest.raises(NotAnswering, match=r"id 3 .* does not answer at 1000000 baud; check power"):
             on.rig(id=3)
         with pytest.raises(NotAnswering, match="does not answer at 57600 baud"):
@@ -226,12 +226,12 @@ def test_nobody_there(tmp_path: Path) -> None:
 
 
 def test_a_port_in_use_is_refused() -> None:
-    with bench() as on, on.rig(), pytest.raises(DeviceGone, match="in use by another program"):
+    with Bench() as on, on.rig(), pytest.raises(DeviceGone, match="in use by another program"):
         on.rig()
 
 
 def test_no_permission() -> None:
-    with bench() as on:
+    with Bench() as on:
         os.chmod(on.terminal.path, 0)
         if os.geteuid() != 0:
             with pytest.raises(DeviceGone, match="no permission; add yourself to the group"):
@@ -251,7 +251,7 @@ def test_no_permission() -> None:
 
 
 def test_a_start_outside_the_limits_is_refused() -> None:
-    with bench() as on, on.rig(low=-1.0, high=1.0) as rig:
+    with Bench() as on, on.rig(low=-1.0, high=1.0) as rig:
         with pytest.raises(LimitExceeded, match=r"cannot start at 1.5 rad"):
             rig.prepare(TrialSetup(start_position=1.5))
         on.servo.axis._state[POSITION] = 1.2
@@ -263,7 +263,7 @@ def test_a_start_outside_the_limits_is_refused() -> None:
 
 def test_a_blocked_axis_does_not_reach_its_start() -> None:
     with (
-        bench("stuck@0") as on,
+        Bench("stuck@0") as on,
         on.rig() as rig,
         pytest.raises(NotFollowing, match="not reach the start"),
     ):
@@ -271,7 +271,7 @@ def test_a_blocked_axis_does_not_reach_its_start() -> None:
 
 
 def test_a_closed_rig_says_so() -> None:
-    with bench() as on:
+    with Bench() as on:
         rig = on.rig()
         rig.close()
         rig.close()

@@ -19,12 +19,12 @@ from idtool.rig.faults import ServoShutdown
 from idtool.rig.opening import read_plant
 from testbench.bench import SHORT_SESSION
 
-from .support import Bench, bench, parameters_of, recipe
+from .support import Bench, parameters_of, recipe
 
 
 def session(folder: Path) -> list[Log]:
     """The logs of a short session. Not a fixture of the module: one that failed would not be made again."""
-    with bench(plant="bench") as on:
+    with Bench(plant="bench") as on:
         for name, text in SHORT_SESSION.items():
             # the slow motions need no more than a hundred samples a second
             with on.rig(period=0.005 if name == "sine" else 0.01) as rig:
@@ -84,7 +84,7 @@ def guide(on: Bench, log: Path, torque: float = 0.0) -> Record:
 @pytest.mark.parametrize("torque", [0.12, -0.12])
 def test_a_hand_guides_the_servo(tmp_path: Path, torque: float) -> None:
     """The axis goes the hand's way, and stands when it lets go."""
-    with bench(plant="paper") as on:
+    with Bench(plant="paper") as on:
         record = guide(on, tmp_path / "run.csv", torque)
     at = np.interp([0.5, 1.0, 1.4, 2.0, 2.9], record.time, record.position)
     # the paper's law: speed = K_c times the torque of the hand
@@ -96,7 +96,7 @@ def test_a_hand_guides_the_servo(tmp_path: Path, torque: float) -> None:
 
 def test_a_fault_while_guiding_stops_and_is_kept(tmp_path: Path) -> None:
     log = tmp_path / "run.csv"
-    with bench("overload@1", plant="paper") as on:
+    with Bench("overload@1", plant="paper") as on:
         with pytest.raises(ServoShutdown, match=r"overload.* the last second at full rate is in") as caught:
             guide(on, log)
         assert fault_path(log).name in str(caught.value)

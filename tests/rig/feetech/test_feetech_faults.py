@@ -13,7 +13,7 @@ from idtool.log import Log
 from idtool.rig.faults import DeviceGone, NotAnswering, NotFollowing, ServoRestarted, ServoShutdown
 from idtool.rig.feetech.servo import AHEAD_S
 
-from ..dynamixel.support import Bench, bench, log_path, recipe
+from ..dynamixel.support import Bench, log_path, recipe
 
 #: A moving axis stands this long after the servo heard the last word: at its goal, and the plant's brake.
 STOPS_WITHIN_S = AHEAD_S + 0.5
@@ -33,7 +33,7 @@ def play(on: Bench, folder: Path, **options: object) -> None:
     "word", ["lost=0.01", "corrupt=0.01", "burst@3=0.04", *map(_long, ("late=0.01", "twice=0.01"))]
 )
 def test_what_a_bus_does_to_packets_does_not_stop_a_run(tmp_path: Path, word: str) -> None:
-    with bench(word, seed=3, kind="feetech") as on:
+    with Bench(word, seed=3, kind="feetech") as on:
         before = on.table()
         play(on, tmp_path)
         assert sum(on.mishaps.counts.values()) >= 1
@@ -66,7 +66,7 @@ def test_what_a_bus_does_to_packets_does_not_stop_a_run(tmp_path: Path, word: st
 def test_what_ends_a_run_ends_it_safely(
     tmp_path: Path, word: str, kind: type[RigFault], sentence: str
 ) -> None:
-    with bench(word, kind="feetech") as on:
+    with Bench(word, kind="feetech") as on:
         before = on.table()
         with pytest.raises(kind) as caught:
             play(on, tmp_path)
@@ -82,7 +82,7 @@ def test_what_ends_a_run_ends_it_safely(
 
 
 def test_another_program_that_moves_the_servo_is_noticed() -> None:
-    with bench(kind="feetech") as on, on.rig(speed=2.0) as rig:
+    with Bench(kind="feetech") as on, on.rig(speed=2.0) as rig:
         from idtool.rig.base import TrialSetup
 
         rig.prepare(TrialSetup(start_position=0.0, rest_s=0.0))
@@ -94,10 +94,10 @@ def test_another_program_that_moves_the_servo_is_noticed() -> None:
 
 
 def test_a_run_goes_on_where_it_ended(tmp_path: Path) -> None:
-    with bench("silent@8", kind="feetech") as on, pytest.raises(NotAnswering):
+    with Bench("silent@8", kind="feetech") as on, pytest.raises(NotAnswering):
         play(on, tmp_path)
     first = Log.read(log_path(tmp_path))
-    with bench(kind="feetech") as on:
+    with Bench(kind="feetech") as on:
         play(on, tmp_path, resume=True)
     whole = Log.read(log_path(tmp_path))
     assert len(whole.trials) == 2
@@ -106,7 +106,7 @@ def test_a_run_goes_on_where_it_ended(tmp_path: Path) -> None:
 
 
 def test_a_servo_in_error_is_refused_before_it_moves() -> None:
-    with bench(kind="feetech") as on:
+    with Bench(kind="feetech") as on:
         on.servo.fail(0x20)
         with pytest.raises(ServoShutdown, match=r"reports overload .* switch its power off and on"):
             on.rig()

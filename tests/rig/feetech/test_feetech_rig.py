@@ -18,13 +18,13 @@ from idtool.rig.feetech.bus import BYTES_PER_PERIOD
 from idtool.rig.feetech.models import Register
 from idtool.rig.feetech.servo import AHEAD_S
 
-from ..dynamixel.support import BAUD, bench, sine
+from ..dynamixel.support import BAUD, Bench, sine
 
 KIND = {"kind": "feetech"}
 
 
 def test_what_the_servo_says_is_taken() -> None:
-    with bench(**KIND) as on, on.rig() as rig:
+    with Bench(**KIND) as on, on.rig() as rig:
         assert rig.limits.position == pytest.approx((-2.5, 2.5), abs=2e-3)
         assert rig.limits.speed == pytest.approx(5.215, abs=0.01)
         assert (rig.limits.current, rig.limits.duty, rig.limits.temperature) == (np.inf, 1.0, 70.0)
@@ -36,7 +36,7 @@ def test_what_the_servo_says_is_taken() -> None:
 
 
 def test_options_narrow_the_limits_in_the_servo_too() -> None:
-    with bench(**KIND) as on:
+    with Bench(**KIND) as on:
         before = on.table()
         with on.rig(low=-1.0, high=1.5, speed=0.8, duty=0.4, per_volt=0.3, period=0.01) as rig:
             assert rig.limits.position == (-1.0, 1.5)
@@ -55,7 +55,7 @@ def test_options_narrow_the_limits_in_the_servo_too() -> None:
 
 
 def test_a_servo_with_a_current_takes_no_duty() -> None:
-    with bench() as on:
+    with Bench() as on:
         for wrong in ({"duty": 0.5}, {"per_volt": 0.3}):
             with pytest.raises(InputError, match="XH540-V150 measures the current of its motor; give c"):
                 on.rig(**wrong)
@@ -63,7 +63,7 @@ def test_a_servo_with_a_current_takes_no_duty() -> None:
 
 @pytest.mark.parametrize("fine", [True, False])
 def test_a_trajectory_of_speeds_is_followed(fine: bool) -> None:
-    with bench(**KIND) as on:
+    with Bench(**KIND) as on:
         on.servo.table["phase"] = 12 if fine else 8
         with on.rig(speed=2.0) as rig:
             rig.prepare(TrialSetup(start_position=0.3, rest_s=0.1))
@@ -86,7 +86,7 @@ def test_a_trajectory_of_speeds_is_followed(fine: bool) -> None:
 
 def test_a_servo_that_hears_nothing_stops_at_its_goal() -> None:
     """There is no watchdog: every goal is one at which the axis may stand."""
-    with bench(**KIND) as on, on.rig(speed=2.0) as rig:
+    with Bench(**KIND) as on, on.rig(speed=2.0) as rig:
         rig.prepare(TrialSetup(start_position=-0.5, rest_s=0.0))
         blocks = rig.play(Trajectory(rig.period_s, "velocity", np.full(400, 0.8)))
         for _ in range(6):
@@ -100,14 +100,14 @@ def test_a_servo_that_hears_nothing_stops_at_its_goal() -> None:
 
 def test_an_axis_that_stands_is_taken_over_and_held_gently() -> None:
     """Its goal may be a little off where it stands: as fast as it can it would jump there."""
-    with bench(**KIND) as on, on.rig(speed=2.0) as rig:
+    with Bench(**KIND) as on, on.rig(speed=2.0) as rig:
         rig.prepare(TrialSetup(rest_s=0.0))
         rig.stop()
         assert on.servo.table["goal_speed"] * rig.speed_step == pytest.approx(0.15, rel=0.01)
 
 
 def test_positions_are_stepped_to_and_kept_within_the_limits() -> None:
-    with bench(**KIND) as on, on.rig(low=-0.2, high=0.2, speed=2.0) as rig:
+    with Bench(**KIND) as on, on.rig(low=-0.2, high=0.2, speed=2.0) as rig:
         rig.prepare(TrialSetup(start_position=0.0, rest_s=0.0))
         for goal in (0.1, 0.5):
             for _ in range(200):
@@ -120,7 +120,7 @@ def test_positions_are_stepped_to_and_kept_within_the_limits() -> None:
 
 @pytest.mark.parametrize("way", ["end", "exception", "interrupt", "generator left"])
 def test_every_way_out_leaves_the_servo_as_it_was_found(way: str) -> None:
-    with bench(**KIND) as on:
+    with Bench(**KIND) as on:
         before = on.table() | {name: on.servo.table[name] for name in ("acceleration", "goal_speed")}
         try:
             with on.rig(speed=2.0, duty=0.9) as rig:
@@ -146,7 +146,7 @@ def test_every_way_out_leaves_the_servo_as_it_was_found(way: str) -> None:
 
 @pytest.mark.parametrize("at", range(0, 40, 5))
 def test_ctrl_c_at_any_transaction_leaves_the_servo_as_it_was_found(at: int) -> None:
-    with bench(**KIND) as on:
+    with Bench(**KIND) as on:
         before = on.table()
         rig = on.rig(speed=2.0)
         ask, count = rig._bus._ask, 0
@@ -173,7 +173,7 @@ def test_ctrl_c_at_any_transaction_leaves_the_servo_as_it_was_found(at: int) -> 
 
 
 def test_servos_that_do_not_fit() -> None:
-    with bench(**KIND) as on:
+    with Bench(**KIND) as on:
         on.servo.table["byte_order"] = 1
         with pytest.raises(WrongServo, match="no servo of the STS or SMS series"):
             on.rig()
@@ -181,12 +181,12 @@ def test_servos_that_do_not_fit() -> None:
         on.servo.table["min_position_limit"] = on.servo.table["max_position_limit"] = 0
         with pytest.raises(WrongServo, match="set to turn without limits"):
             on.rig()
-    with bench(**KIND, model=1234) as on, on.rig() as rig:
+    with Bench(**KIND, model=1234) as on, on.rig() as rig:
         assert rig.description == "Feetech STS/SMS model 1234"
 
 
 def test_a_servo_in_its_speed_mode_is_put_back_into_it() -> None:
-    with bench(**KIND) as on:
+    with Bench(**KIND) as on:
         on.servo.table["operating_mode"] = 1
         on.servo.table["status_level"] = 0
         with on.rig(speed=2.0) as rig:
@@ -196,7 +196,7 @@ def test_a_servo_in_its_speed_mode_is_put_back_into_it() -> None:
 
 
 def test_nobody_there() -> None:
-    with bench(**KIND) as on:
+    with Bench(**KIND) as on:
         with pytest.raises(NotAnswering, match=r"id 3 .* does not answer at 1000000 baud; check power"):
             on.rig(id=3)
         with pytest.raises(NotAnswering, match="does not answer at 500000 baud"):
@@ -210,7 +210,7 @@ def test_nobody_there() -> None:
 
 
 def test_a_start_that_cannot_be() -> None:
-    with bench("stuck@0", **KIND) as on, on.rig(low=-1.0, high=1.0, speed=2.0) as rig:
+    with Bench("stuck@0", **KIND) as on, on.rig(low=-1.0, high=1.0, speed=2.0) as rig:
         with pytest.raises(LimitExceeded, match=r"cannot start at 1.5 rad"):
             rig.prepare(TrialSetup(start_position=1.5))
         with pytest.raises(NotFollowing, match="not reach the start"):
