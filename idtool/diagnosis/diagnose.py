@@ -13,6 +13,7 @@ from idtool.diagnosis.diagnosis import Diagnosis
 from idtool.diagnosis.exchange import exchange, in_its_place
 from idtool.diagnosis.held_out import between, held_out_squares, predicts_worse
 from idtool.diagnosis.level import told_by_its_level
+from idtool.diagnosis.low_passes import allowing_for_low_pass
 from idtool.diagnosis.next_experiment import NextExperiment, between_models, for_parameter
 from idtool.diagnosis.passing import lowers
 from idtool.diagnosis.plausible import CHANCE, WORTH
@@ -98,6 +99,7 @@ def diagnose(
         final, hidden = allowing_for_what_lacks(final, left, look=_no_chance(selection))
         final, sides = allowing_for_sides(final)
         final, springs = allowing_for_springs(final, left)
+        final = allowing_for_low_pass(final)
         notes += filter(None, (sides, springs))
     notes += _turned_down(selection, hidden)
     return Diagnosis(

@@ -27,7 +27,7 @@ _KINDS = ((False, (4.0, 2.0, 8.0)), *((True, (order,)) for order in CAUSAL_ORDER
 #: squares.
 _LONGEST = 0.25
 _STEP = 0.75
-_WITHIN = 0.05
+_WITHIN = 0.01
 _LOST = 2.0
 
 

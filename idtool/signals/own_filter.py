@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from idtool.model.motion import Array, Motion
 from idtool.signals.lowpass import power_densities
@@ -28,12 +29,15 @@ _FEWEST = 8
 #: was is seen from further below, where that is next to nothing, in the louder part of it.
 _FROM, _TO = 0.6, 0.98
 _FROM_BELOW, _LOUDER = 0.35, 0.75
-#: The kernel is cut where it has died away, so many periods of the corner from its middle.
-_PERIODS = 1.0
+#: The kernel is cut where it has died away, so many periods of the corner from its middle; what runs forwards
+#: alone dies away more slowly, and what is cut off makes its delay shorter.
+_PERIODS, _PERIODS_CAUSAL = 1.0, 2.0
+#: What is left of a torque that was before is less than this share of it once it is forgotten.
+_FORGOTTEN = 0.01
 #: Parts of a row in which the answer of a filter that runs forwards alone is added up.
 _FINE = 32
 #: Corners are the same to within this share.
-_NEAR = 0.05
+_NEAR = 0.01
 #: Orders of filters that run forwards alone.
 CAUSAL_ORDERS = (2.0, 1.0)
 
@@ -62,7 +66,8 @@ class OwnFilter:
     def kernel(self, rate: float) -> Array:
         """Weights of the rows around one, from those before it on, at a rate in Hz; odd in number, their sum
         is 1."""
-        half = max(int(np.ceil(_PERIODS * rate / self.corner_hz)), 1)
+        periods = _PERIODS_CAUSAL if self.causal else _PERIODS
+        half = max(int(np.ceil(periods * rate / self.corner_hz)), 1)
         if self.causal:
             weights = np.concatenate([self._answer(half, rate)[::-1], np.zeros(half)])
         else:
@@ -87,6 +92,14 @@ class OwnFilter:
         """Whether the two are one, to what any log tells of its corner."""
         alike = self.order == other.order and self.causal == other.causal
         return alike and abs(math.log(self.corner_hz / other.corner_hz)) < _NEAR
+
+    def remembers(self, motion: Motion) -> NDArray[np.bool_]:
+        """Rows at which a filter that ran forwards alone has not forgotten what was before their stretch."""
+        if not self.causal:
+            return np.zeros(len(motion), dtype=bool)
+        begins = np.flatnonzero(motion.begins)
+        since = motion.time - np.repeat(motion.time[begins], np.diff(np.append(begins, len(motion))))
+        return np.asarray(2.0 * math.pi * self.corner_hz * since < -math.log(_FORGOTTEN))
 
     def noise_gain(self, motion: Motion) -> float:
         """How much of the standard deviation of white noise passes."""

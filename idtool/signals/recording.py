@@ -28,6 +28,8 @@ from idtool.signals.sparse_rows import SparseRows
 
 #: An axis moves for certain above this share of the top speed.
 _MOVING = 0.02
+#: Rows that a filter makes useless are done without up to this share of them.
+_REMEMBERED = 0.3
 
 
 @dataclass(frozen=True)
@@ -272,6 +274,16 @@ class Recording:
         """The same, where the torque went through a low-pass before it was logged."""
         noise = noise_before(own, self.torque, self.motion)
         return replace(self, own_filter=own, noise=self.noise if noise is None else noise)
+
+    def without_what_was_before(self) -> Recording:
+        """The same without the rows at which a filter that ran forwards alone still knows what was before:
+        at rest the torque is the drive's, which no model tells. With all of them where few others are left.
+        """
+        if self.own_filter is None:
+            return self
+        known = self.usable & self.own_filter.remembers(self.motion)
+        few = np.count_nonzero(known) > _REMEMBERED * np.count_nonzero(self.usable)
+        return self if few or not known.any() else self.without_rows(known)
 
 
 def _middle(operator: SparseRows) -> NDArray[np.intp]:

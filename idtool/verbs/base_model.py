@@ -95,7 +95,7 @@ def _told_anew(recording: Recording, own: OwnFilter, of_rows: Callable[[Recordin
     """The base model behind a low-pass, which that tells better than one that was fitted beside none."""
 
     def behind(own: OwnFilter) -> Base:
-        filtered = recording.through(own)
+        filtered = recording.through(own).without_what_was_before()
         return replace(of_rows(thin(filtered)), recording=filtered)
 
     base = behind(own)
@@ -104,7 +104,7 @@ def _told_anew(recording: Recording, own: OwnFilter, of_rows: Callable[[Recordin
         if again.is_near(own) or _hides_all(fit):
             break
         anew = behind(again)
-        if anew.best.sse >= base.best.sse:
+        if anew.best.rmse >= base.best.rmse:
             break
         base, own = anew, again
     return base

@@ -121,7 +121,7 @@ def identify(
     evidence = search(base.recording, base.fits)
     # what the base model lacked may have hidden a low-pass from it, which a delay then stands for
     if low_pass := low_pass_of(evidence.selection.fit, base.recording, tell):
-        base = based(recording.through(low_pass))
+        base = based(recording.through(low_pass).without_what_was_before())
         evidence = search(base.recording, base.fits)
     why, reasons = base.stepped_down[evidence.start]
     result = Identification(
