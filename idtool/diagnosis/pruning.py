@@ -23,7 +23,7 @@ from idtool.diagnosis.residual import columns_followed
 from idtool.diagnosis.shapes import UNNAMED, Unnamed
 from idtool.diagnosis.sliding import OF_PRESLIDING, of_presliding
 from idtool.diagnosis.state import Selection
-from idtool.effects.base import Effect
+from idtool.effects.base import Effect, usual_speed
 from idtool.fit.basis import orthonormal
 from idtool.fit.joint import JointFit
 from idtool.fit.left_out import SURELY, left_out_error, prediction_errors
@@ -71,12 +71,20 @@ def drop_unneeded(selection: Selection, tell: Callable[[str], None]) -> list[Eff
 
 
 def drop_impossible(selection: Selection, fit: JointFit) -> list[Effect]:
-    """Drop the first effect that the values of a fit cannot be; what was dropped."""
+    """Drop the first effect that the values of a fit cannot be, or that no such data can show, though it may
+    have stood for something that is there; what was dropped."""
     for effect in fit.model.spec.effects:
-        if effect.name != "inertia" and (why := impossible(fit, effect)):
+        if effect.name != "inertia" and (why := impossible(fit, effect) or _at_one_speed(fit, effect)):
             drop(selection, effect, without(selection.fit, effect), why)
             return [effect]
     return []
+
+
+def _at_one_speed(fit: JointFit, effect: Effect) -> str | None:
+    """Why a curve of friction over the speed is none that was seen; None if it was."""
+    if not effect.of_sliding or usual_speed(fit.model.recording.motion.velocity) is None:
+        return None
+    return "hardly another speed was moved: log several"
 
 
 def drop_what_may_be_unknown(selection: Selection, fit: JointFit, depends_on: Sequence[str]) -> list[Effect]:

@@ -15,7 +15,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from idtool.effects.base import Coordinate, Effect, EffectParameter, Values, of_one_speed
+from idtool.effects.base import Coordinate, Effect, EffectParameter, Values
 from idtool.fit.joint import JointFit, added_by
 from idtool.model.contribution import Contribution
 from idtool.model.motion import Array, Motion
@@ -168,9 +168,6 @@ class GripInPosition(Unnamed):
 class BumpInSpeed(Unnamed):
     name, title = "unnamed_bump_in_speed", "Friction at one speed"
     follows, of_friction = ("velocity",), True
-
-    def untestable(self, motion: Motion) -> str | None:
-        return of_one_speed(motion) or super().untestable(motion)
 
     def ends(self, motion: Motion) -> tuple[float, float]:
         """From rest on, where it is what no friction curve of the library follows."""

@@ -417,11 +417,6 @@ def usual_speed(velocity: Array) -> float | None:
     return usual if np.mean(np.abs(fast - usual) < _ALIKE * usual) >= _HARDLY_OTHER else None
 
 
-def of_one_speed(motion: Motion) -> str | None:
-    """Why friction that follows the speed cannot show; None where several are moved."""
-    return None if usual_speed(motion.velocity) is None else "hardly another speed is moved: log several"
-
-
 def stroke_of(motion: Motion) -> dict[str, float]:
     """The constants of a shape over the stroke: its middle, and half of it."""
     low, high = float(np.min(motion.position)), float(np.max(motion.position))

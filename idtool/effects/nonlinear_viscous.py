@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, of_one_speed
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import TORQUE
 from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
@@ -46,9 +46,6 @@ class NonlinearViscous(Effect):
     coordinates = (Coordinate("quadratic"),)
 
     at = staticmethod(at)
-
-    def untestable(self, motion: Motion) -> str | None:
-        return of_one_speed(motion)
 
     def numbers(self, values: Values) -> tuple[float, ...]:
         return values["quadratic"], values.get("fastest", math.inf)

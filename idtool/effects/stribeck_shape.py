@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import final
 
-from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values, of_one_speed
+from idtool.effects.base import CForm, Coordinate, Effect, EffectParameter, Values
 from idtool.model.contribution import EXPONENT_CHANGE
 from idtool.model.jit import jit
 from idtool.model.motion import Array, Motion
@@ -35,9 +35,6 @@ class StribeckShape(Effect):
     coordinates = (Coordinate("exponent", null=EXPONENT, lower=0.15, upper=12.0, increment=1e-3),)
 
     at = staticmethod(at)
-
-    def untestable(self, motion: Motion) -> str | None:
-        return of_one_speed(motion)
 
     def sizes(self, motion: Motion) -> list[dict[str, float]]:
         return [{"exponent": exponent} for exponent in _TRIED]

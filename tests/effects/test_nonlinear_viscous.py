@@ -7,10 +7,7 @@ import pytest
 
 from idtool.control.load import Instant
 from idtool.control.online import OnlineModel
-from idtool.diagnosis.shapes import BumpInSpeed
-from idtool.effects.base import Effect
 from idtool.effects.nonlinear_viscous import NonlinearViscous
-from idtool.effects.stribeck_shape import StribeckShape
 from idtool.model.motion import Motion
 from tests.control.double import BENCH, parameters
 
@@ -38,18 +35,3 @@ def test_one_bad_row_is_no_speed_that_was_moved() -> None:
         time, np.zeros(6000, np.intp), np.cumsum(velocity) * 0.01, velocity, np.gradient(velocity, 0.01)
     )
     assert NonlinearViscous().constants(motion) == {"fastest": pytest.approx(0.5, rel=1e-3)}
-
-
-@pytest.mark.parametrize(
-    ("other", "share", "told"), [(0.5, 0.1, False), (0.5, 0.25, True), (0.88, 0.5, False), (0.04, 0.5, False)]
-)
-@pytest.mark.parametrize("effect", [NonlinearViscous(), StribeckShape(), BumpInSpeed()])
-def test_friction_that_follows_the_speed_needs_more_than_one(
-    effect: Effect, other: float, share: float, told: bool
-) -> None:
-    """Both ways at one speed, and a share of the rows at another; one close to it is the same one."""
-    velocity = np.where(np.arange(1000) < 1000 * (1.0 - share), 1.0, other)
-    velocity[::2] *= -1.0
-    time = 0.01 * np.arange(1000)
-    motion = Motion(time, np.zeros(1000, np.intp), np.cumsum(velocity) * 0.01, velocity, 0.0 * velocity)
-    assert (effect.untestable(motion) is None) == told
