@@ -122,6 +122,7 @@ def require(chosen: Mapping[str, Meaning], table: pd.DataFrame, kind: Kind) -> N
     raise InputError(
         f"no column looks like {', nor like '.join(words)} (it has {there})",
         remedy=f"{ask} with --map {', --map '.join(choices)}"
+        + (", or the motor's voltage with --map duty=COLUMN" if ("torque", "current") in missing else "")
         + (", and of a counter --unit position=count:COUNTS_PER_TURN" if counter else ""),
     )
 

@@ -35,7 +35,10 @@ _FACTORS: dict[str, dict[str, float]] = {
     "mass": {"kg": 1, "g": 1e-3, "lb": 0.45359237},
     "temperature": {"degc": 1, "c": 1, "celsius": 1, "k": 1, "kelvin": 1, "degf": 5 / 9, "f": 5 / 9},
     "voltage": {"v": 1, "volt": 1, "volts": 1, "mv": 1e-3},
-    "duty": {"1": 1, "share": 1, "percent": 1e-2, "%": 1e-2, "permille": 1e-3},
+    "duty": {
+        "1": 1, "share": 1, "percent": 1e-2, "%": 1e-2, "permille": 1e-3,
+        "v": 1, "volt": 1, "volts": 1, "mv": 1e-3,
+    },
 }  # fmt: skip
 _OFFSETS = {"k": -273.15, "kelvin": -273.15, "degf": -160 / 9, "f": -160 / 9}
 
@@ -135,6 +138,11 @@ def given_unit(text: str, role: str, kind: Kind) -> Unit:
     more = ", count:N (counts at full duty)" if what == "duty" else more
     advice = f"; use one of {', '.join(known)}{more}, or a factor to SI such as 0.001" if known else ""
     raise UsageError(f'--unit {role}={text}: "{text}" is no unit of {what or "that column"}{advice}.')
+
+
+def in_volts(unit: Unit) -> bool:
+    """Whether a duty was read as what it makes of the supply: the voltage at the motor."""
+    return canonical(unit.text.lstrip("-")) in _FACTORS["voltage"]
 
 
 def si_unit(role: str, kind: Kind) -> str:

@@ -14,7 +14,7 @@ import pandas as pd
 
 from idtool.errors import InputError, UsageError, in_file
 from idtool.importing import choosing, cleaning
-from idtool.importing.conversion import si_unit
+from idtool.importing.conversion import in_volts, si_unit
 from idtool.importing.names import NEEDED, Meaning, Taken, check_kind, choose_kind, role_of
 from idtool.importing.sources import read_table
 from idtool.log import Log
@@ -26,6 +26,8 @@ from idtool.model.units import Kind, torque_name
 from idtool.parameters.axis import Axis, check_constant
 from idtool.presentation.text import counted
 
+#: A supply that nobody told is said to be so many times the largest voltage at the motor.
+_HEADROOM = 1.25
 #: Roles that change slowly or stay until set anew, so that a gap holds the last value.
 _HELD = (
     "payload",
@@ -162,6 +164,8 @@ def _convert(
         columns[item.column] = values * item.unit.factor + item.unit.offset
         if bad := cleaning.bad_cells(source, values):
             notes.append(bad)
+    if any(item.role == "duty" and in_volts(item.unit) for item in taken):
+        _as_share(columns, columns_of(kind), notes)
     used = {item.source for item in taken} - set(labels)
     reserved = set(columns_of(kind).values())
     kept = [str(name) for name in table.columns if name not in used]
@@ -171,6 +175,21 @@ def _convert(
     if unwrap is not None:
         _unwrap(frame, columns_of(kind)["position"], unwrap, taken, notes)
     return frame, kept
+
+
+def _as_share(columns: dict[str, Any], names: Mapping[str, str], notes: list[str]) -> None:
+    """The duty of a voltage at the motor: its share of the supply, or of more than it ever is, where nobody
+    tells the supply."""
+    volts = np.asarray(columns[names["duty"]], dtype=float)
+    supply = columns.get(names["supply_voltage"])
+    if supply is None:
+        supply = float(f"{_HEADROOM * np.nanmax(np.abs(volts), initial=0.0):.3g}") or 1.0
+        columns[names["supply_voltage"]] = np.full(len(volts), supply)
+        notes.append(
+            f"the duty is the motor's voltage as a share of {supply:g} V, which is more than it ever is; map "
+            "the supply's voltage, if it was recorded, so that a drive at its limit is seen"
+        )
+    columns[names["duty"]] = volts / supply
 
 
 def _unwrap(

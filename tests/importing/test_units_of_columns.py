@@ -53,3 +53,27 @@ def test_a_unit_that_two_columns_have_tells_nothing_but_the_kind_of_axis(tmp_pat
     with pytest.raises(InputError) as refused:
         import_recording(file)
     assert "--map position_m=COLUMN or velocity_m_s=COLUMN, --map force_n=COLUMN or" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("more", "duty", "supply"),
+    [("", [0.8, -0.4, 0.0], 7.5), (",supply_V", [0.5, -0.25, 0.0], 12.0)],
+)
+def test_a_voltage_at_the_motor_is_a_share_of_its_supply(
+    tmp_path: Path, more: str, duty: list[float], supply: float
+) -> None:
+    """As a lab's amplifier or a drive in voltage mode logs it; a supply that nobody told is more than it."""
+    volts = (6.0, -3.0, 0.0)
+    rows = "\n".join(f"{k / 100},{k},{u}{',12' if more else ''}" for k, u in enumerate(volts))
+    file = put(tmp_path, f"time_s,position_rad,u_V{more}\n{rows}\n")
+    mapping = {"duty": "u_V"} | ({"supply_voltage": "supply_V"} if more else {})
+    imported = import_recording(file, mapping=mapping)
+    assert imported.log.frame["duty"].tolist() == pytest.approx(duty)
+    assert imported.log.frame["supply_voltage_v"].tolist() == pytest.approx([supply] * 3)
+    assert any("share of 7.5 V" in note for note in imported.notes) == (not more)
+
+
+def test_a_log_with_a_voltage_alone_is_told_how(tmp_path: Path) -> None:
+    file = put(tmp_path, "time_s,position_rad,u_V\n0,1,2\n0.01,1,3\n")
+    with pytest.raises(InputError, match="or the motor's voltage with --map duty=COLUMN"):
+        import_recording(file)
