@@ -216,9 +216,9 @@ class _Repair:
         cuts = gap_cuts(columns.time, self.first, columns.position, columns.velocity)
         if cuts.any():
             self.remark(
-                f"{int(cuts.sum())} gaps in time (the first before "
-                f"{self.log.place(int(np.argmax(cuts)))}) hide a reversal, or are long enough for the axis "
-                "to go all its way; a new trial begins after each."
+                f"{counted(int(cuts.sum()), 'gap')} in time, the first before "
+                f"{self.log.place(int(np.argmax(cuts)))}, may hide a reversal, or the axis can go all its "
+                "way meanwhile; a new trial begins after each."
             )
             self.first = self.first | cuts
         columns.trial = np.cumsum(self.first) - 1
@@ -285,6 +285,12 @@ class _Repair:
         read = np.where(self.stale.get("effort", False), np.nan, columns.effort)
         rows = frozen(self.first, columns.position, read)
         if not rows.any():
+            return
+        if (share := float(np.mean(rows))) > _MOSTLY:
+            self.remark(
+                f"{self.names['effort']} repeats its last reading on {100.0 * share:.0f} % of the rows while "
+                "the axis moves: it is read anew more slowly than it is logged, or commanded in steps."
+            )
             return
         self.faulty[_FROZEN] = rows
         begins = np.flatnonzero(rows & ~np.insert(rows[:-1], 0, False))

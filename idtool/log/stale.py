@@ -23,8 +23,6 @@ _MOVES = 2.0
 _CAUGHT_UP = (0.5, 2.0)
 #: After as many repetitions as elsewhere in a log, one step of so many times those on both sides.
 _JUMPS = 2.0
-#: What is repeated on more than this share of the rows is read more slowly than it is logged.
-_MOSTLY = 0.5
 #: Chance that a recording holds as many repetitions in a row.
 _CHANCE = 1e-6
 
@@ -96,7 +94,7 @@ def frozen(first: NDArray[np.bool_], position: Array, effort: Array) -> NDArray[
         told = kept
     for begin, end in zip(begins[told].tolist(), ends[told].tolist(), strict=True):
         rows[begin + 1 : end + 1] = True
-    return rows & (np.mean(rows) < _MOSTLY)
+    return rows
 
 
 def _still(ways: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -90,10 +90,8 @@ def ramps(level: float) -> np.ndarray:
     [
         ramps(0.0),
         ramps(float(of_noise(0.01).max()) + 1.0),
-        np.repeat(of_noise(0.01)[::10], 10),
-        np.repeat(np.arange(8.0), ROWS // 8),
     ],
-    ids=["drive off", "saturated", "read every tenth row", "commanded steps"],
+    ids=["drive off", "saturated"],
 )
 def test_an_effort_that_may_stay_is_left_alone(effort: np.ndarray) -> None:
     assert not frozen(np.arange(ROWS) == 0, swing(), effort).any()

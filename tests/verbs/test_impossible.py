@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from idtool.errors import InputError
@@ -18,6 +19,7 @@ from idtool.log.effort import effort_of
 from idtool.log.row_counter import lost_rows
 from idtool.log.stale import stale
 from idtool.model.motion import Array
+from idtool.parameters.axis import Axis
 from idtool.signals import record
 from idtool.verbs.base_model import base_model
 from idtool.verbs.check import check
@@ -286,7 +288,7 @@ def test_a_gap_in_which_the_axis_could_have_been_anywhere_begins_a_trial(session
     frame.loc[300:, "time_s"] += 1e6
     cut = record([replace(session[2], rows=frame)])
     assert cut.trials == record([session[2]]).trials + 1
-    assert any("long enough for the axis to go all its way" in remark for remark in cut.remarks)
+    assert any("the axis can go all its way" in remark for remark in cut.remarks)
     assert not any("rows are missing" in remark for remark in cut.remarks)
     assert check([replace(session[2], rows=frame)]).logs[0].facts["gaps"] == 0
     frame.loc[300:, "time_s"] -= 1e6 - 0.05
@@ -359,3 +361,15 @@ def test_a_burst_of_readings_that_stayed_is_left_out_and_told(session: list[Log]
     assert "(3 such, 36 rows in all)" in said
     away = (bad.motion.velocity - clean.motion.velocity)[bad.usable & clean.usable]
     assert np.abs(away).max() < 0.05
+
+
+def test_an_effort_that_is_read_every_tenth_row_is_told_and_kept() -> None:
+    time, rng = 0.005 * np.arange(4000), np.random.default_rng(0)
+    position = 0.5 * time + np.sin(time)  # never at rest
+    torque = 0.1 + 0.05 * np.cos(time) + rng.normal(0.0, 0.01, len(time))
+    slow = torque[np.arange(len(time)) // 10 * 10]
+    frame = pd.DataFrame({"trial": 0, "time_s": time, "position_rad": position, "torque_nm": slow})
+    recording = record([Log(frame, Axis())])
+    (said,) = (remark for remark in recording.remarks if "read anew more slowly" in remark)
+    assert "torque_nm repeats its last reading on 90 % of the rows" in said
+    assert "torque not read anew" not in recording.lost
