@@ -371,5 +371,5 @@ def test_an_effort_that_is_read_every_tenth_row_is_told_and_kept() -> None:
     frame = pd.DataFrame({"trial": 0, "time_s": time, "position_rad": position, "torque_nm": slow})
     recording = record([Log(frame, Axis())])
     (said,) = (remark for remark in recording.remarks if "read anew more slowly" in remark)
-    assert "torque_nm repeats its last reading on 90 % of the rows" in said
+    assert "torque_nm repeats its last reading on 89 % of the rows" in said
     assert "torque not read anew" not in recording.lost
