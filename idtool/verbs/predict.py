@@ -106,7 +106,7 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
     # logs that were smoothed as those that were fitted are predicted as they were written
     own = OwnFilter.from_provenance(parameters.provenance)
     if own is not None and filtered_before(recording):
-        recording = recording.through(own)
+        recording = recording.through(own).without_what_was_before()
     model, x = model_of(recording, parameters)
     model = settled(model, x, model.presliding_scale(x))
     friction, effect = model.friction(x), model.contribution(x)
