@@ -9,14 +9,13 @@ from pathlib import Path
 import click
 
 from .axis import Given, axis_options
-from .common import PATH, Output, force_option, handed, output_options, params_option
+from .common import PATH, Output, defaulted, force_option, handed, output_options, params_option
 from .words import Choice
 
-_friction_option = click.option(
+_friction_option = defaulted(
     "--friction",
     type=Choice(("auto", "coulomb")),
     default="auto",
-    show_default=True,
     help="auto: the richest law that the target has; coulomb: Coulomb and viscous.",
 )
 
@@ -40,7 +39,7 @@ _shared = handed(
     click.argument("logs", nargs=-1, type=PATH, metavar="[LOG]..."),
     params_option(),
     click.option("-o", "--output", "out", required=True, type=PATH, help="File to write."),
-    click.option("--name", "joint", default="axis", show_default=True, help="Name of the joint."),
+    defaulted("--name", "joint", default="axis", help="Name of the joint."),
     axis_options,
     force_option,
     output_options,

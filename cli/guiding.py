@@ -13,7 +13,7 @@ import click
 
 from idtool.errors import InputError, UsageError
 
-from .common import PATH, Output
+from .common import PATH, Output, defaulted
 from .moving import Moving, moving_options, result_on
 from .numbers import POSITIVE, NumberRange, Tilt
 
@@ -189,18 +189,16 @@ period_option = click.option(
     type=NumberRange(1e-4, 1.0),
     help="Control period (default: the file's, or 0.01).",
 )
-max_speed_option = click.option(
+max_speed_option = defaulted(
     "--max-speed",
     default=250.0,
-    show_default=True,
     metavar="MM_S",
     type=POSITIVE,
     help="Speed limit of the session, where the file says how far the axis moves per radian.",
 )
-idle_option = click.option(
+idle_option = defaulted(
     "--idle",
     default=60.0,
-    show_default=True,
     metavar="S",
     type=POSITIVE,
     help="Hold the axis after so long without a hand, until the button was up.",

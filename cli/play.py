@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import PATH, given_words
+from .common import PATH, defaulted, given_words
 from .guiding import Watched, setup_of, tell_end, travel_of, watched_options
 from .live import live_views
 from .numbers import NumberRange
@@ -22,14 +22,8 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("taught", type=PATH)
 @watched_options
-@click.option(
-    "--speed",
-    default=1.0,
-    show_default=True,
-    type=NumberRange(1e-3, 10.0),
-    help="Speed, relative to how it was taught.",
-)
-@click.option("--loop", default=1, show_default=True, metavar="N", type=click.IntRange(1), help="How often.")
+@defaulted("--speed", default=1.0, type=NumberRange(1e-3, 10.0), help="Speed, relative to how it was taught.")
+@defaulted("--loop", default=1, metavar="N", type=click.IntRange(1), help="How often.")
 @click.option("--waypoints", type=PATH, help="Write the path as points to edit, and play those.")
 def play(told: Watched, taught: Path, speed: float, loop: int, waypoints: Path | None) -> int:
     """Play a taught path back: the log of `teach -o`, or a file of waypoints.
