@@ -11,7 +11,7 @@ import os
 import shlex
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -125,14 +125,16 @@ output_options = handed(
 logs_argument = click.argument("logs", nargs=-1, required=True, type=PATH, metavar="LOG...")
 
 
+#: An option whose help shows its default.
+defaulted = partial(click.option, show_default=True)
+
+
 def params_option(text: str = "Parameter file.", *, required: bool = True) -> Decorator:
     """`-p`."""
     return click.option("-p", "--params", required=required, type=PATH, help=text)
 
 
-seed_option = click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all randomness."
-)
+seed_option = defaulted("--seed", type=click.IntRange(0), default=0, help="Seed of all randomness.")
 force_option = click.option("--force", is_flag=True, help="Overwrite what is there.")
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import PATH, Output, force_option, output_options, seed_option
+from .common import PATH, Output, defaulted, force_option, output_options, seed_option
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -30,15 +30,7 @@ _PUBLISHED = {
 
 
 @click.command()
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    default="demo",
-    show_default=True,
-    type=PATH,
-    help="Where logs and results go.",
-)
+@defaulted("-o", "--output", "folder", default="demo", type=PATH, help="Where logs and results go.")
 @seed_option
 @force_option
 @output_options

@@ -15,6 +15,7 @@ from .axis import Given, axis_options
 from .common import (
     PATH,
     Output,
+    defaulted,
     force_option,
     handed,
     logs_argument,
@@ -33,12 +34,8 @@ if TYPE_CHECKING:
 
     from .screen import Screen
 
-gravity_option = click.option(
-    "--gravity",
-    type=Choice(("auto", "slide", "arm", "none")),
-    default="auto",
-    show_default=True,
-    help="Gravity model.",
+gravity_option = defaulted(
+    "--gravity", type=Choice(("auto", "slide", "arm", "none")), default="auto", help="Gravity model."
 )
 without_option = click.option(
     "--without",
@@ -124,11 +121,10 @@ _shared = handed(
     is_flag=True,
     help="Find the torque constant too, from the load: payload_kg, or [axis] mass_kg, on [axis] lever_m.",
 )
-@click.option(
+@defaulted(
     "--weigh",
     type=Choice(("torque", "position")),
     default="torque",
-    show_default=True,
     help="What the parameter file is fitted to at the end; position as in ffc-id fit-motion.",
 )
 def identify(session: _Session, gravity: str, optimizer: str, known_load: bool, weigh: str) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
 from .angles import radians, range_options
-from .common import PATH, Output, force_option, output_options, params_option
+from .common import PATH, Output, defaulted, force_option, output_options, params_option
 from .guiding import idle_option, max_speed_option, period_option, session_limits
 from .numbers import NumberRange
 from .onward import ANY_RIG
@@ -19,7 +19,7 @@ from .words import complete_effect
 @click.command()
 @params_option()
 @click.option("-o", "--output", "folder", required=True, type=PATH, help="Folder, made if missing.")
-@click.option("--name", default="ffc", show_default=True, metavar="PREFIX", help="Begins symbols and files.")
+@defaulted("--name", default="ffc", metavar="PREFIX", help="Begins symbols and files.")
 @click.option(
     "--without",
     multiple=True,
@@ -33,10 +33,9 @@ from .words import complete_effect
 @click.option(
     "--path", type=PATH, help="A path to play from flash: the log of `teach -o`, or a file of waypoints."
 )
-@click.option(
+@defaulted(
     "--path-speed",
     default=1.0,
-    show_default=True,
     type=NumberRange(0.0, 10.0, min_open=True),
     help="Speed of the path, relative to how it was taught.",
 )
@@ -45,20 +44,18 @@ from .words import complete_effect
 @force_option
 @output_options
 def export_c(
+    *,
     params: Path,
     folder: Path,
-    name: str,
-    without: Sequence[str],
     period: float | None,
     reach: tuple[float, float] | None,
     reach_deg: tuple[float, float] | None,
     any_position: bool,
     path: Path | None,
-    path_speed: float,
     max_speed: float,
     idle: float,
-    force: bool,
     output: Output,
+    **how: Any,
 ) -> None:
     """The force-free controller as C99: PREFIX.h, PREFIX.c and an Arduino sketch.
 
@@ -90,14 +87,11 @@ def export_c(
     result = run(
         parameters,
         folder,
-        name=name,
-        without=without,
         period_s=period,
         limits=limits,
         path=read_path(path)[0] if path is not None else None,
-        path_speed=path_speed,
         source=params.name,
-        force=force,
+        **how,
     )
     for note in result.notes:
         output.say(f"note: {note}.")

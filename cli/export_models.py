@@ -9,14 +9,13 @@ from pathlib import Path
 import click
 
 from .axis import Given, axis_options
-from .common import PATH, Output, force_option, handed, output_options, params_option
+from .common import PATH, Output, defaulted, force_option, handed, output_options, params_option
 from .words import Choice
 
-_friction_option = click.option(
+_friction_option = defaulted(
     "--friction",
     type=Choice(("auto", "coulomb")),
     default="auto",
-    show_default=True,
     help="auto: the richest law that the target has; coulomb: Coulomb and viscous.",
 )
 
@@ -40,115 +39,11 @@ _shared = handed(
     click.argument("logs", nargs=-1, type=PATH, metavar="[LOG]..."),
     params_option(),
     click.option("-o", "--output", "out", required=True, type=PATH, help="File to write."),
-    click.option("--name", "joint", default="axis", show_default=True, help="Name of the joint."),
+    defaulted("--name", "joint", default="axis", help="Name of the joint."),
     axis_options,
     force_option,
     output_options,
 )
-
-
-@click.command()
-@_friction_option
-@_shared
-def mujoco(friction: str, asked: _Asked) -> None:
-    """Write a MuJoCo model (MJCF) of the joint: armature, damping and friction.
-
-    LuGre friction becomes that of MuJoCo's dcmotor actuator (MuJoCo 3.12 or newer); --friction coulomb
-    writes frictionloss instead. With logs, simplified friction is fitted to their range of speeds, and the
-    torque error of the whole and the exported model is stated.
-
-    \b
-    ffc-id export mujoco -p result/params.toml -o axis.xml sine.csv
-    """
-    _run("mujoco", friction, asked)
-
-
-@click.command()
-@_shared
-def isaac(asked: _Asked) -> None:
-    """Write an actuator's configuration for Isaac Lab and mjlab: armature, friction and gains.
-
-    Gains come from [drive] of the parameter file, where a log held the goal. With logs, friction is fitted to
-    their range of speeds, and the torque error of the whole and the exported model is stated.
-
-    \b
-    ffc-id export isaac -p result/params.toml -o actuator.py sine.csv
-    """
-    _run("isaac", "coulomb", asked)
-
-
-@click.command()
-@_shared
-def urdf(asked: _Asked) -> None:
-    """Write a URDF of one joint with <dynamics damping friction>.
-
-    With logs, the two numbers are fitted to their range of speeds, and the torque error of the whole and
-    the exported model is stated.
-
-    \b
-    ffc-id export urdf -p result/params.toml -o axis.urdf sine.csv
-    """
-    _run("urdf", "auto", asked)
-
-
-@click.command()
-@_shared
-def ros2(asked: _Asked) -> None:
-    """Write every value as a ROS 2 parameter file (YAML), for a node of your own.
-
-    \b
-    ffc-id export ros2 -p result/params.toml -o axis.yaml
-    """
-    _run("ros2", "auto", asked)
-
-
-@click.command("json")
-@_shared
-def plain_json(asked: _Asked) -> None:
-    """Write the whole parameter file as JSON, with errors and intervals.
-
-    \b
-    ffc-id export json -p result/params.toml -o params.json
-    """
-    _run("json", "auto", asked)
-
-
-@click.command()
-@_shared
-def bam(asked: _Asked) -> None:
-    """Write the parameters that mean the same in BAM (Rhoban's better actuator models), as its JSON.
-
-    Coulomb, stiction, Stribeck and viscous friction, armature, torque constant and resistance: M1, or M2
-    where there is a Stribeck curve. What M3 to M6 add is of another torque than ours, and is not written.
-
-    \b
-    ffc-id export bam -p result/params.toml -o bam.json
-    """
-    _run("bam", "auto", asked)
-
-
-@click.command()
-@_shared
-def cogging(asked: _Asked) -> None:
-    """Write what a motor controller adds at each angle against an identified ripple: 1024 rows over a turn.
-
-    \b
-    ffc-id export cogging -p result/params.toml -o cogging.csv
-    """
-    _run("cogging", "auto", asked)
-
-
-def from_outside(name: str) -> click.Command:
-    """The command of a target that another package adds."""
-    from idtool.export.targets import find
-
-    @click.command(name, help=f"Write the model for {find(name).title}.")
-    @_friction_option
-    @_shared
-    def command(friction: str, asked: _Asked) -> None:
-        _run(name, friction, asked)
-
-    return command
 
 
 def _run(target: str, friction: str, asked: _Asked) -> None:
@@ -187,3 +82,93 @@ def _run(target: str, friction: str, asked: _Asked) -> None:
         output.next("export", target, "-p", params, "-o", out, "--force", *fitted)
     else:
         output.next("tune", "-p", params, "--hand-force", "2")
+
+
+def _target(name: str, text: str, law: str | None = "auto") -> click.Command:
+    """The command of a target; `law` of friction, None where the target has several and `--friction` says."""
+
+    def command(asked: _Asked, friction: str = law or "auto") -> None:
+        _run(name, friction, asked)
+
+    options = _shared if law else lambda function: _friction_option(_shared(function))
+    return click.command(name, help=text)(options(command))
+
+
+def from_outside(name: str) -> click.Command:
+    """The command of a target that another package adds."""
+    from idtool.export.targets import find
+
+    return _target(name, f"Write the model for {find(name).title}.", None)
+
+
+mujoco = _target(
+    "mujoco",
+    """Write a MuJoCo model (MJCF) of the joint: armature, damping and friction.
+
+    LuGre friction becomes that of MuJoCo's dcmotor actuator (MuJoCo 3.12 or newer); --friction coulomb
+    writes frictionloss instead. With logs, simplified friction is fitted to their range of speeds, and the
+    torque error of the whole and the exported model is stated.
+
+    \b
+    ffc-id export mujoco -p result/params.toml -o axis.xml sine.csv
+    """,
+    None,
+)
+isaac = _target(
+    "isaac",
+    """Write an actuator's configuration for Isaac Lab and mjlab: armature, friction and gains.
+
+    Gains come from [drive] of the parameter file, where a log held the goal. With logs, friction is fitted to
+    their range of speeds, and the torque error of the whole and the exported model is stated.
+
+    \b
+    ffc-id export isaac -p result/params.toml -o actuator.py sine.csv
+    """,
+    "coulomb",
+)
+urdf = _target(
+    "urdf",
+    """Write a URDF of one joint with <dynamics damping friction>.
+
+    With logs, the two numbers are fitted to their range of speeds, and the torque error of the whole and
+    the exported model is stated.
+
+    \b
+    ffc-id export urdf -p result/params.toml -o axis.urdf sine.csv
+    """,
+)
+ros2 = _target(
+    "ros2",
+    """Write every value as a ROS 2 parameter file (YAML), for a node of your own.
+
+    \b
+    ffc-id export ros2 -p result/params.toml -o axis.yaml
+    """,
+)
+plain_json = _target(
+    "json",
+    """Write the whole parameter file as JSON, with errors and intervals.
+
+    \b
+    ffc-id export json -p result/params.toml -o params.json
+    """,
+)
+bam = _target(
+    "bam",
+    """Write the parameters that mean the same in BAM (Rhoban's better actuator models), as its JSON.
+
+    Coulomb, stiction, Stribeck and viscous friction, armature, torque constant and resistance: M1, or M2
+    where there is a Stribeck curve. What M3 to M6 add is of another torque than ours, and is not written.
+
+    \b
+    ffc-id export bam -p result/params.toml -o bam.json
+    """,
+)
+cogging = _target(
+    "cogging",
+    """Write what a motor controller adds at each angle against an identified ripple: 1024 rows over a turn.
+
+    \b
+    ffc-id export cogging -p result/params.toml -o cogging.csv
+    """,
+)

@@ -15,6 +15,7 @@ from .common import (
     PATH,
     Decorator,
     Output,
+    defaulted,
     handed,
     logs_argument,
     output_options,
@@ -33,18 +34,16 @@ if TYPE_CHECKING:
 
     from .screen import Screen
 
-friction_option = click.option(
+friction_option = defaulted(
     "--friction",
     type=Choice(("lugre", "stribeck", "coulomb")),
     default="lugre",
-    show_default=True,
     help="Friction law; it steps down by itself where the data cannot determine it.",
 )
-optimizer_option = click.option(
+optimizer_option = defaulted(
     "--optimizer",
     type=Choice(("direct", "crs2", "isres", "esch")),
     default="direct",
-    show_default=True,
     help="NLopt global search: DIRECT-L (deterministic), CRS2, ISRES or the evolutionary ESCH.",
 )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -36,19 +36,15 @@ if TYPE_CHECKING:
 @seed_option
 @output_options
 def fleet(
+    *,
     sessions: Path,
     out: Path,
     workers: int | None,
     scheduler: str | None,
     again: bool,
-    friction: str,
-    gravity: str,
-    optimizer: str,
-    without: tuple[str, ...],
-    tolerance: float | None,
     given: Given,
-    seed: int,
     output: Output,
+    **how: Any,
 ) -> None:
     """Identify every session of a folder in parallel; compare the units.
 
@@ -70,7 +66,7 @@ def fleet(
     from idtool.fleet import Options, run_fleet
     from idtool.fleet.summary import document
 
-    options = Options(friction, gravity, optimizer, seed, given.constant, without, tolerance, given.axis())
+    options = Options(torque_constant=given.constant, axis=given.axis(), **how)
     with Progress(output, "identifying") as progress:
         result = run_fleet(
             sessions,

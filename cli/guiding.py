@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,14 +13,15 @@ import click
 
 from idtool.errors import InputError, UsageError
 
-from .common import PATH, Output
-from .moving import Moving, moving_options
+from .common import PATH, Output, defaulted
+from .moving import Moving, moving_options, result_on
 from .numbers import POSITIVE, NumberRange, Tilt
 
 if TYPE_CHECKING:
     from idtool.control import Limits
-    from idtool.guiding.player import Stop, Watching
-    from idtool.model.units import Kind
+    from idtool.guiding.jog import Jogged
+    from idtool.guiding.playback import Played
+    from idtool.guiding.player import Watching
     from idtool.parameters import Parameters
     from idtool.rig.base import Rig, TrialSetup
 
@@ -187,18 +189,16 @@ period_option = click.option(
     type=NumberRange(1e-4, 1.0),
     help="Control period (default: the file's, or 0.01).",
 )
-max_speed_option = click.option(
+max_speed_option = defaulted(
     "--max-speed",
     default=250.0,
-    show_default=True,
     metavar="MM_S",
     type=POSITIVE,
     help="Speed limit of the session, where the file says how far the axis moves per radian.",
 )
-idle_option = click.option(
+idle_option = defaulted(
     "--idle",
     default=60.0,
-    show_default=True,
     metavar="S",
     type=POSITIVE,
     help="Hold the axis after so long without a hand, until the button was up.",
@@ -309,21 +309,33 @@ def contact_limit(parameters: Parameters | None, force_n: float | None) -> float
     return force_n or _CONTACT_LEVELS * level
 
 
-def stop_document(stop: Stop | None) -> dict[str, Any] | None:
-    """Where and why an axis was stopped, for `--json`."""
-    if stop is None:
-        return None
-    return {"why": stop.why, "time_s": stop.time_s, "position": stop.position, "torque": stop.torque}
-
-
-def show_end(screen: Screen, stop: Stop | None, kind: Kind, log: Path | None) -> None:
-    """Where and why an axis was stopped, if it was, and what was written, for a person."""
+def tell_end(
+    told: Watched,
+    rig: str,
+    axis: Rig,
+    moved: Played | Jogged,
+    document: dict[str, Any],
+    show: Callable[[Screen], None],
+) -> int:
+    """What a motion came to, where and why it was stopped if it was, and what was written; the exit code."""
     from idtool.model.units import unit_text
 
-    if stop is not None:
-        where = f"{stop.position:.4g} {unit_text('position', kind)}"
-        felt = "" if stop.torque is None else f", {stop.torque:+.3g} {unit_text('torque', kind)} felt"
-        word = "met something" if stop.why == "contact" else "stayed behind where it was wanted"
-        screen.print(f"stopped: the axis {word} at {where}{felt}.")
-    if log is not None:
-        screen.print(f"written: {log}", folded=False)
+    stop, kind, log = moved.stopped, axis.axis.kind, told.log
+
+    def shown(screen: Screen) -> None:
+        show(screen)
+        if stop is not None:
+            where = f"{stop.position:.4g} {unit_text('position', kind)}"
+            felt = "" if stop.torque is None else f", {stop.torque:+.3g} {unit_text('torque', kind)} felt"
+            word = "met something" if stop.why == "contact" else "stayed behind where it was wanted"
+            screen.print(f"stopped: the axis {word} at {where}{felt}.")
+        if log is not None:
+            screen.print(f"written: {log}", folded=False)
+
+    document |= {
+        "stopped": None if stop is None else asdict(stop),
+        "interrupted": moved.interrupted,
+        "log": str(log) if log else None,
+    }
+    result_on(rig, axis.simulated, told.output, document, shown)
+    return 130 if moved.interrupted else 4 if stop is not None else 0

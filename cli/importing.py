@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -44,7 +43,7 @@ def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
 )
 @click.option(
     "--map",
-    "maps",
+    "mapping",
     multiple=True,
     metavar="COLUMN=SOURCE",
     help="Take SOURCE for COLUMN (position_rad, or just position).",
@@ -57,9 +56,7 @@ def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
     help="Unit of a column: position=deg, velocity=rpm, time=ms, current=2.69mA, position=count:4096.",
 )
 @click.option("--trial-by", metavar="COLUMN", help="Column whose values part the trials.")
-@click.option(
-    "--where", "wheres", multiple=True, metavar="COLUMN=VALUE", help="Take only the rows in which it holds."
-)
+@click.option("--where", multiple=True, metavar="COLUMN=VALUE", help="Take only the rows in which it holds.")
 @click.option(
     "--torque-constant",
     type=Number(),
@@ -86,20 +83,7 @@ def _once(option: str, texts: Iterable[str]) -> dict[str, str]:
 @force_option
 @output_options
 def import_recording(
-    *,
-    output: Output,
-    file: Path,
-    target: Path,
-    maps: tuple[str, ...],
-    units: tuple[str, ...],
-    trial_by: str | None,
-    wheres: tuple[str, ...],
-    torque_constant: float | None,
-    experiment: str,
-    kind: Literal["rotary", "linear"] | None,
-    unwrap: float | None,
-    axis_file: Path | None,
-    force: bool,
+    *, file: Path, target: Path, axis_file: Path | None, force: bool, output: Output, **how: Any
 ) -> None:
     """Turn a recording from elsewhere into a log: CSV, Parquet, MATLAB, ROS 1 and 2 bags, MCAP, BAM.
 
@@ -122,30 +106,20 @@ def import_recording(
         refuse_existing(target, force, file)
         _write_parameters(output, *from_bam, target, force=force)
         return
-    mapping, unit_texts = _once("--map", maps), _once("--unit", units)
+    how["mapping"], how["units"] = _once("--map", how["mapping"]), _once("--unit", how["units"])
     where: dict[str, list[str]] = {}
-    for name, value in _pairs("--where", wheres):
+    for name, value in _pairs("--where", how["where"]):
         where.setdefault(name, []).append(value)
-    if unwrap is not None and not (math.isfinite(unwrap) and unwrap > 0):
+    unwrap, axis = how["unwrap"], None
+    if unwrap is not None and not unwrap > 0.0:
         raise click.UsageError(f"--unwrap {unwrap:g}: the period must be a finite number above zero.")
-    axis = None
     if axis_file is not None:
-        if kind is not None or torque_constant is not None:
+        if how["kind"] is not None or how["torque_constant"] is not None:
             raise click.UsageError("--axis says what --kind and --torque-constant would; leave them away.")
         axis = AxisFile.read(axis_file).axis
-        kind, torque_constant = axis.kind, axis.torque_constant
+        how |= {"kind": axis.kind, "torque_constant": axis.torque_constant}
     refuse_existing(target, force, file)
-    imported = convert(
-        file,
-        mapping=mapping,
-        units=unit_texts,
-        trial_by=trial_by,
-        where=where,
-        torque_constant=torque_constant,
-        experiment=experiment,
-        kind=kind,
-        unwrap=unwrap,
-    )
+    imported = convert(file, **how | {"where": where})
     if axis is not None:
         imported = replace(imported, log=replace(imported.log, axis=imported.log.axis.completed(axis)))
     imported.log.write(target, force=force)

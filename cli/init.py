@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .angles import radians, range_options
-from .common import PATH, Output, force_option, output_options
+from .common import PATH, Output, defaulted, force_option, output_options
 from .numbers import Number
 from .words import Choice
 
@@ -21,12 +21,11 @@ _KINDS = ("rotary", "linear")
 
 
 @click.command()
-@click.option(
-    "-o", "--output", "target", default="axis.toml", show_default=True, type=PATH, help="The file to write."
-)
+@defaulted("-o", "--output", "target", default="axis.toml", type=PATH, help="The file to write.")
 @click.option("--kind", type=Choice(_KINDS), help="Kind of axis.")
 @click.option(
     "--torque-constant",
+    "constant",
     type=Number(),
     metavar="K",
     help="Torque per current at the output shaft, N m/A (N/A on a linear axis).",
@@ -35,21 +34,18 @@ _KINDS = ("rotary", "linear")
     "--name", metavar="TEXT", help="What this unit is called; ffc-id fleet tells units apart by it."
 )
 @range_options("Positions it may take, rad (m).")
-@click.option("--max-speed", type=Number(), metavar="W", help="Highest speed, rad/s (m/s).")
-@click.option("--max-current", type=Number(), metavar="A", help="Highest current, A.")
+@click.option("--max-speed", "speed", type=Number(), metavar="W", help="Highest speed, rad/s (m/s).")
+@click.option("--max-current", "current", type=Number(), metavar="A", help="Highest current, A.")
 @force_option
 @output_options
 def init(
+    *,
     target: Path,
-    kind: str | None,
-    torque_constant: float | None,
-    name: str | None,
     reach: tuple[float, float] | None,
     reach_deg: tuple[float, float] | None,
-    max_speed: float | None,
-    max_current: float | None,
     force: bool,
     output: Output,
+    **told: Any,
 ) -> None:
     """Write an axis file: what is known of an axis before anything is measured on it.
 
@@ -68,19 +64,11 @@ def init(
     from .onward import logs_beside
 
     reach = radians("range", reach, reach_deg)
-    if reach_deg is not None and kind == "linear":
+    if reach_deg is not None and told["kind"] == "linear":
         raise UsageError("--range-deg is for a rotary axis; pass --range in m.")
     refuse_existing(target, force)
-    told: dict[str, Any] = {
-        "kind": kind,
-        "constant": torque_constant,
-        "name": name,
-        "lowest": reach[0] if reach else None,
-        "highest": reach[1] if reach else None,
-        "speed": max_speed,
-        "current": max_current,
-    }
-    if kind is None:
+    told["lowest"], told["highest"] = reach or (None, None)
+    if told["kind"] is None:
         if not sys.stdin.isatty():
             raise UsageError("nobody is there to be asked; pass --kind rotary or --kind linear.")
         told = _ask(told)

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from .guiding import Watched, setup_of, show_end, stop_document, travel_of, watched_options
+from .guiding import Watched, setup_of, tell_end, travel_of, watched_options
 from .live import live_views
-from .moving import result_on
 from .numbers import POSITIVE
 from .progress import Progress
 
 if TYPE_CHECKING:
-    from idtool.guiding.jog import Jogged
     from idtool.model.units import Kind
-
-    from .screen import Screen
 
 
 @click.command()
@@ -62,12 +57,12 @@ def jog(told: Watched, step: float | None, speed: float | None) -> int:
         usual_step, usual_speed = (STEP_RAD, SPEED_RAD_S) if ratio is None else (STEP_M, SPEED_M_S)
         scale = 1.0 if ratio is None else 1.0 / ratio
         low, high = device.limits.position
-        place, remedy = "jog", "run it in a terminal, or move the axis by `play` and a file of waypoints"
-        with TerminalKeys(place, remedy):  # no keys: told before anything is asked or moves
+        where, remedy = "jog", "run it in a terminal, or move the axis by `play` and a file of waypoints"
+        with TerminalKeys(where, remedy):  # no keys: told before anything is asked or moves
             pass
         setup = setup_of(load, tilted, device, told.inside(device))
         with (
-            TerminalKeys(place, remedy) as keys,
+            TerminalKeys(where, remedy) as keys,
             live_views(told, device) as watch,
             Progress(output, "hands off, it listens", timed=False) as bar,
         ):
@@ -87,17 +82,19 @@ def jog(told: Watched, step: float | None, speed: float | None) -> int:
                 clock=HostClock() if device.simulated else None,
                 **watching | {"behind": BEHIND_SHARE * (high - low), "watch": watch},
             )
-    document = _document(jogged, ratio, log)
-    result_on(rig, device.simulated, output, document, lambda screen: _show(screen, jogged, ratio, kind, log))
-    if jogged.interrupted:
-        return 130
-    if jogged.stopped is not None:
-        return 4
-    if log is not None:
+    key, factor = ("moved_mrad", 1e3) if ratio is None else ("moved_mm", 1e3 * ratio)
+    document = {
+        "schema": "ffc-id/jog/1",
+        "position": jogged.position,
+        key: factor * (jogged.position - jogged.start),
+    }
+    place = _place(jogged.position, ratio, kind)
+    code = tell_end(told, rig, device, jogged, document, lambda screen: screen.print(f"at {place}."))
+    if code == 0 and log is not None:
         output.next("play", log, "--rig", rig)
-    else:
+    elif code == 0:
         output.next("jog", "--rig", rig, "-o", "way.csv")
-    return 0
+    return code
 
 
 def _place(position: float, ratio: float | None, kind: Kind) -> str:
@@ -105,20 +102,3 @@ def _place(position: float, ratio: float | None, kind: Kind) -> str:
 
     mm = "" if ratio is None else f", {1e3 * ratio * position:+z.2f} mm"
     return f"{position:+z.4f} {unit_text('position', kind)}{mm}"
-
-
-def _document(jogged: Jogged, ratio: float | None, log: Path | None) -> dict[str, Any]:
-    key, factor = ("moved_mrad", 1e3) if ratio is None else ("moved_mm", 1e3 * ratio)
-    return {
-        "schema": "ffc-id/jog/1",
-        "position": jogged.position,
-        key: factor * (jogged.position - jogged.start),
-        "stopped": stop_document(jogged.stopped),
-        "interrupted": jogged.interrupted,
-        "log": str(log) if log else None,
-    }
-
-
-def _show(screen: Screen, jogged: Jogged, ratio: float | None, kind: Kind, log: Path | None) -> None:
-    screen.print(f"at {_place(jogged.position, ratio, kind)}.")
-    show_end(screen, jogged.stopped, kind, log)

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from .common import PATH, given_words
-from .guiding import Watched, setup_of, show_end, stop_document, travel_of, watched_options
+from .common import PATH, defaulted, given_words
+from .guiding import Watched, setup_of, tell_end, travel_of, watched_options
 from .live import live_views
-from .moving import result_on
 from .numbers import NumberRange
 from .progress import Progress
 
 if TYPE_CHECKING:
     from idtool.guiding.playback import Played
-    from idtool.model.units import Kind
 
     from .screen import Screen
 
@@ -24,14 +22,8 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("taught", type=PATH)
 @watched_options
-@click.option(
-    "--speed",
-    default=1.0,
-    show_default=True,
-    type=NumberRange(1e-3, 10.0),
-    help="Speed, relative to how it was taught.",
-)
-@click.option("--loop", default=1, show_default=True, metavar="N", type=click.IntRange(1), help="How often.")
+@defaulted("--speed", default=1.0, type=NumberRange(1e-3, 10.0), help="Speed, relative to how it was taught.")
+@defaulted("--loop", default=1, metavar="N", type=click.IntRange(1), help="How often.")
 @click.option("--waypoints", type=PATH, help="Write the path as points to edit, and play those.")
 def play(told: Watched, taught: Path, speed: float, loop: int, waypoints: Path | None) -> int:
     """Play a taught path back: the log of `teach -o`, or a file of waypoints.
@@ -86,35 +78,22 @@ def play(told: Watched, taught: Path, speed: float, loop: int, waypoints: Path |
                 **watching | {"behind": BEHIND_SHARE * (high - low), "watch": watch},
             )
     ratio = travel_of(parameters, axis.kind)
-    document = _document(played, ratio, scale, log)
-    result_on(
-        rig, device.simulated, output, document, lambda screen: _show(screen, played, ratio, axis.kind, log)
-    )
-    if played.interrupted:
-        return 130
-    if played.stopped is not None:
-        return 4
-    if log is not None:
-        output.next("plot", log)
-    else:
-        output.next("play", *given_words(), "-o", "played.csv")
-    return 0
-
-
-def _document(played: Played, ratio: float | None, scale: float, log: Path | None) -> dict[str, Any]:
     key, factor = ("rms_error_mrad", 1e3) if ratio is None else ("rms_error_mm", 1e3 * ratio)
-    return {
+    document = {
         "schema": "ffc-id/play/1",
         key: played.rms_error * factor,
-        "stopped": stop_document(played.stopped),
         "speed": scale,
         "lag_s": played.lag_s,
-        "interrupted": played.interrupted,
-        "log": str(log) if log else None,
     }
+    code = tell_end(told, rig, device, played, document, lambda screen: _show(screen, played, ratio))
+    if code == 0 and log is not None:
+        output.next("plot", log)
+    elif code == 0:
+        output.next("play", *given_words(), "-o", "played.csv")
+    return code
 
 
-def _show(screen: Screen, played: Played, ratio: float | None, kind: Kind, log: Path | None) -> None:
+def _show(screen: Screen, played: Played, ratio: float | None) -> None:
     error = (
         f"{1e3 * played.rms_error:.2f} mrad" if ratio is None else f"{1e3 * ratio * played.rms_error:.3f} mm"
     )
@@ -125,4 +104,3 @@ def _show(screen: Screen, played: Played, ratio: float | None, kind: Kind, log: 
         screen.print(f"played in part; position off by {error} rms {lag}.")
     else:
         screen.print(f"played; position off by {error} rms {lag}.")
-    show_end(screen, played.stopped, kind, log)

@@ -9,7 +9,7 @@ from typing import Literal
 import click
 
 from .axis import Given, axis_options
-from .common import PATH, Output, force_option, logs_argument, output_options, params_option
+from .common import PATH, Output, defaulted, force_option, logs_argument, output_options, params_option
 from .progress import Progress
 from .words import Choice
 
@@ -17,12 +17,11 @@ from .words import Choice
 @click.command()
 @logs_argument
 @params_option()
-@click.option(
+@defaulted(
     "--from",
     "source",
     type=Choice(["effort", "goal"]),
     default="effort",
-    show_default=True,
     help="What drives it: the logged effort, or the logged goal through the servo's position loop.",
 )
 @click.option("-o", "--output", "out", required=True, type=PATH, help="CSV to write.")

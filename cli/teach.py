@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import PATH, Output, given_words, params_option, picture_name
+from .common import PATH, Output, defaulted, given_words, params_option, picture_name
 from .guiding import (
     Guiding,
     check_axis,
@@ -57,10 +57,9 @@ if TYPE_CHECKING:
 @max_speed_option
 @idle_option
 @click.option("--no-hand", is_flag=True, help="Simulated: nobody touches the axis (with --duration).")
-@click.option(
+@defaulted(
     "--hand-speed",
     default=19.2,
-    show_default=True,
     metavar="MM_S",
     type=POSITIVE,
     help="How fast the simulated hand wants to move.",

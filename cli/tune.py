@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import Output, given_words, output_options, params_option
+from .common import Output, defaulted, given_words, output_options, params_option
 from .guiding import period_option
 from .numbers import POSITIVE, NumberRange
 from .onward import ANY_RIG
@@ -28,10 +28,9 @@ if TYPE_CHECKING:
     type=NumberRange(1e-3, 1e3),
     help="Force of the hand at the moving part.",
 )
-@click.option(
+@defaulted(
     "--speed",
     default=19.2,
-    show_default=True,
     metavar="MM_S",
     type=NumberRange(1e-3, 1e4),
     help="Speed that it shall give there.",
@@ -43,10 +42,9 @@ if TYPE_CHECKING:
     help="How far from the shaft the hand holds it; an arm needs it, a slide's file says it.",
 )
 @period_option
-@click.option(
+@defaulted(
     "--servo-bandwidth",
     default=20.0,
-    show_default=True,
     metavar="HZ",
     type=POSITIVE,
     help="Of the drive's velocity loop, for the margins.",

@@ -10,12 +10,12 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .angles import radians
-from .common import PATH, seed_option
+from .common import PATH, defaulted, seed_option
 from .numbers import NumberRange, Tilt
 from .words import Choice, complete_plant
 
@@ -27,28 +27,20 @@ _POLL_S = 0.2
 
 
 @click.command("virtual-servo")
-@click.option(
+@defaulted(
     "--plant",
     default="paper",
-    show_default=True,
     metavar="NAME|FILE",
     shell_complete=complete_plant,
     help="The axis behind it: a named rig, or a plant file of yours.",
 )
-@click.option(
-    "--kind",
-    default="dynamixel",
-    show_default=True,
-    type=Choice(["dynamixel", "feetech"]),
-    help="Whose servo it is.",
-)
-@click.option("--id", "id_", default=1, show_default=True, type=click.IntRange(0, 252), help="Its id.")
+@defaulted("--kind", default="dynamixel", type=Choice(["dynamixel", "feetech"]), help="Whose servo it is.")
+@defaulted("--id", default=1, type=click.IntRange(0, 252), help="Its id.")
 @click.option("--baud", type=int, help="Its baud rate [57600 or, of a Feetech, 1000000].")
 @click.option("--model", type=int, metavar="NUMBER", help="Its model number [1150 or, of a Feetech, 777].")
-@click.option(
+@defaulted(
     "--scale",
     default=1.0,
-    show_default=True,
     type=NumberRange(0.1, 100.0),
     help="Seconds of the servo per second here; give the rig the same scale=.",
 )
@@ -71,19 +63,14 @@ _POLL_S = 0.2
 @click.option("--json", "as_json", is_flag=True, help="Say where it is as one JSON document.")
 @seed_option
 def virtual_servo(
+    *,
     plant: str,
-    kind: str,
-    id_: int,
-    baud: int | None,
-    model: int | None,
-    scale: float,
     payload: float,
     tilt: tuple[float, float] | None,
     tilt_deg: tuple[float, float] | None,
-    faults: tuple[str, ...],
     link: Path | None,
     as_json: bool,
-    seed: int,
+    **how: Any,
 ) -> None:
     """Run a virtual servo: a serial device with a simulated axis behind it.
 
@@ -108,23 +95,13 @@ def virtual_servo(
     alpha, beta = radians("tilt", tilt, tilt_deg) or (0.0, 0.0)
     setup = TrialSetup(payload_kg=payload, tilt_alpha_rad=alpha, tilt_beta_rad=beta)
     file = read_plant(plant)
-    scaled = f",scale={scale:g}" if scale != 1.0 else ""
+    scaled = f",scale={how['scale']:g}" if how["scale"] != 1.0 else ""
     with (
         suppress(KeyboardInterrupt),
-        Rehearsal(
-            file,
-            kind=kind,
-            id=id_,
-            model=model,
-            baud=baud,
-            scale=scale,
-            faults=faults,
-            setup=setup,
-            seed=seed,
-        ) as servo,
+        Rehearsal(file, setup=setup, **how) as servo,
         _linked(link, servo.path),
     ):
-        spec = f"{kind}:{link or servo.path},id={id_},baud={servo.baud}{scaled}"
+        spec = f"{how['kind']}:{link or servo.path},id={how['id']},baud={servo.baud}{scaled}"
         click.echo(json.dumps({"device": servo.path, "rig": spec}) if as_json else servo.path)
         sys.stdout.flush()
         click.echo(f"use it with --rig {spec}; Ctrl-C ends it. Commands here:", err=True)

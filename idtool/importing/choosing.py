@@ -12,7 +12,15 @@ import pandas as pd
 
 from idtool.errors import InputError, UsageError
 from idtool.importing import cleaning
-from idtool.importing.conversion import TURNED_ROUND, Unit, dimension, given_unit, named_unit, si_unit
+from idtool.importing.conversion import (
+    TURNED_ROUND,
+    Unit,
+    dimension,
+    given_unit,
+    is_unit,
+    named_unit,
+    si_unit,
+)
 from idtool.importing.names import (
     Meaning,
     Taken,
@@ -48,7 +56,7 @@ def meaning_of(source: Table, name: str) -> Meaning | None:
 def _stated_unit(source: Table, name: str, role: str) -> str:
     """The unit that the recording states beside a column's name, "" if none of the role's."""
     unit = source.units.get(name, "")
-    return unit if any(named_unit(unit, role, kind) for kind in ("rotary", "linear")) else ""
+    return unit if is_unit(unit, role) else ""
 
 
 def given(
@@ -164,9 +172,8 @@ def with_units(
                 _refuse_odd_clock(table[item.source], item.source)
         if text == TURNED_ROUND:
             unit = given_unit(f"-{unit.text or 1}", role, kind)
-        taken.append(
-            Taken(column, role, item.source, unit, why, item.commanded and role in ("torque", "current"))
-        )
+        commanded = item.commanded and role in ("torque", "current")
+        taken.append(Taken(column, role, item.source, unit, why, commanded))
     return tuple(taken)
 
 

@@ -111,6 +111,11 @@ def named_unit(text: str, role: str, kind: Kind) -> Unit | None:
     return Unit(text, factors[name], _OFFSETS.get(name, 0.0)) if name in factors else None
 
 
+def is_unit(text: str, role: str) -> bool:
+    """Whether it is a unit of the role on either kind of axis."""
+    return any(named_unit(text, role, kind) for kind in ("rotary", "linear"))
+
+
 def given_unit(text: str, role: str, kind: Kind) -> Unit:
     """The unit of `--unit ROLE=TEXT`: a name, a number of SI units, `0.229rpm` or `count:4096`; with a minus
     the column is turned round.

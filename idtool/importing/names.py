@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from idtool.errors import InputError, UsageError, nearest, sentence
-from idtool.importing.conversion import Unit, named_unit
+from idtool.importing.conversion import Unit, is_unit, named_unit
 from idtool.log.format import columns_of
 from idtool.model.units import Kind
 
@@ -110,7 +110,7 @@ def meaning(name: str) -> Meaning | None:
         if found is None:
             continue
         role, commanded, linear = found
-        if not unit or any(named_unit(unit, role, kind) for kind in ("rotary", "linear")):
+        if not unit or is_unit(unit, role):
             return Meaning(name, role, unit, commanded, linear)
     return None
 
@@ -129,9 +129,7 @@ def meaning_by_unit(name: str, stated: str = "") -> Meaning | None:
     base, unit = (bracket[1], bracket[2]) if bracket else (name, stated)
     if not unit or set(_words_of(base)) & (_COMMAND_WORDS | _OTHER_WORDS):
         return None
-    roles = [
-        role for role in _TOLD_BY_UNIT if any(named_unit(unit, role, kind) for kind in ("rotary", "linear"))
-    ]
+    roles = [role for role in _TOLD_BY_UNIT if is_unit(unit, role)]
     if len(roles) > 1:
         roles = [role for role in roles if (role == "velocity") == bool(_RATE.search(unit))]
     return Meaning(name, roles[0], unit, by_unit=True) if len(roles) == 1 else None
@@ -161,10 +159,7 @@ def unit_at_end(name: str, role: str) -> str:
     >>> unit_at_end("cur_mA", "current"), unit_at_end("x12", "current")
     ('mA', '')
     """
-    for _, unit in _splits(name):
-        if unit and any(named_unit(unit, role, kind) for kind in ("rotary", "linear")):
-            return unit
-    return ""
+    return next((unit for _, unit in _splits(name) if unit and is_unit(unit, role)), "")
 
 
 def _splits(name: str) -> Iterator[tuple[str, str]]:

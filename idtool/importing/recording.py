@@ -30,15 +30,9 @@ from idtool.presentation.text import counted
 _HEADROOM = 1.25
 #: Roles that change slowly or stay until set anew, so that a gap holds the last value.
 _HELD = (
-    "payload",
-    "tilt_alpha",
-    "tilt_beta",
-    "temperature",
-    "supply_voltage",
-    "position_command",
-    "velocity_command",
-    "drive_on",
-)
+    "payload", "tilt_alpha", "tilt_beta", "temperature", "supply_voltage", "position_command",
+    "velocity_command", "drive_on",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -289,9 +283,7 @@ def _provenance(
     unwrap: float | None,
 ) -> dict[str, Any]:
     """What the log's header says of where it came from; the file's name only, so that no path leaks."""
-    record: dict[str, Any] = {"imported_from": file.name}
-    if any(item.commanded for item in taken):
-        record["effort"] = "commanded"
+    commanded = {"effort": "commanded"} if any(item.commanded for item in taken) else {}
     options: dict[str, Any] = {}
     if where:
         options["where"] = [f"{name}={value}" for name, values in where.items() for value in values]
@@ -303,4 +295,4 @@ def _provenance(
     converted = {item.column: item.unit.text for item in taken if item.unit.factor != 1 or item.unit.offset}
     if converted:
         options["units"] = converted
-    return record | {"import": options}
+    return {"imported_from": file.name, **commanded, "import": options}

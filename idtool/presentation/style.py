@@ -220,6 +220,11 @@ def torque_label(kind: Units, prefix: str = "") -> str:
     return axis_label(name[:1].upper() + name[1:], "torque", kind)
 
 
+def points(colour: str) -> dict[str, Any]:
+    """How measured points with their error bars look, as keyword arguments of `Axes.errorbar`."""
+    return {"fmt": "o", "ms": 4.5, "color": colour, "capsize": 2.5, "lw": 1.0, "zorder": 3}
+
+
 def powers_of_ten(axis: Axis) -> None:
     """Label the decades of a logarithmic axis as 10⁻¹, 1, 10, 10² without the formula typesetter.
 

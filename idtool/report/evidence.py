@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -32,6 +33,8 @@ from idtool.report.result_folder import evidence_document, evidence_rows
 from idtool.verbs.identification import Identification
 
 _NEEDED = ("trial", "time_s", "velocity", "torque", "before", "after")
+#: Columns that `Rows` calls otherwise.
+_FIELDS = {"time_s": "time", "payload_kg": "payload", "temperature_degc": "temperature"}
 _MAY_LACK = ("position", "acceleration", "load", "payload_kg", "temperature_degc")
 
 
@@ -206,30 +209,15 @@ def rows_of(frame: pd.DataFrame, file: Path) -> Rows:
             raise InputError("the column is missing", file=file, place=name, remedy=REMEDY)
     if len(frame) < 2:
         raise InputError("holds fewer than two rows", file=file, remedy=REMEDY)
-    needed = {name: _numbers(frame, name, file) for name in _NEEDED}
-    spare = {name: _spare(frame, name, file) for name in _MAY_LACK}
+    columns: dict[str, Any] = {_FIELDS.get(name, name): _numbers(frame, name, file) for name in _NEEDED}
+    columns |= {_FIELDS.get(name, name): _spare(frame, name, file) for name in _MAY_LACK}
+    columns["trial"] = columns["trial"].astype(np.int64)
+    columns["experiment"], columns["held_out"] = np.full(len(frame), "", object), np.zeros(len(frame), bool)
     if "experiment" in frame.columns:
-        experiment = frame["experiment"].fillna("").to_numpy(dtype=object)
-    else:
-        experiment = np.full(len(frame), "", dtype=object)
-    held_out = (
-        _numbers(frame, "held_out", file) > 0.5 if "held_out" in frame.columns else np.zeros(len(frame), bool)
-    )
-    return Rows(
-        trial=needed["trial"].astype(np.int64),
-        experiment=experiment,
-        time=needed["time_s"],
-        velocity=needed["velocity"],
-        torque=needed["torque"],
-        before=needed["before"],
-        after=needed["after"],
-        held_out=held_out,
-        position=spare["position"],
-        acceleration=spare["acceleration"],
-        load=spare["load"],
-        payload=spare["payload_kg"],
-        temperature=spare["temperature_degc"],
-    )
+        columns["experiment"] = frame["experiment"].fillna("").to_numpy(dtype=object)
+    if "held_out" in frame.columns:
+        columns["held_out"] = _numbers(frame, "held_out", file) > 0.5
+    return Rows(**columns)
 
 
 def _numbers(frame: pd.DataFrame, name: str, file: Path, *, gaps: bool = False) -> Array:

@@ -49,8 +49,8 @@ def stribeck_figure(
     points.draw(signed, np.ones(len(points.velocity), dtype=bool), style.MEASURED, "measured", fold=False)
     signed.axhline(0.0, color=style.FAINT, lw=0.8)
     signed.axvline(0.0, color=style.FAINT, lw=0.8)
-    signed.set_ylabel(style.torque_label(kind, "friction"))
-    signed.set_xlabel(style.axis_label("Velocity", "velocity", kind))
+    friction = style.torque_label(kind, "friction")
+    signed.set(xlabel=style.axis_label("Velocity", "velocity", kind), ylabel=friction)
     style.legend(figure, signed)
 
     for sign, name, colour in ((1.0, "forward", style.AFTER), (-1.0, "backward", style.BEFORE)):
@@ -59,9 +59,8 @@ def stribeck_figure(
                 curve.draw(folded, part, colour, fold=True)
         points.draw(folded, np.sign(points.velocity) == sign, colour, name, fold=True)
     folded.set_xlim(left=0.0)
+    folded.set(xlabel=style.axis_label("Speed", "velocity", kind), ylabel=friction)
     folded.set_title("folded: size of the friction, per direction")
-    folded.set_xlabel(style.axis_label("Speed", "velocity", kind))
-    folded.set_ylabel(style.torque_label(kind, "friction"))
     if len(points.velocity):
         folded.legend(loc="best")
     return figure
@@ -71,38 +70,22 @@ class _Points:
     def __init__(
         self, velocity: ArrayLike, torque: ArrayLike, stderr: ArrayLike | None, steady: ArrayLike | None
     ) -> None:
-        self.velocity = np.asarray(velocity, dtype=float)
-        self.torque = np.asarray(torque, dtype=float)
-        error = np.zeros(len(self.velocity)) if stderr is None else np.asarray(stderr, dtype=float)
+        self.velocity, self.torque = np.asarray(velocity, dtype=float), np.asarray(torque, dtype=float)
+        count = len(self.velocity)
+        error = np.zeros(count) if stderr is None else np.asarray(stderr, dtype=float)
         self.error = np.where(np.isfinite(error), 1.96 * error, 0.0)
-        self.steady = (
-            np.ones(len(self.velocity), dtype=bool) if steady is None else np.asarray(steady, dtype=bool)
-        )
+        self.steady = np.ones(count, dtype=bool) if steady is None else np.asarray(steady, dtype=bool)
 
     def draw(self, axes: Axes, which: NDArray[np.bool_], colour: str, label: str, *, fold: bool) -> None:
-        x, y = (
-            (np.abs(self.velocity), self.torque * np.sign(self.velocity))
-            if fold
-            else (self.velocity, self.torque)
-        )
+        sign = np.sign(self.velocity) if fold else 1.0
+        x, y = self.velocity * sign, self.torque * sign
         for chosen, face, name in (
             (which & self.steady, colour, label),
             (which & ~self.steady, "white", f"{label}, not steady"),
         ):
             if np.any(chosen):
-                axes.errorbar(
-                    x[chosen],
-                    y[chosen],
-                    self.error[chosen],
-                    fmt="o",
-                    ms=4.5,
-                    color=colour,
-                    mfc=face,
-                    capsize=2.5,
-                    lw=1.0,
-                    label=name,
-                    zorder=3,
-                )
+                look = style.points(colour) | {"mfc": face, "label": name}
+                axes.errorbar(x[chosen], y[chosen], self.error[chosen], **look)
 
 
 class _Curve:

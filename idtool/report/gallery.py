@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from idtool.model.units import torque_name, unit_text
 from idtool.presentation import text
 from idtool.report.evidence import Evidence, Segment
-from idtool.report.facts import array
+from idtool.report.facts import StribeckCurve, array
 from idtool.report.friction_figures import stribeck_figure
 from idtool.report.gravity_figures import arm_figure, average_error, gravity_figure
 from idtool.report.loop_figures import MOST_PANELS, Loop, loops_figure, main_frequency
@@ -67,13 +68,10 @@ def uncertainty_plates(evidence: Evidence) -> Iterator[Plate]:
 
 
 def _stribeck(evidence: Evidence) -> Iterator[Plate]:
-    points, curve = evidence.facts.stribeck_points, evidence.facts.stribeck_curve
-    if not points and (curve is None or not curve.velocity):
+    points, curve = evidence.facts.stribeck_points, evidence.facts.stribeck_curve or StribeckCurve()
+    if not points and not curve.velocity:
         return
     kind = evidence.kind
-    velocity = np.array([point.velocity for point in points])
-    torque = np.array([point.torque for point in points])
-    fit = (array(curve.velocity), array(curve.torque)) if curve else (np.empty(0), np.empty(0))
     unsteady = sum(not point.steady for point in points)
     caption = (
         _friction_shape(evidence)
@@ -92,15 +90,15 @@ def _stribeck(evidence: Evidence) -> Iterator[Plate]:
         f"{text.counted(len(points), 'measured point')}, "
         "the fitted curve with its band, and below it both directions folded onto each other.",
         lambda: stribeck_figure(
-            velocity,
-            torque,
+            [point.velocity for point in points],
+            [point.torque for point in points],
             kind=kind,
             stderr=array(tuple(point.stderr for point in points)),
             steady=[point.steady for point in points],
-            curve_velocity=fit[0],
-            curve_torque=fit[1],
-            low=array(curve.low) if curve else (),
-            high=array(curve.high) if curve else (),
+            curve_velocity=array(curve.velocity),
+            curve_torque=array(curve.torque),
+            low=array(curve.low),
+            high=array(curve.high),
         ),
     )
 
@@ -109,39 +107,30 @@ def _friction_shape(evidence: Evidence) -> str:
     static = evidence.parameters.static
     if not static or evidence.facts.friction == "coulomb":
         return "Coulomb and viscous friction: a level and a slope. "
-    below = static["static"].value < static["coulomb"].value
-    speed = text.number(static["stribeck_velocity"].value, 2)
-    unit = unit_text("velocity", evidence.kind)
-    if below:
-        return (
-            "The stiction lies below the Coulomb level: friction rises from standstill up to "
-            f"about {speed} {unit}. "
-        )
-    return (
-        f"The stiction lies above the Coulomb level: friction falls until about {speed} {unit}, then rises. "
-    )
+    speed = f"{text.number(static['stribeck_velocity'].value, 2)} {unit_text('velocity', evidence.kind)}"
+    if static["static"].value < static["coulomb"].value:
+        where, what = "below", f"rises from standstill up to about {speed}"
+    else:
+        where, what = "above", f"falls until about {speed}, then rises"
+    return f"The stiction lies {where} the Coulomb level: friction {what}. "
 
 
 def _gravity(evidence: Evidence) -> Iterator[Plate]:
     gravity, model, kind = evidence.parameters.gravity, evidence.parameters.gravity_model, evidence.kind
-    arm = model == "arm"
-    points = [
-        point
-        for point in evidence.facts.gravity_points
-        if (point.position if arm else point.payload_kg) is not None
-    ]
+    over = "position" if model == "arm" else "payload"
+    place = "position" if model == "arm" else "payload_kg"
+    points = [point for point in evidence.facts.gravity_points if getattr(point, place) is not None]
     if not points or not gravity:
         return
-    x = array(tuple(point.position if arm else point.payload_kg for point in points))
-    torque = np.array([point.torque for point in points])
+    x = array(tuple(getattr(point, place) for point in points))
+    torque = array(tuple(point.torque for point in points))
     stderr = array(tuple(point.stderr for point in points))
     values = {name: parameter.value for name, parameter in gravity.items()}
-    if arm:
+    if model == "arm":
         model_torque = values["sin"] * np.sin(x) + values["cos"] * np.cos(x)
     else:
         model_torque = values["base"] + values["per_payload"] * x
     error = average_error(torque, model_torque)
-    over = "position" if arm else "payload"
     caption = "Each dot is measured moving both ways, so that friction cancels. "
     if np.isfinite(error):
         caption += f"The model is off by {text.number(error, 2)} % on average. "
@@ -149,13 +138,7 @@ def _gravity(evidence: Evidence) -> Iterator[Plate]:
         f"Below: what is left; a bend there would mean that gravity does not follow the {over} as modelled."
     )
 
-    def draw() -> Figure:
-        if arm:
-            return arm_figure(x, torque, sin=values["sin"], cos=values["cos"], kind=kind, stderr=stderr)
-        return gravity_figure(
-            x, torque, base=values["base"], per_payload=values["per_payload"], kind=kind, stderr=stderr
-        )
-
+    draw = arm_figure if model == "arm" else gravity_figure
     yield Plate(
         "gravity",
         "model",
@@ -163,7 +146,7 @@ def _gravity(evidence: Evidence) -> Iterator[Plate]:
         caption,
         f"Gravity {torque_name(kind)} at {text.counted(len(points), over + ' step')} with the fitted line "
         "and, below, the difference between them.",
-        draw,
+        partial(draw, x, torque, **values, kind=kind, stderr=stderr),
     )
 
 
@@ -175,9 +158,8 @@ def _loops(evidence: Evidence) -> Iterator[Plate]:
     labels = []
     for segment in trials:
         frequency = main_frequency(rows.time[segment.rows], rows.velocity[segment.rows])
-        labels.append(
-            f"trial {segment.trial}" if frequency is None else f"{frequency:.2g} Hz (trial {segment.trial})"
-        )
+        trial = f"trial {segment.trial}"
+        labels.append(trial if frequency is None else f"{frequency:.2g} Hz ({trial})")
     effort = torque_name(kind)
     for against, x, see in (
         (
@@ -204,7 +186,7 @@ def _loops(evidence: Evidence) -> Iterator[Plate]:
             f"{see}. Grey is measured, blue is what the identified model predicts; they should lie on "
             "each other.",
             f"Loops of {effort} over {against}, measured and predicted, for {text.listed(labels)}.",
-            lambda loops=loops, against=against: loops_figure(loops, kind=kind, against=against),  # type: ignore[misc]
+            partial(loops_figure, loops, kind=kind, against=against),  # type: ignore[arg-type]
         )
 
 
@@ -238,10 +220,11 @@ def _predictions(evidence: Evidence) -> Iterator[Plate]:
                 rows.before[segment.rows] if rows.extended else None,
             )
         )
-    if held_out:
-        start = "None of these rows was used to fit parameters or to choose effects. "
-    else:
-        start = "Nothing was held out, so this is how well the model fits, not how well it predicts. "
+    start = (
+        "None of these rows was used to fit parameters or to choose effects. "
+        if held_out
+        else "Nothing was held out, so this is how well the model fits, not how well it predicts. "
+    )
     if rows.extended:
         models = "the base and the extended model"
         see = (
@@ -342,17 +325,13 @@ def _stiffness(evidence: Evidence) -> Iterator[Plate]:
         caption = "The data do not determine the stiffness: the curve is flat on at least one side. "
     else:
         caption = "A clear valley means that the data determine the stiffness. "
+    best = f", with its minimum at {text.number(cost.best, 3)} {unit_text('stiffness', kind)}"
     yield Plate(
         "bristle_stiffness",
         "uncertainty",
         "Error over the bristle stiffness",
         caption
         + "Flat to the right, only a lower bound is known: the bristle is stiffer than the sensors resolve.",
-        "Rms error of the fit over the bristle stiffness on a logarithmic axis"
-        + (
-            f", with its minimum at {text.number(cost.best, 3)} {unit_text('stiffness', kind)}."
-            if cost.best
-            else "."
-        ),
+        f"Rms error of the fit over the bristle stiffness on a logarithmic axis{best if cost.best else ''}.",
         lambda: stiffness_figure(sigma0[good], rmse[good], best=cost.best, kind=kind),
     )

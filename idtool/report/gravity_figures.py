@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -104,20 +104,12 @@ def _draw(
     span = float(np.ptp(x)) or 1.0
     fine = np.linspace(float(x.min()) - 0.03 * span, float(x.max()) + 0.03 * span, 200)
     upper.plot(fine, line(fine), color=style.AFTER, label=model)
-    points: dict[str, Any] = {
-        "fmt": "o",
-        "ms": 4.5,
-        "color": style.MEASURED,
-        "capsize": 2.5,
-        "lw": 1.0,
-        "zorder": 3,
-    }
+    points = style.points(style.MEASURED)
     upper.errorbar(x, measured, error, label="measured, 95 % interval", **points)
     upper.set_ylabel(style.torque_label(kind, "gravity"))
     style.legend(figure, upper)
     lower.axhline(0.0, color=style.AFTER)
     lower.errorbar(x, measured - line(x), error, **points)
-    lower.set_ylabel(f"Difference, {unit_text('torque', kind)}")
-    lower.set_xlabel(label)
+    lower.set(xlabel=label, ylabel=f"Difference, {unit_text('torque', kind)}")
     figure.align_ylabels()
     return figure

@@ -41,39 +41,16 @@ PAGE = "report.html"
 FIGURES = "figures"
 #: What of the provenance the page shows in words of its own.
 _SHOWN = (
-    "tool",
-    "logs",
-    "seed",
-    "friction",
-    "friction_law",
-    "filter_hz",
-    "verdict",
-    "left_percent_of_torque",
+    "tool", "logs", "seed", "friction", "friction_law", "filter_hz", "verdict", "left_percent_of_torque",
     "depends_on",
-)
+)  # fmt: skip
 #: Names of every figure that a report may have; those of an earlier report that this one lacks go.
 _KNOWN = (
-    "stribeck",
-    "gravity",
-    "loops_velocity",
-    "loops_position",
-    "prediction",
-    "residual_time",
-    "residual_position",
-    "residual_velocity",
-    "residual_acceleration",
-    "residual_load",
-    "residual_payload",
-    "residual_temperature",
-    "residual_histogram",
-    "residual_autocorrelation",
-    "spectrum_time",
-    "spectrum_angle",
-    "cumulative_periodogram",
-    "candidates",
-    "correlation",
-    "bristle_stiffness",
-)
+    "stribeck", "gravity", "loops_velocity", "loops_position", "prediction", "residual_time",
+    "residual_position", "residual_velocity", "residual_acceleration", "residual_load", "residual_payload",
+    "residual_temperature", "residual_histogram", "residual_autocorrelation", "spectrum_time",
+    "spectrum_angle", "cumulative_periodogram", "candidates", "correlation", "bristle_stiffness",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

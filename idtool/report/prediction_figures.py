@@ -29,12 +29,11 @@ class Trace:
 @style.styled
 def prediction_figure(traces: Sequence[Trace], *, kind: Units = "rotary", held_out: bool = True) -> Figure:
     """Measured torque with what the base and the extended model predict, a panel per trace."""
-    shown = list(traces)
-    rows = len(shown)
-    figure, axes = style.panels(rows, width=style.WIDE, height=1.4 + 1.9 * rows, gap=(0.3, 0.56), top=0.88)
+    height = 1.4 + 1.9 * len(traces)
+    figure, axes = style.panels(len(traces), width=style.WIDE, height=height, gap=(0.3, 0.56), top=0.88)
     where = "on trials the fit did not see" if held_out else "on the trials of the fit"
     style.title(figure, f"Measured and predicted {torque_name(kind)} {where}")
-    for panel, trace in zip(axes, shown, strict=True):
+    for panel, trace in zip(axes, traces, strict=True):
         every = style.thin(len(trace.time), 2500)
         time = trace.time[every]
         panel.plot(time, trace.measured[every], color=style.UNDER, lw=4.2, label="measured")
@@ -43,8 +42,7 @@ def prediction_figure(traces: Sequence[Trace], *, kind: Units = "rotary", held_o
             name = "extended model"
             panel.plot(time, trace.before[every], color=style.BEFORE, lw=1.1, label="base model")
         panel.plot(time, trace.after[every], color=style.AFTER, lw=1.1, label=name)
-        panel.set_title(trace.label)
-        panel.set_ylabel(style.torque_label(kind))
+        panel.set(title=trace.label, ylabel=style.torque_label(kind))
         panel.margins(x=0.01)
     axes[-1].set_xlabel("Time since the start of the trial, s")
     style.legend(figure, axes[0])

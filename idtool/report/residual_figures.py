@@ -12,7 +12,6 @@ from idtool.model.units import Units, torque_name, unit_text
 from idtool.presentation import style
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 #: Points of a mean that is drawn through a cloud: as many as an eye follows as one line.
@@ -90,26 +89,16 @@ def residual_time_figure(
         panel.set_ylabel(_residual_label(kind))
         for start, _, _ in parts[1:] if len(parts) <= _MOST_PARTS else ():
             panel.axvline(start, color=style.FAINT, lw=0.8, ls=(0, (2, 2)))
-    axes[0].set_ylim(-limit, limit)
-    axes[0].set_xlim(float(clock[0]), float(clock[-1]))
+    axes[0].set(xlim=(float(clock[0]), float(clock[-1])), ylim=(-limit, limit))
     whole = float(clock[-1] - clock[0]) or 1.0
     for start, end, name in parts:
         if (end - start) / whole > 0.012 * len(name):  # a name that would run into the next one is left out
             axes[0].annotate(
-                name,
-                (start, limit),
-                (3, 2),
-                textcoords="offset points",
-                fontsize=9,
-                color="#6b727b",
-                va="bottom",
+                name, (start, limit), (3, 2), textcoords="offset points", size=9, color="#6b727b", va="bottom"
             )
     axes[-1].set_xlabel("Time in the session, s")
-    handles = [handle for panel in axes for handle in panel.get_legend_handles_labels()[0]]
-    names = [name for panel in axes for name in panel.get_legend_handles_labels()[1]]
-    figure.legend(
-        handles, names, loc="upper right", ncols=3, borderaxespad=0.0, bbox_to_anchor=(0.985, 1 - 0.13 / 4.3)
-    )
+    corner = (0.985, 1 - 0.13 / 4.3)
+    figure.legend(loc="upper right", ncols=3, borderaxespad=0.0, bbox_to_anchor=corner)
     return figure
 
 
@@ -137,21 +126,15 @@ def residual_against_figure(
     x, before, after = x[there], before[there], after[there]
     figure, axes = style.panels(1, 2, height=3.15, gap=(0.3, 0.3), top=0.72, share="y")
     style.title(figure, f"Residual against {what}")
-    for panel, values, (colour, name) in zip(axes, (before, after), style.PAIR, strict=True):
-        _cloud(panel, x, values, colour)
-        panel.plot(*binned_mean(x, values, _FINE_BINS if fine else _BINS), color="#16191d", lw=1.6)
-        panel.set_title(name)
-        panel.set_xlabel(label)
-    limit = _limit(before, after)
-    axes[0].set_ylim(-limit, limit)
-    axes[0].set_ylabel(_residual_label(kind))
-    return figure
-
-
-def _cloud(panel: Axes, x: Array, y: Array, colour: str) -> None:
     every = style.thin(len(x))
-    panel.plot(x[every], y[every], ".", ms=3.2, mew=0, color=colour, alpha=0.28, rasterized=True)
-    panel.axhline(0.0, color=style.FAINT, lw=0.9)
+    for panel, values, (colour, name) in zip(axes, (before, after), style.PAIR, strict=True):
+        panel.plot(x[every], values[every], ".", ms=3.2, mew=0, color=colour, alpha=0.28, rasterized=True)
+        panel.axhline(0.0, color=style.FAINT, lw=0.9)
+        panel.plot(*binned_mean(x, values, _FINE_BINS if fine else _BINS), color="#16191d", lw=1.6)
+        panel.set(title=name, xlabel=label)
+    limit = _limit(before, after)
+    axes[0].set(ylim=(-limit, limit), ylabel=_residual_label(kind))
+    return figure
 
 
 @style.styled
@@ -170,9 +153,8 @@ def histogram_figure(before: Array, after: Array, *, kind: Units = "rotary") -> 
         x = np.linspace(-limit, limit, 300)
         normal = np.exp(-0.5 * ((x - mean) / spread) ** 2) / (spread * np.sqrt(2.0 * np.pi))
         panel.plot(x, normal, color=style.MEASURED, lw=1.1, ls=(0, (4, 2)), label="normal, same spread")
-    panel.set_xlim(-limit, limit)
-    panel.set_xlabel(_residual_label(kind))
     unit = unit_text("torque", kind)
-    panel.set_ylabel(f"Density, 1/({unit})" if " " in unit else f"Density, 1/{unit}")
+    density_label = f"Density, 1/({unit})" if " " in unit else f"Density, 1/{unit}"
+    panel.set(xlim=(-limit, limit), xlabel=_residual_label(kind), ylabel=density_label)
     style.legend(figure, panel)
     return figure

@@ -134,11 +134,8 @@ def evidence_rows(result: Identification) -> pd.DataFrame:
             "held_out": split.held[recording.row].astype(int),
         }
     )
-    for name, values in (
-        ("load", motion.load),
-        ("payload_kg", motion.payload),
-        ("temperature_degc", motion.temperature),
-    ):
+    optional = {"load": motion.load, "payload_kg": motion.payload, "temperature_degc": motion.temperature}
+    for name, values in optional.items():
         if values is not None:
             frame[name] = values[rows]
     return frame
@@ -167,16 +164,9 @@ def evidence_document(result: Identification, command: str, seed: int) -> dict[s
         "stribeck_points": stribeck_points(fit),
         "stribeck_curve": stribeck_curve(fit),
         "gravity_points": [
-            {
-                "torque": point.torque,
-                "stderr": point.stderr,
-                **(
-                    {"payload_kg": point.payload}
-                    if point.payload is not None
-                    else {"position": point.position}
-                ),
-            }
-            for point in gravity_points(fit)
+            {"torque": one.torque, "stderr": one.stderr}
+            | ({"position": one.position} if one.payload is None else {"payload_kg": one.payload})
+            for one in gravity_points(fit)
         ],
         "position": position_errors(result.logs, result.parameters),
         "cost_over_sigma0": _stiffness_cost(fit),

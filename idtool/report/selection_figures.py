@@ -65,8 +65,8 @@ def stiffness_figure(
         label = f"σ0 = {best:.3g} {unit_text('stiffness', kind)}"
         panel.axvline(best, color=style.BEFORE, lw=1.4, ls=(0, (4, 2)), label=label)
     style.powers_of_ten(panel.xaxis)
-    panel.set_xlabel(f"Bristle stiffness σ0, {unit_text('stiffness', kind)}")
-    panel.set_ylabel(f"Rms {torque_name(kind)} error, {unit_text('torque', kind)}")
+    error = f"Rms {torque_name(kind)} error, {unit_text('torque', kind)}"
+    panel.set(xlabel=f"Bristle stiffness σ0, {unit_text('stiffness', kind)}", ylabel=error)
     style.legend(figure, panel)
     return figure
 

@@ -33,10 +33,9 @@ def autocorrelation_figure(step: float, before: Array, after: Array, *, rows: in
     panel.axhline(0.0, color=style.FAINT, lw=0.9)
     for values, (colour, name) in zip((before, after), style.PAIR, strict=True):
         panel.plot(step * np.arange(len(values)), values, color=colour, label=name)
-    panel.set_xlim(0.0, step * max(len(before) - 1, 1))
-    panel.set_ylim(min(-0.25, float(np.min(before)), float(np.min(after))) - 0.05, 1.03)
-    panel.set_xlabel("Lag, s")
-    panel.set_ylabel("Autocorrelation")
+    lowest = min(-0.25, float(np.min(before)), float(np.min(after))) - 0.05
+    panel.set(xlim=(0.0, step * max(len(before) - 1, 1)), ylim=(lowest, 1.03))
+    panel.set(xlabel="Lag, s", ylabel="Autocorrelation")
     style.legend(figure, panel)
     return figure
 
@@ -50,12 +49,10 @@ def periodogram_figure(frequency: Array, before: Array, after: Array, *, kind: U
         panel.loglog(frequency, np.maximum(values, 1e-30), color=colour, lw=1.0, label=name)
     top = max(float(np.max(before)), float(np.max(after)))
     floor = max(float(np.quantile(np.maximum(after, 1e-30), 0.05)), 1e-7 * top)
-    panel.set_ylim(0.3 * floor, 3.0 * top)
-    panel.set_xlim(float(frequency[0]), float(frequency[-1]))
+    panel.set(xlim=(float(frequency[0]), float(frequency[-1])), ylim=(0.3 * floor, 3.0 * top))
     for axis in (panel.xaxis, panel.yaxis):
         style.powers_of_ten(axis)
-    panel.set_xlabel("Frequency, Hz")
-    panel.set_ylabel(f"Power density, ({unit_text('torque', kind)})²/Hz")
+    panel.set(xlabel="Frequency, Hz", ylabel=f"Power density, ({unit_text('torque', kind)})²/Hz")
     style.legend(figure, panel)
     return figure
 
@@ -73,9 +70,7 @@ def cumulative_figure(
         band.set_label("noise alone, 95 %")
         for curve, (colour, name) in zip((old, new), style.PAIR, strict=True):
             panel.plot(curve.frequency, curve.power, color=colour, label=name)
-        panel.set_xlim(0.0, 1.0)
-        panel.set_ylim(-0.03, 1.03)
-        panel.set_xlabel(f"Frequency in {new.over} / highest")
+        panel.set(xlim=(0.0, 1.0), ylim=(-0.03, 1.03), xlabel=f"Frequency in {new.over} / highest")
     panels[0].set_ylabel("Share of the power below it")
     style.legend(figure, panels[0])
     return figure
@@ -101,7 +96,7 @@ def angle_spectrum_figure(
         panel.plot(frequency, values, color=colour, lw=1.1, label=name)
     panel.set_xlim(float(frequency[0]), float(frequency[-1]))
     panel.set_ylim(bottom=0.0)
-    panel.set_xlabel(f"Spatial frequency, waves per {'metre' if kind == 'linear' else 'turn'}")
-    panel.set_ylabel(f"Amplitude, {unit_text('torque', kind)}")
+    waves = f"Spatial frequency, waves per {'metre' if kind == 'linear' else 'turn'}"
+    panel.set(xlabel=waves, ylabel=f"Amplitude, {unit_text('torque', kind)}")
     style.legend(figure, panel)
     return figure

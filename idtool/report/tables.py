@@ -10,6 +10,7 @@ from idtool.model.units import Units, file_key, is_linear, unit_text
 from idtool.parameters import CONTROLLER_KEYS, DYNAMIC, GRAVITY_MODELS, STATIC, Parameter
 from idtool.presentation import text
 from idtool.report.evidence import Evidence
+from idtool.report.facts import ResidualTest
 from idtool.report.residual_gallery import depends
 
 #: base name -> (symbol, meaning)
@@ -60,18 +61,6 @@ class ParameterGroup:
     title: str
     formula: str
     rows: tuple[ParameterRow, ...]
-
-
-@dataclass(frozen=True)
-class Dependence:
-    """What a residual test found for one variable, before and after, as text."""
-
-    variable: str
-    before: str
-    share_before: str
-    after: str
-    share_after: str
-    left: bool
 
 
 def parameter_groups(evidence: Evidence) -> Iterator[ParameterGroup]:
@@ -138,17 +127,8 @@ def _rows(
         value, stderr, interval = text.uncertain(parameter.value, parameter.stderr, parameter.ci95)
         interval = parameter.limits(lambda end: text.number(end, 2)) or interval
         remark, grave = remark_on(parameter)
-        yield ParameterRow(
-            file_key(name, dimension, kind),
-            symbol,
-            meaning,
-            unit_text(dimension, kind),
-            value,
-            stderr,
-            interval,
-            remark,
-            grave,
-        )
+        key, unit = file_key(name, dimension, kind), unit_text(dimension, kind)
+        yield ParameterRow(key, symbol, meaning, unit, value, stderr, interval, remark, grave)
 
 
 def remark_on(parameter: Parameter) -> tuple[str, bool]:
@@ -164,24 +144,25 @@ def remark_on(parameter: Parameter) -> tuple[str, bool]:
     return "", False
 
 
-def dependence_rows(evidence: Evidence) -> list[Dependence]:
-    """The residual tests side by side, in the order of the file."""
+def dependence_rows(evidence: Evidence) -> list[dict[str, object]]:
+    """What the residual tests found for each variable, before and after, in the order of the file."""
     tests = evidence.facts.residual_tests
     if tests is None:
         return []
     before = {test.variable: test for test in tests.before}
     after = {test.variable: test for test in tests.after}
+    untested = ResidualTest("")
     rows = []
     for variable in dict.fromkeys([*before, *after]):
-        first, second = before.get(variable), after.get(variable)
+        first, second = before.get(variable, untested), after.get(variable, untested)
         rows.append(
-            Dependence(
-                text.quantity(variable),
-                text.p_text(first.p_value if first else None),
-                text.percent(first.share if first else None),
-                text.p_text(second.p_value if second else None),
-                text.percent(second.share if second else None),
-                second is not None and depends(second),
-            )
+            {
+                "variable": text.quantity(variable),
+                "before": text.p_text(first.p_value),
+                "share_before": text.percent(first.share),
+                "after": text.p_text(second.p_value),
+                "share_after": text.percent(second.share),
+                "left": depends(second),
+            }
         )
     return rows

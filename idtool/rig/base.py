@@ -218,6 +218,14 @@ class Rig(ABC):
         if not self._prepared:
             raise RigFault("the rig was not prepared for a trial")
 
+    def _takeable(self, position_command: float, external_torque_nm: float) -> None:
+        """Refuse what a real axis cannot take: a simulated hand, or a command that is no number."""
+        self._ready()
+        if external_torque_nm != 0.0:
+            raise RigFault("a simulated hand cannot push a real axis")
+        if not math.isfinite(position_command):
+            raise RigFault("the drive refused a command that is not a finite number")
+
     @property
     def effort_readings(self) -> dict[str, str]:
         """Role of a log's column -> field of `Block` and `Sample`, for what stands for the motor's torque."""

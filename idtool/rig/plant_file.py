@@ -18,7 +18,7 @@ sensors = "lab"                            # or "dynamixel", "ideal"
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -72,14 +72,9 @@ _NOT_NEGATIVE = {"inertia_kg_m2", "damping_nm_s_per_rad"}
 #: Longest delay of a reading, s; the plant keeps 0.2 s of history.
 _LONGEST_DELAY = 0.1
 
-_FRICTION = (
-    "coulomb_nm",
-    "static_nm",
-    "stribeck_velocity_rad_s",
-    "viscous_nm_s_per_rad",
-    "bristle_stiffness_nm_per_rad",
-    "bristle_damping_nm_s_per_rad",
-)
+#: Numbers of the friction that are above zero, and those that are not below it.
+_FRICTION_ABOVE = ("coulomb_nm", "static_nm", "stribeck_velocity_rad_s")
+_FRICTION = ("viscous_nm_s_per_rad", "bristle_stiffness_nm_per_rad", "bristle_damping_nm_s_per_rad")
 _GRAVITY: dict[str, dict[str, float | None]] = {
     "slide": {"base_nm": None, "per_payload_nm_per_kg": None},
     "arm": {
@@ -90,19 +85,9 @@ _GRAVITY: dict[str, dict[str, float | None]] = {
     },
 }
 _TOP = (
-    "description",
-    "period_s",
-    "sensors",
-    "axis",
-    "plant",
-    "gravity",
-    "friction",
-    "limits",
-    "drive",
-    "motor",
-    "temperature",
-    "effects",
-)
+    "description", "period_s", "sensors", "axis", "plant", "gravity", "friction", "limits", "drive", "motor",
+    "temperature", "effects",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -180,19 +165,13 @@ def _plant(table: dict[str, Any], usual: str) -> PlantFile:
             place="gravity.kind",
             remedy=nearest(str(kind), _GRAVITY),
         )
-    friction = _numbers(_table(table, "friction"), dict.fromkeys(_FRICTION), "friction.")
-    _above_zero(friction, _FRICTION[:3], "friction.")
-    _not_below_zero(friction, _FRICTION[3:], "friction.")
-    limits = _numbers(
-        _table(table, "limits"),
-        dict.fromkeys(("lowest_rad", "highest_rad", "speed_rad_s", "current_a")),
-        "limits.",
-    )
-    _above_zero(limits, ("speed_rad_s", "current_a"), "limits.")
+    wanted = dict.fromkeys((*_FRICTION_ABOVE, *_FRICTION))
+    friction = _numbers(_table(table, "friction"), wanted, "friction.", _FRICTION_ABOVE, _FRICTION)
+    wanted = dict.fromkeys(("lowest_rad", "highest_rad", "speed_rad_s", "current_a"))
+    limits = _numbers(_table(table, "limits"), wanted, "limits.", ("speed_rad_s", "current_a"))
     if limits["lowest_rad"] >= limits["highest_rad"]:
         raise InputError("lowest_rad is not below highest_rad", place="limits", remedy="swap the two")
-    plant = _numbers(_table(table, "plant"), {"inertia_kg_m2": None}, "plant.")
-    _above_zero(plant, plant, "plant.")
+    plant = _numbers(_table(table, "plant"), {"inertia_kg_m2": None}, "plant.", ("inertia_kg_m2",))
     temperature, sensor = _temperature(table)
     effects = _effects(table.get("effects", []))
     _check_speed_of_effects(effects, plant["inertia_kg_m2"])
@@ -244,9 +223,7 @@ def _period(value: Any) -> float:
 
 def _drive(table: dict[str, Any]) -> Drive:
     defaults: dict[str, float | None] = {item.name: float(item.default) for item in fields(Drive)}  # type: ignore[arg-type]
-    numbers = _numbers(table_at(table.get("drive", {}), "drive"), defaults, "drive.")
-    _above_zero(numbers, numbers, "drive.")
-    return Drive(**numbers)
+    return Drive(**_numbers(table_at(table.get("drive", {}), "drive"), defaults, "drive.", defaults))
 
 
 #: Supply of a plant that names none, V, and the share of it that its highest current and speed together take.
@@ -264,10 +241,8 @@ def _motor(table: dict[str, Any], constant: float, limits: dict[str, float]) -> 
         "resistance_ohm": left / limits["current_a"],
         "supply_resistance_ohm": 0.0,
     }
-    numbers = _numbers(given, defaults, "motor.")
-    _above_zero(numbers, ("supply_v", "resistance_ohm"), "motor.")
-    _not_below_zero(numbers, ("supply_resistance_ohm",), "motor.")
-    return Motor(*numbers.values())
+    above, not_below = ("supply_v", "resistance_ohm"), ("supply_resistance_ohm",)
+    return Motor(*_numbers(given, defaults, "motor.", above, not_below).values())
 
 
 def _temperature(table: dict[str, Any]) -> tuple[dict[str, float], bool]:
@@ -276,9 +251,7 @@ def _temperature(table: dict[str, Any]) -> tuple[dict[str, float], bool]:
     if not isinstance(sensor, bool):
         raise InputError("not true or false", place="temperature.sensor", remedy="write true")
     defaults: dict[str, float | None] = {"ambient_degc": 25.0, "rise_k": 0.0, "time_constant_s": 900.0}
-    numbers = _numbers(values, defaults, "temperature.")
-    _above_zero(numbers, ("time_constant_s",), "temperature.")
-    return numbers, sensor
+    return _numbers(values, defaults, "temperature.", ("time_constant_s",)), sensor
 
 
 def _effects(entries: Any) -> dict[str, dict[str, float]]:
@@ -296,9 +269,8 @@ def _effects(entries: Any) -> dict[str, dict[str, float]]:
             )
         if name in effects:
             raise InputError(f"a second {name}", place=f"effects[{number}]", remedy="merge them")
-        checked = _numbers(values, EFFECT_KEYS[name], f"{name}.")
-        _above_zero(checked, _POSITIVE & checked.keys(), f"{name}.")
-        _not_below_zero(checked, _NOT_NEGATIVE & checked.keys(), f"{name}.")
+        above = _POSITIVE | ({"stiffness_nm_per_rad"} if name == "compliance" else set())
+        checked = _numbers(values, EFFECT_KEYS[name], f"{name}.", above, _NOT_NEGATIVE)
         if not 0.0 <= checked.get("delay_s", 0.0) <= _LONGEST_DELAY:
             raise InputError(
                 f"{checked['delay_s']} s is no delay",
@@ -317,7 +289,6 @@ def _check_speed_of_effects(effects: dict[str, dict[str, float]], inertia: float
     """
     if "compliance" in effects:
         c = effects["compliance"]
-        _above_zero(c, ("stiffness_nm_per_rad",), "compliance.")
         motor = inertia + effects.get("inertia", {}).get("inertia_kg_m2", 0.0)
         reduced = 1.0 / (1.0 / motor + 1.0 / c["load_inertia_kg_m2"])
         pace = STEP_S * (c["stiffness_nm_per_rad"] * STEP_S + 2.0 * c["damping_nm_s_per_rad"]) / reduced
@@ -342,7 +313,13 @@ def _table(table: dict[str, Any], name: str) -> Mapping[str, Any]:
     return table_at(table[name], name)
 
 
-def _numbers(table: Mapping[str, Any], wanted: dict[str, float | None], prefix: str) -> dict[str, float]:
+def _numbers(
+    table: Mapping[str, Any],
+    wanted: dict[str, float | None],
+    prefix: str,
+    above_zero: Container[str] = (),
+    not_below_zero: Container[str] = (),
+) -> dict[str, float]:
     """The wanted keys of a table as finite numbers; nothing else may stand in it."""
     no_strangers(table, wanted, prefix)
     numbers = {}
@@ -351,18 +328,8 @@ def _numbers(table: Mapping[str, Any], wanted: dict[str, float | None], prefix: 
         if value is None:
             raise InputError("is missing", place=f"{prefix}{key}", remedy="add it, in SI units")
         numbers[key] = finite(value, f"{prefix}{key}")
+    for key, number in numbers.items():
+        if (low := key in above_zero and number <= 0.0) or (key in not_below_zero and number < 0.0):
+            problem = f"{number:g} is {'not above' if low else 'below'} zero"
+            raise InputError(problem, place=f"{prefix}{key}", remedy="correct it")
     return numbers
-
-
-def _above_zero(numbers: Mapping[str, float], keys: Iterable[str], prefix: str) -> None:
-    for key in keys:
-        if numbers[key] <= 0.0:
-            raise InputError(
-                f"{numbers[key]:g} is not above zero", place=f"{prefix}{key}", remedy="correct it"
-            )
-
-
-def _not_below_zero(numbers: Mapping[str, float], keys: Iterable[str], prefix: str) -> None:
-    for key in keys:
-        if numbers[key] < 0.0:
-            raise InputError(f"{numbers[key]:g} is below zero", place=f"{prefix}{key}", remedy="correct it")

@@ -2,10 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 from idtool.errors import RigFault
 from idtool.rig.bus.scan import Scanner
-from idtool.rig.dynamixel.scan import dynamixel_scanner
-from idtool.rig.feetech.scan import feetech_scanner
+from idtool.rig.dynamixel import bus as dynamixel
+from idtool.rig.dynamixel import models as dynamixel_models
+from idtool.rig.feetech import bus as feetech
+from idtool.rig.feetech import models as feetech_models
+
+#: Ids of Feetech servos that are asked; each that is not there costs a twentieth of a second.
+IDS = range(0, 21)
+
+
+def _dynamixel() -> Scanner:
+    """One question to all; raises RigFault where the SDK is not installed, as the next one does."""
+    sdk = dynamixel.vendor_sdk()
+    handler = sdk.Protocol2PacketHandler()
+
+    def who(port: Any) -> Iterator[tuple[int, int]]:
+        answers, _ = handler.broadcastPing(port)
+        for id, (model, _firmware) in sorted(answers.items()):
+            yield id, model
+
+    names = {number: model.name for number, model in dynamixel_models.MODELS.items()}
+    return Scanner("dynamixel", sdk, dynamixel.BAUD_RATES, who, names.get)
+
+
+def _feetech() -> Scanner:
+    """One question to each id, since the answers to one to all would collide."""
+    sdk = feetech.vendor_sdk()
+
+    def who(port: Any) -> Iterator[tuple[int, int]]:
+        handler = sdk.sms_sts(port)
+        for id in IDS:
+            number, result, _ = handler.ping(id)
+            if result == sdk.COMM_SUCCESS:
+                yield id, number
+
+    def name(number: int) -> str:
+        return feetech_models.MODELS.get(number, f"model {number}")
+
+    return Scanner("feetech", sdk, feetech.BAUD_RATES, who, name)
 
 
 def scanners() -> list[Scanner]:
@@ -16,7 +55,7 @@ def scanners() -> list[Scanner]:
     """
     made: list[Scanner] = []
     missing: list[RigFault] = []
-    for make in (dynamixel_scanner, feetech_scanner):
+    for make in (_dynamixel, _feetech):
         try:
             made.append(make())
         except RigFault as fault:

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from idtool.errors import InputError, RigFault
+from idtool.errors import InputError
 from idtool.rig.base import Block, Rig, Sample, Trajectory, TrialSetup
 from idtool.rig.faults import LimitExceeded, NotFollowing
 
@@ -115,11 +115,7 @@ class TorqueRig(Rig):
 
     def step(self, position_command: float, external_torque_nm: float = 0.0) -> Sample:
         """As every rig's; its hand is a real one."""
-        self._ready()
-        if external_torque_nm:
-            raise RigFault("a simulated hand cannot push a real axis")
-        if not math.isfinite(position_command):
-            raise RigFault("the drive refused a command that is not a finite number")
+        self._takeable(position_command, external_torque_nm)
         return self._follow(position_command)
 
     def where(self) -> float:

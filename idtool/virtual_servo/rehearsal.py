@@ -19,6 +19,7 @@ from idtool.virtual_servo.faults import Mishaps, parse_fault
 from idtool.virtual_servo.feetech import servo as feetech
 from idtool.virtual_servo.terminal import VirtualTerminal
 
+#: What a person may say, each done by the method of its name; and how it is written.
 COMMANDS = {
     "payload": "payload KG            hang another payload on the axis",
     "tilt": "tilt ALPHA BETA       tilt the axis, rad",
@@ -97,20 +98,12 @@ class Rehearsal:
             InputError: not one of `COMMANDS`, or without its numbers.
         """
         word, *rest = line.split() or [""]
-        actions: dict[str, Callable[[list[str]], str]] = {
-            "payload": self._payload,
-            "tilt": self._tilt,
-            "tilt-deg": self._tilt_deg,
-            "hand": self._hand,
-            "fault": self._fault,
-            "power": self._power,
-            "status": self._status,
-        }
-        if word not in actions:
+        if word not in COMMANDS:
             raise InputError(f'no command "{word[:40]}"', remedy=nearest(word[:40], COMMANDS))
+        action: Callable[[list[str]], str] = getattr(self, f"_{word.replace('-', '_')}")
         with self._terminal.lock:
             self._terminal.servo.pass_time(self._clock.now())
-            return actions[word](rest)
+            return action(rest)
 
     def _payload(self, words: list[str]) -> str:
         (payload,) = _numbers(words, 1, "payload")
@@ -139,8 +132,7 @@ class Rehearsal:
         return f"the hand pushes with {torque:g} N m"
 
     def _fault(self, words: list[str]) -> str:
-        faults = [parse_fault(word) for word in words]
-        for fault in faults:
+        for fault in [parse_fault(word) for word in words]:  # all are read before one is in force
             self._terminal.mishaps.add(fault)
         return "as you wish"
 

@@ -272,9 +272,9 @@ def test_refusals(options: list[str], code: int, expected: str) -> None:
 @pytest.fixture
 def scan(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
     """`ffc-id rigs --scan DEVICE --json` in this process, at one baud rate (six take six seconds)."""
-    monkeypatch.setattr("idtool.rig.dynamixel.scan.BAUD_RATES", (BAUD,))
-    monkeypatch.setattr("idtool.rig.feetech.scan.BAUD_RATES", (BAUD,))
-    monkeypatch.setattr("idtool.rig.feetech.scan.IDS", range(1, 2))
+    monkeypatch.setattr("idtool.rig.dynamixel.bus.BAUD_RATES", (BAUD,))
+    monkeypatch.setattr("idtool.rig.feetech.bus.BAUD_RATES", (BAUD,))
+    monkeypatch.setattr("idtool.rig.scanners.IDS", range(1, 2))
 
     def run(device: str) -> tuple[int, Any, str]:
         with pytest.raises(SystemExit) as stop:

@@ -80,7 +80,7 @@ def test_what_was_not_played_has_no_error(samples: int, interrupted: bool, told:
     along = np.zeros(samples)
     ended = Played(along, along + 1e-3, along, lag_s=0.05, stopped=None, interrupted=interrupted)
     shown = io.StringIO()
-    _show(Screen(200, shown), ended, None, "rotary", None)
+    _show(Screen(200, shown), ended, None)
     assert shown.getvalue() == told
 
 

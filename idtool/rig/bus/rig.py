@@ -230,11 +230,7 @@ class ServoRig(Rig):
         Raises:
             RigFault: the servo failed, or the command is no number.
         """
-        self._ready()
-        if external_torque_nm != 0.0:
-            raise RigFault("a simulated hand cannot push a real axis")
-        if not math.isfinite(position_command):
-            raise RigFault("the drive refused a command that is not a finite number")
+        self._takeable(position_command, external_torque_nm)
         servo = self._servo
         self._enter("position")
         servo.arm()

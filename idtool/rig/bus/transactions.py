@@ -119,6 +119,11 @@ class Transactions(ABC):
     def _send_write(self, address: int, data: bytes) -> int:
         """Write these bytes; the SDK's result."""
 
+    def _sent(self, result: int, answer: int) -> int:
+        """The SDK's result of a packet that it sent; an answer of so many bytes is waited for."""
+        self._port.setPacketTimeout(answer)
+        return int(result)
+
     @abstractmethod
     def _receive(self) -> tuple[int, int, bytes] | None:
         """Id, error byte and data of the packet that arrives; None where there is none, or a damaged one."""

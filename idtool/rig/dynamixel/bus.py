@@ -141,17 +141,14 @@ class Bus(Transactions):
     def _send_ping(self) -> int:
         packet = [0] * 10
         packet[4:8] = [self.id, 3, 0, 1]
-        result = int(self._handler.txPacket(self._port, packet))
-        self._port.setPacketTimeout(_ANSWER_BYTES + 3)
-        return result
+        return self._sent(self._handler.txPacket(self._port, packet), _ANSWER_BYTES + 3)
 
     def _send_read(self, address: int, size: int) -> int:
         return int(self._handler.readTx(self._port, self.id, address, size))
 
     def _send_write(self, address: int, data: bytes) -> int:
-        result = int(self._handler.writeTxOnly(self._port, self.id, address, len(data), list(data)))
-        self._port.setPacketTimeout(_ANSWER_BYTES)
-        return result
+        result = self._handler.writeTxOnly(self._port, self.id, address, len(data), list(data))
+        return self._sent(result, _ANSWER_BYTES)
 
     def _send_sync_read(self) -> int:
         self._asked = self.clock.now()

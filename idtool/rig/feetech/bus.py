@@ -139,18 +139,14 @@ class Bus(Transactions):
     def _send_ping(self) -> int:
         packet = [0] * _FRAME
         packet[2:5] = [self.id, 2, 1]
-        result = int(self._handler.txPacket(packet))
-        self._port.setPacketTimeout(_FRAME)
-        return result
+        return self._sent(self._handler.txPacket(packet), _FRAME)
 
     def _send_read(self, address: int, size: int) -> int:
         self._asked = self.clock.now()
         return int(self._handler.readTx(self.id, address, size))
 
     def _send_write(self, address: int, data: bytes) -> int:
-        result = int(self._handler.writeTxOnly(self.id, address, len(data), list(data)))
-        self._port.setPacketTimeout(_FRAME)
-        return result
+        return self._sent(self._handler.writeTxOnly(self.id, address, len(data), list(data)), _FRAME)
 
     def _receive(self) -> tuple[int, int, bytes] | None:
         packet, result = self._handler.rxPacket()
