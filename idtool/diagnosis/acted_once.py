@@ -24,13 +24,15 @@ from idtool.model.units import unit_text
 from idtool.presentation.text import counted
 from idtool.signals import Recording
 
-#: Rows are neighbours within this share of each range, so far apart in time, s; these are asked, and so many
-#: have to answer.
-_NEAR, _APART_S, _ASKED, _LEAST = 0.03, 5.0, 80, 3
+#: Rows are neighbours within these shares of the ranges of position, speed and acceleration, so far apart in
+#: time, s; so many are asked, and so many have to answer.
+_NEAR, _APART_S, _ASKED, _LEAST = (0.03, 0.15, 0.3), 5.0, 80, 3
 #: Lengths of the stretches that are compared, s, and the share of their rows that needs neighbours.
 _LENGTHS_S, _MOSTLY = (0.3, 0.6, 1.2, 2.4), 0.6
 #: So many times the next: by chance in one session of a hundred. As many can stand out together.
 _STANDS_OUT, _MOST = 100.0 ** (1.0 / 3.0), 4
+#: What acts on a larger share of the rows is no exception.
+_RARE = 0.2
 #: Stretches are one that are no further apart, s.
 _MEET_S = 1.0
 #: What is a smaller share of the friction changes no number by much.
@@ -106,7 +108,7 @@ def acted_once(fit: JointFit) -> list[Stretch]:
         # neighbours may differ by what they leave themselves: it has to be in the stretch too
         own = _smaller(contrast, alone)
         # what has no neighbours may come again or not: it is large as it is
-        others = np.nan_to_num(np.abs(np.where(np.isfinite(contrast), contrast, alone)))
+        others = np.nan_to_num(np.abs(np.where(np.isfinite(own), own, alone)))
         peaks = list[int]()
         while len(peaks) < _MOST:
             peaks.append(int(np.argmax(np.nan_to_num(np.abs(own)) * (others > 0.0))))
@@ -117,7 +119,10 @@ def acted_once(fit: JointFit) -> list[Stretch]:
             if size > most * others.max():
                 most = size / float(others.max())
                 best = [_stretch(own, trial, time, peak, rows, float(others.max())) for peak in peaks]
-    return best
+    inside = sum(
+        np.count_nonzero((trial == one.trial) & (time >= one.begin) & (time <= one.end)) for one in best
+    )
+    return best if inside < _RARE * len(time) else []
 
 
 def _meeting(peak: int, trial: NDArray[np.intp], rows: int) -> NDArray[np.bool_]:
@@ -138,9 +143,12 @@ def _beside_neighbours(recording: Recording, left: Array) -> Array:
 
     motion, row = recording.motion, recording.row
     columns = [values[row] for values in (motion.position, motion.velocity, motion.acceleration)]
-    scaled = np.column_stack([values / (float(np.ptp(values)) or 1.0) for values in columns])
+    within = (
+        values / (near * (float(np.ptp(values)) or 1.0)) for values, near in zip(columns, _NEAR, strict=True)
+    )
+    scaled = np.column_stack([*within, 2.0 * np.sign(columns[1])])  # nor is one way the other
     tree = spatial.KDTree(scaled)
-    distance, other = tree.query(scaled, k=_ASKED, p=np.inf, distance_upper_bound=_NEAR)
+    distance, other = tree.query(scaled, k=_ASKED, p=np.inf, distance_upper_bound=1.0)
     found = np.isfinite(distance)
     other = np.where(found, other, 0)
     time, trial = motion.time[row], recording.filtered_trial

@@ -21,9 +21,11 @@ TIME: Array = 0.01 * np.arange(12_000, dtype=float)
 Torque = Callable[[Array, Array, Array], Array]
 
 
-def axis(folder: Path, seed: int, acts: Torque) -> Recording:
+REPEATS: Array = 1.0 * np.sin(2.0 * np.pi * 0.25 * TIME) + 0.5 * np.sin(2.0 * np.pi * 0.4 * TIME)
+
+
+def axis(folder: Path, seed: int, acts: Torque, w: Array = REPEATS) -> Recording:
     """Two minutes of a motion that repeats every 20 s; `acts` is of time, position and velocity."""
-    w = 1.0 * np.sin(2.0 * np.pi * 0.25 * TIME) + 0.5 * np.sin(2.0 * np.pi * 0.4 * TIME)
     q = 0.01 * np.cumsum(w)
     own = COULOMB * np.tanh(w / 0.01) + 0.1 * w + 0.006 * np.gradient(w, 0.01)
     noise = np.random.default_rng(seed).normal(0.0, 0.003, len(TIME))
@@ -41,6 +43,10 @@ def hand(begin: float, seconds: float, torque: float) -> Torque:
         * (t > begin)
         * (t < begin + seconds)
     )
+
+
+def sum_of(*several: Torque) -> Torque:
+    return lambda t, q, w: sum((one(t, q, w) for one in several), 0.0 * t)
 
 
 def nothing(t: Array, q: Array, w: Array) -> Array:
@@ -105,3 +111,17 @@ def test_stretches_that_meet_are_one() -> None:
     stretches = [Stretch(0, 5.0, 6.0, 0.1), Stretch(0, 2.0, 4.5, -0.3), Stretch(0, 8.0, 9.0, 0.2)]
     one, other = joined([*stretches, Stretch(1, 5.0, 6.0, 0.1)])[:2]
     assert (one, other) == (Stretch(0, 2.0, 6.0, -0.3), Stretch(0, 8.0, 9.0, 0.2))
+
+
+def test_what_acts_much_of_the_time_is_no_exception(tmp_path: Path) -> None:
+    """A quarter of the run: who knows which of the two is the axis."""
+    long = sum_of(*(hand(begin, 8.0, 0.1) for begin in (10.0, 41.0, 72.0, 103.0)))
+    assert acted_once(base_model(axis(tmp_path, 0, long), "stribeck", "auto").best) == []
+
+
+def test_a_hand_is_told_where_the_motion_never_comes_again_as_it_was(tmp_path: Path) -> None:
+    """Places do, at some other speed: of two incommensurable waves no moment is like another."""
+    w = np.sin(1.3 * TIME) + 0.7 * np.sin(0.83 * TIME + 1.0) + 0.4 * np.sin(2.17 * TIME)
+    recording = axis(tmp_path, 2, hand(52.0, 1.5, 0.1), w)
+    (sentence,) = told(base(recording))
+    assert "a hand, an obstacle or another axis" in sentence
