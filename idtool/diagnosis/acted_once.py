@@ -31,6 +31,8 @@ _NEAR, _APART_S, _ASKED, _LEAST = (0.03, 0.15, 0.3), 5.0, 80, 3
 _LENGTHS_S, _MOSTLY = (0.3, 0.6, 1.2, 2.4), 0.6
 #: So many times the next: by chance in one session of a hundred. As many can stand out together.
 _STANDS_OUT, _MOST = 100.0 ** (1.0 / 3.0), 4
+#: Loads are alike within this share of their range.
+_ALIKE = 0.03
 #: What acts on a larger share of the rows is no exception.
 _RARE = 0.2
 #: Stretches are one that are no further apart, s.
@@ -146,7 +148,10 @@ def _beside_neighbours(recording: Recording, left: Array) -> Array:
     within = (
         values / (near * (float(np.ptp(values)) or 1.0)) for values, near in zip(columns, _NEAR, strict=True)
     )
-    scaled = np.column_stack([*within, 2.0 * np.sign(columns[1])])  # nor is one way the other
+    # nor is one way the other; under another load friction may be another, which the library has effects for
+    loads = [values[row] for values in (motion.payload, motion.gravity_factor) if values is not None]
+    apart_by = (values / (_ALIKE * (float(np.ptp(values)) or 1.0)) for values in loads)
+    scaled = np.column_stack([*within, 2.0 * np.sign(columns[1]), *apart_by])
     tree = spatial.KDTree(scaled)
     distance, other = tree.query(scaled, k=_ASKED, p=np.inf, distance_upper_bound=1.0)
     found = np.isfinite(distance)
