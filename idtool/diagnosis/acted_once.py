@@ -99,16 +99,16 @@ def acted_once(fit: JointFit) -> list[Stretch]:
     least = _MATTERS * fit.model.friction_sizes[0]
     step = float(np.median(np.diff(time)))
     lengths = [max(round(length / step), 1) for length in _LENGTHS_S]
+    alones = [_contrasts(left, trial, rows) for rows in lengths]
     # most sessions end here: nothing in them is that large, neighbours or not
-    if all(np.nanmax(np.abs(_contrasts(left, trial, rows)), initial=0.0) < least for rows in lengths):
+    if all(np.nanmax(np.abs(alone), initial=0.0) < least for alone in alones):
         return []
     beside = _beside_neighbours(recording, left)
     best: list[Stretch] = []
     most = _STANDS_OUT
-    for rows in lengths:
-        contrast, alone = (_contrasts(each, trial, rows) for each in (beside, left))
+    for rows, alone in zip(lengths, alones, strict=True):
         # neighbours may differ by what they leave themselves: it has to be in the stretch too
-        own = _smaller(contrast, alone)
+        own = _smaller(_contrasts(beside, trial, rows), alone)
         # what has no neighbours may come again or not: it is large as it is
         others = np.nan_to_num(np.abs(np.where(np.isfinite(own), own, alone)))
         peaks = list[int]()

@@ -398,8 +398,10 @@ def derivative(
 FEWEST_REVERSALS = 4
 #: Less than this share of the motion in one direction is no motion in it.
 OTHER_WAY = 0.02
-#: An axis moves above this share of its top speed, and at one speed if this share of the motion is that near.
-_MOVES, _HARDLY_OTHER, _ALIKE = 0.05, 0.8, 0.15
+#: Speeds above this share of the highest are motion.
+MOVING = 0.05
+#: An axis moves at one speed if this share of its motion is that near to it.
+_HARDLY_OTHER, _ALIKE = 0.8, 0.15
 
 
 def both_ways(velocity: Array) -> bool:
@@ -412,7 +414,7 @@ def usual_speed(velocity: Array) -> float | None:
     """The speed at which nearly all of a motion goes; None where others are moved too. At one speed friction
     that grows with it, however, and a level of friction are one thing."""
     speed = np.abs(velocity)
-    fast = speed[speed > _MOVES * float(np.quantile(speed, 0.999))]
+    fast = speed[speed > MOVING * float(np.quantile(speed, 0.999))]
     usual = float(np.median(fast)) if len(fast) else 0.0
     return usual if np.mean(np.abs(fast - usual) < _ALIKE * usual) >= _HARDLY_OTHER else None
 

@@ -20,6 +20,11 @@ LEAST_STROKE = 0.5
 
 def swings_by_itself(recording: Recording) -> bool:
     """Whether the acceleration of a rotary axis is that of a pendulum, to within its own error."""
+    found: bool = recording.once("own swing", lambda: _swings_by_itself(recording))
+    return found
+
+
+def _swings_by_itself(recording: Recording) -> bool:
     motion, row = recording.motion, recording.row
     if recording.axis.kind != "rotary" or recording.unsure is None or np.ptp(motion.position) < LEAST_STROKE:
         return False

@@ -35,11 +35,9 @@ _FACTORS: dict[str, dict[str, float]] = {
     "mass": {"kg": 1, "g": 1e-3, "lb": 0.45359237},
     "temperature": {"degc": 1, "c": 1, "celsius": 1, "k": 1, "kelvin": 1, "degf": 5 / 9, "f": 5 / 9},
     "voltage": {"v": 1, "volt": 1, "volts": 1, "mv": 1e-3},
-    "duty": {
-        "1": 1, "share": 1, "percent": 1e-2, "%": 1e-2, "permille": 1e-3,
-        "v": 1, "volt": 1, "volts": 1, "mv": 1e-3,
-    },
+    "duty": {"1": 1, "share": 1, "percent": 1e-2, "%": 1e-2, "permille": 1e-3},
 }  # fmt: skip
+_FACTORS["duty"] |= _FACTORS["voltage"]  # at the motor: a share of the supply's
 _OFFSETS = {"k": -273.15, "kelvin": -273.15, "degf": -160 / 9, "f": -160 / 9}
 
 #: role -> dimension on a rotary and on a linear axis; a role that is missing is a plain number

@@ -130,6 +130,12 @@ def _refuse_no_numbers(log: Log, columns: Columns) -> None:
             )
 
 
+def _such(rows: Rows) -> str:
+    """How many stretches of rows there are, and rows in them."""
+    begins = np.count_nonzero(rows & ~np.insert(rows[:-1], 0, False))
+    return f"({begins} such, {counted(int(rows.sum()), 'row')} in all)"
+
+
 class _Repair:
     """A log while it is repaired.
 
@@ -261,12 +267,10 @@ class _Repair:
         columns = self.columns
         if columns.position is None or not (rows := stale(self.first, columns.position)).any():
             return
-        begins = np.flatnonzero(rows & ~np.insert(rows[:-1], 0, False))
         self.remark(
-            f"{self.names['position']} repeats its last reading while the axis moves on ({len(begins)} such, "
-            f"{counted(int(rows.sum()), 'row')} in all), and then catches up at once; they were left out: "
-            "look whether the bus answers in each period.",
-            int(begins[0]),
+            f"{self.names['position']} repeats its last reading while the axis moves on {_such(rows)}, and "
+            "then catches up at once; they were left out: look whether the bus answers in each period.",
+            int(np.argmax(rows)),
         )
         for role in (*STUCK, "effort"):
             values = getattr(columns, role)
@@ -293,12 +297,10 @@ class _Repair:
             )
             return
         self.faulty[_FROZEN] = rows
-        begins = np.flatnonzero(rows & ~np.insert(rows[:-1], 0, False))
         self.remark(
             f"{self.names['effort']} repeats its last reading for longer than chance while the axis moves "
-            f"({len(begins)} such, {counted(int(rows.sum()), 'row')} in all): it was not read anew "
-            "there; they were left out.",
-            int(begins[0]),
+            f"{_such(rows)}: it was not read anew there; they were left out.",
+            int(np.argmax(rows)),
         )
         columns.effort = np.interp(columns.time, columns.time[~rows], columns.effort[~rows])
 

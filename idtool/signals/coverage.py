@@ -7,13 +7,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from idtool.effects.base import OTHER_WAY
+from idtool.effects.base import MOVING, OTHER_WAY
 from idtool.model.motion import Array, Motion
 from idtool.model.running import running_mean
 from idtool.signals.recording import Recording
 
-#: Speeds above this share of the highest are motion.
-MOVING = 0.05
 #: Gravity acts alike where the cosine of the tilt changes by less than this.
 _TILTED = 0.1
 #: The shortest stretch of constant speed that counts, in time and in usable rows; these are that share of it.
