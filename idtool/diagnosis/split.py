@@ -13,8 +13,10 @@ from idtool.signals import Recording
 
 #: Every so many trials of an experiment one is held out.
 _EVERY = 4
-#: In a recording with fewer trials blocks of time stand in for trials.
+#: In a recording with fewer trials blocks of time stand in for trials, and where those to hold out have more
+#: than this share of the rows: what is left may not show what the axis does.
 _LEAST_TRIALS = 4
+_MOST_HELD = 1 / 3
 _BLOCKS = 16
 
 
@@ -57,7 +59,7 @@ def split(recording: Recording) -> Split:
     """
     if recording.trials >= _LEAST_TRIALS:
         held_out = _interior(recording)
-        if held_out:
+        if held_out and np.isin(recording.filtered_trial, held_out).mean() <= _MOST_HELD:
             return Split(recording, held_out, False)
     fold, rows = _blocks(recording)
     compared = np.unique(fold[recording.row])  # a short one may have no filtered row
