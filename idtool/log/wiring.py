@@ -3,13 +3,14 @@
 The way that the position goes and the way that the speed adds up to are one way; where they are not, a unit
 or a sign is wrong. Friction takes power: over a recording the part of the torque that depends on the speed
 alone (gravity and inertia give back what they take) puts power into the axis, and where it takes some out for
-certain, the current is inverted, or something else moved the axis.
+certain, the current is inverted, or something else moved the axis. Where friction takes too little to tell,
+inertia does: what speeds the axis up is a torque that way.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -252,20 +253,32 @@ def _commanded(gone: Array, told: Array, name: str) -> list[str]:
     return [f"the axis moves {factor:.4g} times as far as {name} says: {guess}"] if guess else []
 
 
+def _sure_sign(found: Sequence[float], size: float) -> int:
+    """The sign of a number that was found without each of some stretches of time, if it is certain and the
+    number as large as `size`; else 0."""
+    mean = float(np.mean(found))
+    error = math.sqrt((len(found) - 1) * float(np.mean((np.array(found) - mean) ** 2)))
+    return int(math.copysign(1.0, mean)) if abs(mean) > max(_CERTAIN * error, size) else 0
+
+
 def _power(
     steps: Array, together: NDArray[np.bool_], position: Array, effort: Array, read_from: str
 ) -> list[str]:
     if not together.any():
         return []
-    speed = np.where(together, np.diff(position) / steps, 0.0)
+    # of the row itself: a speed that is half a row early makes friction that gives power of any inertia
+    inside = np.append(together, False) & np.insert(together, 0, False)
+    ahead, ago = np.append(steps, 1.0), np.insert(steps, 0, 1.0)
+    step = np.where(together, np.diff(position), 0.0)
+    speed = np.where(inside, (np.append(step, 0.0) + np.insert(step, 0, 0.0)) / (ahead + ago), 0.0)
     kernel = np.full(min(5, len(speed)), 1.0 / min(5, len(speed)))
     speed = np.convolve(speed, kernel, mode="same")  # a counter's rates are too rough to be differentiated
     faster = np.gradient(speed) / float(np.median(steps))
     top = float(np.quantile(np.abs(speed), 0.999))
-    rows = together & (np.abs(speed) > _MOVING * top) & np.isfinite(effort[1:])
+    rows = inside & (np.abs(speed) > _MOVING * top) & np.isfinite(effort)
     ways = rows & (speed > 0.0), rows & (speed < 0.0)
     # one that takes away what the load gives may have one sign too, but then it does not turn round at zero
-    if _turns_at_zero(*(effort[1:][way] for way in ways)):
+    if _turns_at_zero(*(effort[way] for way in ways)):
         return [
             "the torque has one sign whichever way the axis moves, and turns round at zero: "
             f'"{read_from}" was recorded without its sign'
@@ -273,15 +286,16 @@ def _power(
     if min(map(np.count_nonzero, ways)) < _BLOCKS * _STRETCH:
         return []  # moved one way, friction and gravity are one
     count = len(steps) // _STRETCH * _STRETCH
-    way = np.where(together, np.diff(position), 0.0)[:count].reshape(-1, _STRETCH)
+    way = step[:count].reshape(-1, _STRETCH)
     if np.abs(way.sum(axis=1)).sum() < _PURPOSE * np.abs(way).sum():
         return []  # held in place by its controller, whose gains are what the torque shows
-    w, q, torque = speed[rows], position[1:][rows], effort[1:][rows]
+    w, q, torque = speed[rows], position[rows], effort[rows]
     centred = (q - q.mean()) / max(float(np.ptp(q)), 1e-300)
     columns = np.column_stack(
         [np.sign(w), w, np.ones(len(w)), centred, centred**2, np.sin(q), np.cos(q), faster[rows]]
     )
     columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
+    inertia = columns.shape[1] - 1
     # without one stretch of time each (a jackknife), from sums over the stretches: rows are many, columns few
     begins = np.arange(_BLOCKS) * len(w) // _BLOCKS
     ends = np.append(begins[1:], len(w))
@@ -300,15 +314,21 @@ def _power(
             "the torque has nothing to do with the motion: what was recorded is noise, or of another axis or "
             "time"
         ]
-    mean = float(np.mean(powers))
-    error = math.sqrt((_BLOCKS - 1) * float(np.mean((np.array(powers) - mean) ** 2)))
-    if mean + _CERTAIN * error < 0 and -mean > _SHARE * float(np.mean(np.abs(torque * w))):
+    takes = _sure_sign(powers, _SHARE * float(np.mean(np.abs(torque * w))))
+    size = _SHARE * float(np.std(torque)) / max(float(np.std(columns[:, inertia])), 1e-300)
+    heavy = _sure_sign([float(one[inertia]) for one in found], size)
+    if (takes < 0 and heavy <= 0) or (heavy < 0 and takes <= 0):
+        how = (
+            "pushes along with the motion, so that friction would drive the axis"
+            if takes < 0
+            else "brakes the axis as that gains speed, so that its inertia would be below zero"
+        )
         return [
-            "the torque pushes along with the motion, so that friction would drive the axis: "
-            f'"{read_from}" or the position is inverted (`ffc-id import --unit {_ROLE_OF[read_from]}=-` '
-            "turns it round; the minus goes before its unit where you gave one), or something else moved "
-            "the axis"
+            f'the torque {how}: "{read_from}" or the position is inverted (`ffc-id import --unit '
+            f"{_ROLE_OF[read_from]}=-` turns it round; the minus goes before its unit where you gave one), or "
+            "something else moved the axis"
         ]
+    mean = float(np.mean(powers))
     one_way = max(float(np.mean(torque > 0)), float(np.mean(torque < 0))) > _ONE_SIGN
     if one_way and abs(mean) < _NO_POWER * float(np.mean(np.abs(torque * w))):
         return [

@@ -86,6 +86,32 @@ def test_a_steady_motion_does_not_accelerate_then(seed: int, with_speed: bool) -
     assert np.corrcoef(acceleration[~steady], true[~steady])[0, 1] > 0.995
 
 
+@pytest.mark.parametrize("with_speed", [False, True])
+@pytest.mark.parametrize("share", [0.005, 0.02])
+def test_a_few_late_stamps_do_not_throw_the_axis_about(share: float, with_speed: bool) -> None:
+    """Seen in a log of a quasi-direct drive: half a percent of the stamps came 2 to 3 ms late, the position
+    was followed there to 100 rad/s^2 and left 28 % of the torque; the speed alone left 8 %."""
+    rng = np.random.default_rng(3)
+    taken = 0.01 * np.arange(1500)
+    position, speed = 0.92 * np.sin(taken**2), 0.92 * 2.0 * taken * np.cos(taken**2)
+    true = 0.92 * (2.0 * np.cos(taken**2) - 4.0 * taken**2 * np.sin(taken**2))
+    stamps = taken + 2.5e-3 * (rng.random(len(taken)) < share) + 2e-4 * rng.normal(size=len(taken))
+    own = speed + 0.05 * rng.normal(size=len(taken)) if with_speed else None
+    found = smooth(stamps, 2.0 * COUNT * np.round(position / (2.0 * COUNT)), own, first(len(taken)))
+    off = (found.acceleration - true)[20:-20]
+    # by one spread for all stamps 0.07 to 0.28 with the speed, 0.19 to 0.38 without
+    assert np.std(off) < (0.05 if with_speed else 0.1) * np.std(true)
+
+
+def test_a_gap_and_a_slower_clock_are_no_late_stamps() -> None:
+    """Readings that are of the instant of their stamp stay as sharp as they are."""
+    steps = np.full(ROWS - 1, PERIOD)
+    steps[::400] *= 1.5
+    steps[200::400] *= 3.0
+    taken = np.concatenate([[0.0], np.cumsum(steps)])
+    assert np.all(np.nan_to_num(spread(taken, taken)) == 0.0)
+
+
 def test_it_is_said(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     taken = PERIOD * np.arange(ROWS)

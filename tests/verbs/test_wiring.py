@@ -14,6 +14,7 @@ from idtool.errors import InputError
 from idtool.importing import import_recording
 from idtool.log import Log
 from idtool.log.wiring import contradictions
+from idtool.model.motion import Array
 from idtool.parameters.axis import Axis
 from idtool.signals import record
 from idtool.verbs.check import check
@@ -287,3 +288,48 @@ def test_a_torque_that_is_a_speed(session: list[Log]) -> None:
             current = speed + level * np.sign(speed) + rng.normal(0.0, 0.003, len(speed))
             spoilt = replace(log, rows=frame.assign(current_a=current))
             assert any("are two columns swapped" in s for s in record([spoilt]).wiring[0]) == told
+
+
+def pendulum(
+    rate: float, friction: float, weight: float, faster: float, seconds: float = 15.0
+) -> tuple[Array, ...]:
+    """A pendulum of 0.05 kg m^2 under a swing that becomes faster; time, counted position and torque."""
+    time = np.arange(0.0, seconds, 1.0 / rate)
+    phase, pace = 0.5 * faster * time**2, faster * time
+    position, velocity = np.sin(phase), pace * np.cos(phase)
+    acceleration = faster * np.cos(phase) - pace**2 * np.sin(phase)
+    noise = 0.01 * np.random.default_rng(1).normal(size=len(time))
+    torque = 0.05 * acceleration + weight * np.sin(position) + friction * np.sign(velocity) + noise
+    return time, np.round(position / 4e-4) * 4e-4, torque
+
+
+@pytest.mark.parametrize("rate", [48.0, 100.0, 200.0])
+@pytest.mark.parametrize("weight", [3.0, 0.3])
+@pytest.mark.parametrize("faster", [0.5, 1.0, 2.0])
+def test_a_light_pendulum_is_not_inverted(rate: float, weight: float, faster: float) -> None:
+    """Seen on a quasi-direct drive at 48 Hz: with the speed of half a row before, its inertia was friction
+    that gives power, and a torque of the right sign was called inverted."""
+    time, position, torque = pendulum(rate, 0.03, weight, faster)
+    assert contradictions(time, np.arange(len(time)) == 0, position, None, torque, "torque_nm") == []
+
+
+@pytest.mark.parametrize("rate", [100.0, 400.0])
+@pytest.mark.parametrize(("friction", "weight"), [(0.0, 3.0), (0.03, 3.0), (0.003, 0.1)])
+def test_an_inverted_light_pendulum_is_told_by_its_inertia(
+    rate: float, friction: float, weight: float
+) -> None:
+    time, position, torque = pendulum(rate, friction, weight, 0.24, 30.0)
+    (said,) = contradictions(time, np.arange(len(time)) == 0, position, None, -torque, "torque_nm")
+    assert "its inertia would be below zero" in said or "friction would drive the axis" in said
+    assert '"torque_nm" or the position is inverted' in said
+
+
+def test_inertia_says_nothing_of_a_torque_that_friction_tells() -> None:
+    """A torque that is read late has a part against the acceleration, of its viscous friction."""
+    time = np.arange(0.0, 20.0, 0.005)
+    phase = 2.0 * np.pi * 1.5 * time
+    position, velocity = np.sin(phase), np.cos(phase)
+    late = np.cos(phase - 2.0 * np.pi * 1.5 * 0.03)
+    torque = 0.2 * np.sign(velocity) + 0.5 * late
+    first = np.arange(len(time)) == 0
+    assert contradictions(time, first, position, velocity * 2.0 * np.pi * 1.5, torque, "torque_nm") == []
