@@ -27,9 +27,10 @@ from idtool.parameters import DYNAMIC
 from idtool.presentation.text import counted
 from idtool.signals import Recording
 from idtool.signals.coverage import (
+    constant_speeds,
     constant_tilt,
+    fastest_speed,
     moves_one_way,
-    slowest_and_fastest,
     stretches,
     turning_points,
 )
@@ -214,11 +215,14 @@ def low_speeds(fit: JointFit) -> Shortcoming | None:
     unknown = is_vague(fit, "stribeck_velocity") or fit.at_bound["stribeck_velocity"]
     if seen and passed and not unknown:
         return None
-    slowest, fastest = slowest_and_fastest(fit.model.recording)
-    unit = unit_text("velocity", fit.model.recording.axis.kind)
+    recording = fit.model.recording
+    fastest, constant = fastest_speed(recording), [abs(speed) for speed in constant_speeds(recording)]
+    slowest = min(constant, default=fastest)
+    unit = unit_text("velocity", recording.axis.kind)
     fall = "the Stribeck velocity and the stiction are not determined"
     if not passed or slowest > 0.3 * fastest:
-        why = f"no low speeds (the slowest constant speed is {slowest:.2g} {unit}): {fall}"
+        one = f"the slowest constant speed is {slowest:.2g} {unit}" if constant else "no speed is constant"
+        why = f"no low speeds ({one}): {fall}"
     elif not seen:
         why = f"no stiction shows apart from the Coulomb level down to {slowest:.2g} {unit}: {fall}"
     else:

@@ -11,7 +11,7 @@ from idtool.fit.next_sweep import run_command
 from idtool.fit.restart import rises_all_along
 from idtool.fit.shortcoming import Shortcoming
 from idtool.model.units import unit_text
-from idtool.signals.coverage import slowest_and_fastest, stretches
+from idtool.signals.coverage import fastest_speed, stretches
 
 #: What a rest holds is sure beyond so many standard errors of its mean.
 _SURELY = 3.0
@@ -24,7 +24,7 @@ def rising(fit: JointFit) -> Shortcoming | None:
     if "static" not in fit.model.names or "static" in fit.held or not rises_all_along(fit):
         return None
     recording = fit.model.recording
-    _, fastest = slowest_and_fastest(recording)
+    fastest = fastest_speed(recording)
     lacking = [f"static.{name}" for name in ("coulomb", "stribeck_velocity", "viscous")]
     run = run_command(recording, "sweep")
     return Shortcoming(

@@ -40,7 +40,7 @@ def at_bound(fit: JointFit) -> Shortcoming | None:
         parts,
         named,
         f"{words} {verb} not found",
-        "do not use the number (an effect that the model lacks can do this: `ffc-id identify` looks for one)",
+        "do not use the number (an effect that the model lacks can do this, or too little that was recorded)",
         by_error=True,
         limits={in_file(name, fit): _from_bound(fit, name) for name in stuck},
     )

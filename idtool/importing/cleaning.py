@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
 from idtool.errors import InputError, nearest
+from idtool.log.format import columns_of
 from idtool.log.table import as_numbers
 from idtool.presentation.text import counted
 
@@ -17,6 +18,17 @@ from idtool.presentation.text import counted
 LINE = "line"
 #: Where more of the rows than this share have a time stamp that was there already, it lost its digits.
 _ALIKE = 0.9
+#: ... and where more than this share, a clock ticks more coarsely than rows come.
+_COARSE = 0.25
+#: ... if so many of them hold readings of their own: a reading that is logged again and again is one.
+_ANEW = 0.5
+#: Rows further apart than so many ticks have a pause between them.
+_PAUSE = 3.0
+#: Rows at a steady pace lie within so many ticks of a line through their stamps, from the first to the last;
+#: others follow the line through so many ticks before and after.
+_WITHIN = 1.5
+_AROUND = 10
+_SIDES: tuple[tuple[int, Literal["left", "right"]], ...] = ((-1, "left"), (1, "right"))
 #: Names of columns that number or name the servos of a table. A bus has so many at most; rows are more.
 _WHICH = re.compile(
     r"(?P<what>(dxl|dynamixel|motor|servo|joint|actuator|axis|drive)s?)?[ _.-]?(?P<id>id)?"
@@ -24,6 +36,12 @@ _WHICH = re.compile(
     re.IGNORECASE,
 )
 _MOST_AXES = 254
+#: Columns that are read from a drive.
+_READINGS = {
+    columns_of(kind)[role]
+    for kind in ("rotary", "linear")
+    for role in ("position", "velocity", "torque", "current", "bus_current", "duty")
+}
 
 
 def source_column(frame: pd.DataFrame, name: str, option: str) -> pd.Series[Any]:
@@ -164,7 +182,8 @@ def trial_numbers(column: pd.Series[Any]) -> tuple[np.ndarray, bool]:
 def order_rows(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """Rows of a trial together, time rising inside each; a clock that restarts begins a new trial.
 
-    Rows out of order are sorted; rows that are there twice, or whose time stamp was there, are dropped.
+    Rows out of order are sorted; rows that are there twice, or whose time stamp was there, are dropped. Where
+    many have the stamp of another one the clock is coarser than the rows, which are spread between its ticks.
 
     Raises:
         InputError: most rows have the time stamp of another one.
@@ -192,10 +211,54 @@ def order_rows(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
             f"its {len(frame)} rows have {counted(int(np.sum(~repeated)), 'time stamp')} only",
             remedy="export the time with all its digits, or map another column to it with --map",
         )
+    if np.mean(repeated) > _COARSE and _read_anew(frame)[repeated].mean() > _ANEW:
+        frame = _spread(frame, repeated, notes)
+        repeated = frame.duplicated(["trial", "time_s"]).to_numpy()
     if repeated.any():
         frame = frame[~repeated].reset_index(drop=True)
         notes.append(f"dropped {counted(int(repeated.sum()), 'row')} whose time stamp was there already")
     return frame
+
+
+def _read_anew(frame: pd.DataFrame) -> np.ndarray:
+    """Rows in which something else was read than in the one before, shape (rows,)."""
+    readings = frame[[name for name in frame.columns if name in _READINGS]].to_numpy()
+    return np.concatenate([[True], (readings[1:] != readings[:-1]).any(axis=1)])
+
+
+def _spread(frame: pd.DataFrame, repeated: np.ndarray, notes: list[str]) -> pd.DataFrame:
+    """Rows that share the ticks of a clock, at times of their own."""
+    time, trial = (frame[name].to_numpy() for name in ("time_s", "trial"))
+    steps = np.diff(time[~repeated])
+    tick = float(np.median(steps[np.diff(trial[~repeated]) == 0]))
+    begins = np.concatenate([[True], (np.diff(trial) != 0) | (np.diff(time) > _PAUSE * tick)])
+    between = frame.groupby(np.cumsum(begins))["time_s"].transform(_between_ticks, tick)
+    rows = len(time) / np.count_nonzero(~repeated)
+    notes.append(
+        f"the clock ticks every {1e3 * tick:.3g} ms, for {rows:.2g} rows each time: they were spread evenly "
+        "over time"
+    )
+    return frame.assign(time_s=between)
+
+
+def _between_ticks(stamps: pd.Series[Any], tick: float) -> np.ndarray:
+    """When rows were read that a coarse clock gave rising stamps: at a steady pace, where that leaves each in
+    its tick, or at one that is steady over some ticks."""
+    first = float(stamps.iloc[0])
+    time, row = stamps.to_numpy(dtype=float) - first, np.arange(len(stamps), dtype=float)
+    if not time.any():
+        return time + first
+    steady = np.polyval(np.polyfit(row, time, 1), row)
+    if np.ptp(time - steady) <= _WITHIN * tick:
+        return np.asarray(first + steady)
+    ticks = np.searchsorted(np.unique(time), time)
+    # a line through the rows of the ticks around each, which rises as they do
+    begin, end = (np.searchsorted(ticks, ticks + way * _AROUND, side) for way, side in _SIDES)
+    sums = [np.concatenate([[0.0], np.cumsum(each)]) for each in (row, time, row * row, row * time)]
+    count = end - begin
+    x, y, xx, xy = (one[end] - one[begin] for one in sums)
+    slope = (count * xy - x * y) / np.maximum(count * xx - x * x, 1.0)
+    return np.asarray(first + np.maximum.accumulate((y + slope * (count * row - x)) / count))
 
 
 def _split_restarts(frame: pd.DataFrame, notes: list[str]) -> pd.DataFrame:

@@ -325,8 +325,8 @@ def _power(
         )
         return [
             f'the torque {how}: "{read_from}" or the position is inverted (`ffc-id import --unit '
-            f"{_ROLE_OF[read_from]}=-` turns it round; the minus goes before its unit where you gave one), or "
-            "something else moved the axis"
+            f"{_ROLE_OF[read_from]}=-` turns it round; the minus goes before its unit where you gave one), "
+            "or something else moved the axis"
         ]
     mean = float(np.mean(powers))
     one_way = max(float(np.mean(torque > 0)), float(np.mean(torque < 0))) > _ONE_SIGN

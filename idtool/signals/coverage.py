@@ -88,10 +88,9 @@ def constant_speeds(recording: Recording) -> list[float]:
     return [float(np.mean(recording.motion.velocity[slice(*part)])) for part in steady_stretches(recording)]
 
 
-def slowest_and_fastest(recording: Recording) -> tuple[float, float]:
-    """The slowest constant speed (the highest speed if none is constant) and the highest speed."""
-    fastest = float(np.quantile(np.abs(recording.motion.velocity), 0.999))
-    return min((abs(speed) for speed in constant_speeds(recording)), default=fastest), fastest
+def fastest_speed(recording: Recording) -> float:
+    """The highest speed, but for a few rows."""
+    return float(np.quantile(np.abs(recording.motion.velocity), 0.999))
 
 
 def stretches(flags: NDArray[np.bool_], motion: Motion) -> list[tuple[int, int]]:

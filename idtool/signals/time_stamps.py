@@ -36,9 +36,9 @@ def of_the_clock(
     A program that asks a drive over a bus notes the time a little before or after the drive read its counter:
     what moves is then off by its speed times that, a noise that is none at rest. Left out it is taken for
     jerk, and the acceleration of a steady motion is noise. The likeliest spread is found together with the
-    jerk; the penalised likelihood has to ask for it (Schwarz, Ann. Statist. 6, 1978), and for what is known of
-    each stamp: what its last digit leaves open, and how much later than usual it comes after the one before,
-    which tells of the program and not of the reading where the drive had read before.
+    jerk; the penalised likelihood has to ask for it (Schwarz, Ann. Statist. 6, 1978), and for what is known
+    of each stamp: what its last digit leaves open, and how much later than usual it comes after the one
+    before, which tells of the program and not of the reading where the drive had read before.
 
     Args:
         series: the readings, of which only the position is used.
@@ -75,9 +75,7 @@ def of_the_clock(
 
         search: Any = optimize.minimize  # its stubs know no method by name
         options = {"maxfev": _SPENT, "xatol": 0.05, "fatol": 0.01 * math.log(rows)}
-        point = search(
-            lambda x: unlikely(which, *x), (spread, louder), method="Nelder-Mead", options=options
-        )
+        point = search(lambda x: unlikely(which, *x), (spread, louder), method="Nelder-Mead", options=options)
         spread, louder = point.x.tolist()
     found = noise(which, spread)
     return likeliest * 10.0**louder, found, float(np.sqrt(found[:, 0].sum() / squares[:, 0].sum()))

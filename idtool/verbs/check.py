@@ -290,7 +290,7 @@ def _determine(
     judge(
         "friction: stiction and Stribeck velocity",
         ["static.static", "static.stribeck_velocity"],
-        f"slowest constant speed {speeds[0] if speeds else 0:.3g}, {turns}",
+        f"{f'slowest constant speed {speeds[0]:.3g}' if speeds else 'no constant speed'}, {turns}",
     )
     judge(
         "friction: sigma0 and sigma1",
