@@ -20,6 +20,11 @@ OVERLOAD = 0x20
 class VirtualServo(ABC):
     """One servo on the bus.
 
+    Args:
+        axis, decoder, table: see below.
+        id, baud: its number, and its bits a second.
+        now: the time at the start, s, in the clock of every later call.
+
     Attributes:
         baud_rates: what it can be set to, bits a second, by the code in its table.
         errors, fatal: entries of its table: errors that are set, and those that switch the torque off.

@@ -45,7 +45,7 @@ class Transactions(ABC):
     Args:
         port, handler: of the SDK.
         success: its result of a packet that was sent or received.
-        device, id, baud: how the servo is reached, for messages.
+        device, id, baud: how the servo is reached (port, number, bits a second), for messages.
         clock: tells when the servo measured; None is the host's.
 
     Attributes:

@@ -66,17 +66,9 @@ vendor_sdk = partial(import_sdk, "dynamixel_sdk", "a DYNAMIXEL servo", "dynamixe
 
 
 class Bus(Transactions):
-    """A serial port and one servo on it.
-
-    Args:
-        device: the port.
-        id: of the servo.
-        baud: bits a second.
-        clock: tells when the servo measured; None is the host's.
+    """A serial port and one servo on it; arguments as of `Transactions`, errors as of `open_port`.
 
     Raises:
-        InputError: the SDK has no such baud rate.
-        DeviceGone: the port cannot be opened.
         RigFault: the SDK is not installed.
     """
 

@@ -25,10 +25,6 @@ STOP_ACCELERATION = 20.0
 class DynamixelServo(Servo):
     """A servo with the control table of the X series.
 
-    Args:
-        bus: how to reach it.
-        zero: position that counts as 0 rad, counts.
-
     Attributes:
         model: what it is.
 

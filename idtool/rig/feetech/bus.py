@@ -48,20 +48,12 @@ vendor_sdk = partial(import_sdk, "scservo_sdk", "a Feetech servo", "feetech")
 
 
 class Bus(Transactions):
-    """A serial port and one servo on it.
-
-    Args:
-        device: the port.
-        id: of the servo.
-        baud: bits a second.
-        clock: tells when the servo measured; None is the host's.
+    """A serial port and one servo on it; arguments as of `Transactions`, errors as of `open_port`.
 
     Attributes:
         torque: whether its torque was switched on here; a reading that says otherwise is a fault.
 
     Raises:
-        InputError: the SDK has no such baud rate.
-        DeviceGone: the port cannot be opened.
         RigFault: the SDK is not installed.
     """
 

@@ -31,10 +31,6 @@ _MOST_ACCELERATION = 254
 class FeetechServo(Servo):
     """A servo of the STS or SMS series.
 
-    Args:
-        bus: how to reach it.
-        zero: position that counts as 0 rad, counts.
-
     Raises:
         WrongServo: it is of the SCS series, which has another memory table.
         ServoShutdown: it reports an error.

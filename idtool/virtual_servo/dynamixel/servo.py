@@ -43,15 +43,7 @@ VELOCITY = 1
 
 
 class VirtualDynamixel(VirtualServo):
-    """One servo on the bus.
-
-    Args:
-        axis: what it moves.
-        id: its id.
-        model: its model number; 1150 is the XH540-V150-R.
-        baud: its baud rate.
-        now: the time at the start, s, in the clock of every later call.
-    """
+    """One servo on the bus; `model`: its model number, 1150 is the XH540-V150-R."""
 
     baud_rates = BAUD_RATES
     errors, fatal = "hardware_error_status", "shutdown"

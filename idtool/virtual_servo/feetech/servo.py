@@ -28,15 +28,7 @@ POSITION, SPEED = 0, 1
 
 
 class VirtualFeetech(VirtualServo):
-    """One servo on the bus.
-
-    Args:
-        axis: what it moves.
-        id: its id.
-        model: its model number; 777 is the STS3215.
-        baud: its baud rate.
-        now: the time at the start, s, in the clock of every later call.
-    """
+    """One servo on the bus; `model`: its model number, 777 is the STS3215."""
 
     baud_rates = BAUD_RATES
     errors, fatal = "status", "unloading"
