@@ -222,8 +222,8 @@ class _Session(SupervisedRun):
 
 
 def _columns(rig: Rig) -> list[str]:
-    names = ["trial", "time", "position", "velocity", *rig.effort_readings, "velocity_command", "payload"]
-    names += ["tilt_alpha", "tilt_beta"] + (["temperature"] if rig.measures_temperature else [])
+    names = ["trial", "time", "position", "velocity", *rig.effort_readings, "velocity_command"]
+    names += [*TrialSetup().logged, *(["temperature"] if rig.measures_temperature else [])]
     names += ["supply_voltage"] if rig.measures_voltage else []
     roles = columns_of(rig.axis.kind)
     return [roles[name] for name in names]
@@ -234,11 +234,7 @@ def _rows(block: Block, rig: Rig, trial: int, setup: TrialSetup) -> Array:
     n = len(block.time_s)
     columns = [np.full(n, float(trial)), block.time_s, block.position, block.velocity]
     columns += [getattr(block, name) for name in rig.effort_readings.values()]
-    columns += [block.command, np.full(n, setup.payload_kg)]
-    columns += [np.full(n, setup.tilt_alpha_rad), np.full(n, setup.tilt_beta_rad)]
-    if block.temperature is not None:
-        columns.append(block.temperature)
-    if block.voltage is not None:
-        columns.append(block.voltage)
+    columns += [block.command, *(np.full(n, value) for value in setup.logged.values())]
+    columns += [reading for reading in (block.temperature, block.voltage) if reading is not None]
     # nine digits after the point keep every reading and leave the noise of arithmetic out of the file
     return np.asarray(np.round(np.column_stack(columns), 9))

@@ -48,12 +48,12 @@ class RunLog:
     ) -> None:
         roles = columns_of(axis.kind)
         names = ("trial", "time", "position", "velocity", *rig.step_readings, "position_command")
-        around = ("payload", "tilt_alpha", "tilt_beta", *(("temperature",) if temperature else ()))
+        around = (*setup.logged, *(("temperature",) if temperature else ()))
         columns = [roles[name] for name in names]
         columns += [file_key(name, "torque", axis.kind) for name in torques]
         columns += [roles[name] for name in around]
         self._readings = tuple(rig.step_readings.values())
-        self._setup = (setup.payload_kg, setup.tilt_alpha_rad, setup.tilt_beta_rad)
+        self._setup = tuple(setup.logged.values())
         self._temperature = temperature
         self._rows: list[tuple[float | None, ...]] = []
         self._writer = LogWriter(path, columns, axis, experiment, force=force)
