@@ -239,32 +239,23 @@ def check_axis(parameters: Parameters, file: Path, axis: Rig, output: Output) ->
     if parameters.unexplained:
         output.warn(f"{parameters.unexplained}.")
     ours, theirs = parameters.axis, axis.axis
+
+    def other(problem: str, place: str, or_else: str = "") -> InputError:
+        remedy = f"take the parameter file of this axis{or_else}"
+        return InputError(problem, file=file, place=place, remedy=remedy)
+
     if ours.kind != theirs.kind:
-        raise InputError(
-            f"describes a {ours.kind} axis and the rig is {theirs.kind}",
-            file=file,
-            place="axis.kind",
-            remedy="take the parameter file of this axis",
-        )
+        raise other(f"describes a {ours.kind} axis and the rig is {theirs.kind}", "axis.kind")
     if ours.per_reading is not None and ours.reading != axis.measures:
         needs, has = (_MEASURED[name] for name in (ours.reading, axis.measures))
-        raise InputError(
-            f"reads the torque from {needs} and the rig measures {has}",
-            file=file,
-            place="[axis]",
-            remedy="take the parameter file of this axis",
-        )
+        raise other(f"reads the torque from {needs} and the rig measures {has}", "[axis]")
     mine, its = ours.per_reading, theirs.per_reading
     if mine is None or its is None or ours.effort != theirs.effort:
         return
     apart = max(abs(mine / its), abs(its / mine)) if mine * its > 0.0 else float("inf")
     if apart > _OTHER_AXIS:
-        raise InputError(
-            f"has the torque constant {mine:g} and the rig {its:g}",
-            file=file,
-            place=f"axis.{ours.constant_key}",
-            remedy="take the parameter file of this axis, or tell the rig its constant (constant=)",
-        )
+        problem = f"has the torque constant {mine:g} and the rig {its:g}"
+        raise other(problem, f"axis.{ours.constant_key}", ", or tell the rig its constant (constant=)")
     if apart > 1.0 + _WORTH_A_WORD:
         output.warn(
             f"the torque constant of {file} is {mine:g} and that of the rig {its:g}; the file's is taken."

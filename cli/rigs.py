@@ -108,7 +108,7 @@ def recipes(ctx: click.Context, as_json: bool) -> None:
     temperature_degc, rest_s. A list makes one trial of each of its values.
     """
     if ctx.invoked_subcommand is None:
-        _list_recipes(Output(json=as_json, quiet=False))
+        ctx.invoke(list_recipes, json=as_json)
 
 
 @click.command("list")
@@ -119,10 +119,6 @@ def list_recipes(output: Output) -> None:
     \b
     ffc-id recipes list --json
     """
-    _list_recipes(output)
-
-
-def _list_recipes(output: Output) -> None:
     from idtool.experiment.recipe import recipe_names
 
     found = recipe_names()

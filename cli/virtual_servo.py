@@ -98,24 +98,24 @@ def virtual_servo(
     scaled = f",scale={how['scale']:g}" if how["scale"] != 1.0 else ""
     with (
         suppress(KeyboardInterrupt),
-        Rehearsal(file, setup=setup, **how) as servo,
-        _linked(link, servo.path),
+        Rehearsal(file, setup=setup, **how) as bench,
+        _linked(link, bench.path),
     ):
-        spec = f"{how['kind']}:{link or servo.path},id={how['id']},baud={servo.baud}{scaled}"
-        click.echo(json.dumps({"device": servo.path, "rig": spec}) if as_json else servo.path)
+        spec = f"{how['kind']}:{link or bench.path},id={how['id']},baud={bench.servo.baud}{scaled}"
+        click.echo(json.dumps({"device": bench.path, "rig": spec}) if as_json else bench.path)
         sys.stdout.flush()
         click.echo(f"use it with --rig {spec}; Ctrl-C ends it. Commands here:", err=True)
         for text in COMMANDS.values():
             click.echo(f"  {text}", err=True)
-        _converse(servo)
+        _converse(bench)
 
 
-def _converse(servo: Rehearsal) -> None:
+def _converse(bench: Rehearsal) -> None:
     """Do what the lines on standard input say, until Ctrl-C or until the device is gone."""
     from idtool.errors import InputError
 
     waiting, open_ = b"", True
-    while not servo.unplugged:
+    while not bench.mishaps.unplugged:
         if not open_:
             time.sleep(_POLL_S)
             continue
@@ -129,7 +129,7 @@ def _converse(servo: Rehearsal) -> None:
             if not line.strip():
                 continue
             try:
-                click.echo(servo.do(line.decode("utf-8", "replace")), err=True)
+                click.echo(bench.do(line.decode("utf-8", "replace")), err=True)
             except InputError as error:
                 click.echo(str(error), err=True)
     click.echo("the device is unplugged.", err=True)

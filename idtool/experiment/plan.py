@@ -52,40 +52,32 @@ def doubted_payload(recipe: Recipe, rig: Rig) -> str | None:
 
 
 def _check(recipe: Recipe, trial: RecipeTrial, rig: Rig, period: float) -> float:
-    limits, kind = rig.limits, rig.axis.kind
-    speed_key, travel_key = trial.keys
+    def misfit(problem: str, key: str, remedy: str) -> InputError:
+        return InputError(problem, file=recipe.source, place=f"{trial.place}{key}", remedy=remedy)
+
+    limits, velocity = rig.limits, unit_text("velocity", rig.axis.kind)
+    speed_key, travel_key = (f".{key}" for key in trial.keys)
     command = trial.motion.command(rig.period_s)
     fastest = float(np.max(np.abs(command)))
+    moves = f"moves at {fastest:.3g} {velocity}, the"
     if fastest > limits.speed * (1.0 + 1e-9):
-        raise InputError(
-            f"moves at {fastest:.3g} {unit_text('velocity', kind)}, the rig's limit is {limits.speed:.3g}",
-            file=recipe.source,
-            place=f"{trial.place}.{speed_key}",
-            remedy="lower it",
-        )
+        raise misfit(f"{moves} rig's limit is {limits.speed:.3g}", speed_key, "lower it")
     if fastest < (1.0 - 1e-2) * rig.speed_step:
-        raise InputError(
-            f"moves at {fastest:.3g} {unit_text('velocity', kind)}, the drive of this rig at no less than "
-            f"{rig.speed_step:.3g}",
-            file=recipe.source,
-            place=f"{trial.place}.{speed_key}",
-            remedy="raise it",
-        )
+        problem = f"{moves} drive of this rig at no less than {rig.speed_step:.3g}"
+        raise misfit(problem, speed_key, "raise it")
     low, high = excursion(command, rig.period_s)
     room = limits.position[1] - limits.position[0]
     if high - low > room:
-        raise InputError(
-            f"moves over {high - low:.3g} {unit_text('position', kind)}, the rig has {room:.3g}",
-            file=recipe.source,
-            place=f"{trial.place}.{travel_key}",
-            remedy="lower it" if travel_key != speed_key else "lower it or raise the frequency",
+        problem = (
+            f"moves over {high - low:.3g} {unit_text('position', rig.axis.kind)}, the rig has {room:.3g}"
         )
+        remedy = "lower it" if travel_key != speed_key else "lower it or raise the frequency"
+        raise misfit(problem, travel_key, remedy)
     if trial.motion.highest_frequency_hz > SINE_SHARE / period * (1.0 + 1e-9):
-        raise InputError(
+        raise misfit(
             f"has a sine of {trial.motion.highest_frequency_hz:g} Hz, more than a tenth of this rig's "
             f"{1.0 / period:g} samples per second",
-            file=recipe.source,
-            place=trial.place,
-            remedy=f"stay below {SINE_SHARE / period:g} Hz",
+            "",
+            f"stay below {SINE_SHARE / period:g} Hz",
         )
     return 0.5 * (limits.position[0] + limits.position[1]) - 0.5 * (low + high)

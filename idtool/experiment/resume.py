@@ -75,12 +75,7 @@ def _is_whole(time: Array, trial: RecipeTrial, rig: Rig, every: int) -> bool:
 
 def _check_setup(log: Log, rows: pd.DataFrame, trial: RecipeTrial, index: int) -> None:
     roles = columns_of(log.axis.kind)
-    wanted = {
-        "payload": trial.setup.payload_kg,
-        "tilt_alpha": trial.setup.tilt_alpha_rad,
-        "tilt_beta": trial.setup.tilt_beta_rad,
-    }
-    for role, value in wanted.items():
+    for role, value in trial.setup.logged.items():
         logged = rows[roles[role]].to_numpy(dtype=float)
         if not np.allclose(logged, value, atol=1e-6):
             raise InputError(

@@ -6,7 +6,6 @@ import math
 import os
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from idtool.io.defer_signals import deferred_signals
 from idtool.log import LogWriter, columns_of
 from idtool.model.motion import Array
 from idtool.rig.base import Block, Rig, Trajectory, TrialSetup, Watch
-from idtool.rig.supervisor import LoopTime, Supervisor
+from idtool.rig.supervisor import LoopTime, SupervisedRun, Supervisor
 
 #: Asks a person to set the axis up: trial (from 1), of how many, its set-up, and the one before.
 Confirm = Callable[[int, int, TrialSetup, TrialSetup | None], None]
@@ -107,8 +106,7 @@ def run(
     """
     plan = plan_of(recipe, rig)
     done = done_in(path, recipe, rig, rows_every(recipe, rig)) if resume else Done()
-    watched = Supervisor(rig)
-    with LogWriter(
+    log = LogWriter(
         path,
         _columns(rig),
         rig.axis,
@@ -116,31 +114,15 @@ def run(
         {"recipe": recipe.name, "rig": rig.description} | ({"rig_spec": spec} if spec else {}),
         force=force,
         keep_rows=done.rows if resume and Path(path).exists() else None,
-    ) as writer:
-        session = _Session(recipe, watched, writer, done, progress, watch)
-        interrupted = False
-        try:
-            before: TrialSetup | None = None
-            for index, (trial, start) in enumerate(plan[done.trials :], start=done.trials + 1):
-                if confirm is not None and _differs(trial.setup, before):
-                    confirm(index, len(plan), trial.setup, before)
-                before = trial.setup
-                session.trial(trial, start)
-        except KeyboardInterrupt:
-            interrupted = True
-        except BaseException as error:
-            with deferred_signals():
-                with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
-                    rig.stop()
-                if isinstance(error, RigFault):
-                    raise with_remains(error, path, rig.axis, session.kept()) from error
-            raise
-        finally:
-            with deferred_signals():
-                session.drop_if_empty()
-        with deferred_signals():
-            watched.stop()
-    return session.summary(interrupted)
+    )
+    before: TrialSetup | None = None
+    with log as writer, _Session(recipe, Supervisor(rig), writer, done, progress, watch) as session:
+        for index, (trial, start) in enumerate(plan[done.trials :], start=done.trials + 1):
+            if confirm is not None and _differs(trial.setup, before):
+                confirm(index, len(plan), trial.setup, before)
+            before = trial.setup
+            session.trial(trial, start)
+    return session.summary()
 
 
 def _differs(setup: TrialSetup, before: TrialSetup | None) -> bool:
@@ -151,7 +133,7 @@ def _differs(setup: TrialSetup, before: TrialSetup | None) -> bool:
     return any(getattr(setup, name) != getattr(before, name) for name in by_hand)
 
 
-class _Session:
+class _Session(SupervisedRun):
     """One run: where it is and what it has written."""
 
     def __init__(
@@ -163,8 +145,9 @@ class _Session:
         progress: Callable[[Progress], None] | None,
         watch: Watch | None,
     ) -> None:
+        super().__init__(rig)
         self._watch = watch
-        self._recipe, self._rig, self._writer, self._progress = recipe, rig, writer, progress
+        self._recipe, self._writer, self._progress = recipe, writer, progress
         self._every = rows_every(recipe, rig)
         self._total = recipe.duration_s
         self._began = time.monotonic()
@@ -212,28 +195,20 @@ class _Session:
             self._first = float(rows[0, 1]) if self._first is None else self._first
             self._last = float(rows[-1, 1])
 
-    def kept(self) -> str:
-        """What became of the log, for a sentence."""
-        if self._rows == 0:
-            return "no row was measured and no log is left"
-        return f"the {self._rows} rows up to there are in {self._writer.path}"
+    def _told(self, fault: RigFault) -> RigFault:
+        kept = f"the {self._rows} rows up to there are in {self._writer.path}"
+        remains = kept if self._rows else "no row was measured and no log is left"
+        return with_remains(fault, self._writer.path, self._rig.axis, remains)
 
-    def drop_if_empty(self) -> None:
+    def _end(self) -> None:
         """Remove a log without a row, which nothing could read."""
         if self._rows == 0:
             self._writer.discard()
 
-    def summary(self, interrupted: bool) -> RunSummary:
+    def summary(self) -> RunSummary:
         seconds = self._last - self._first if self._first is not None else 0.0
-        return RunSummary(
-            str(self._writer.path),
-            self._rows,
-            self._finished,
-            seconds,
-            interrupted,
-            self._rig.loop,
-            self._resumed,
-        )
+        file, loop = str(self._writer.path), self._rig.loop
+        return RunSummary(file, self._rows, self._finished, seconds, self.interrupted, loop, self._resumed)
 
     def _tell(self) -> None:
         if self._progress is None:
@@ -247,8 +222,8 @@ class _Session:
 
 
 def _columns(rig: Rig) -> list[str]:
-    names = ["trial", "time", "position", "velocity", *rig.effort_readings, "velocity_command", "payload"]
-    names += ["tilt_alpha", "tilt_beta"] + (["temperature"] if rig.measures_temperature else [])
+    names = ["trial", "time", "position", "velocity", *rig.effort_readings, "velocity_command"]
+    names += [*TrialSetup().logged, *(["temperature"] if rig.measures_temperature else [])]
     names += ["supply_voltage"] if rig.measures_voltage else []
     roles = columns_of(rig.axis.kind)
     return [roles[name] for name in names]
@@ -259,11 +234,7 @@ def _rows(block: Block, rig: Rig, trial: int, setup: TrialSetup) -> Array:
     n = len(block.time_s)
     columns = [np.full(n, float(trial)), block.time_s, block.position, block.velocity]
     columns += [getattr(block, name) for name in rig.effort_readings.values()]
-    columns += [block.command, np.full(n, setup.payload_kg)]
-    columns += [np.full(n, setup.tilt_alpha_rad), np.full(n, setup.tilt_beta_rad)]
-    if block.temperature is not None:
-        columns.append(block.temperature)
-    if block.voltage is not None:
-        columns.append(block.voltage)
+    columns += [block.command, *(np.full(n, value) for value in setup.logged.values())]
+    columns += [reading for reading in (block.temperature, block.voltage) if reading is not None]
     # nine digits after the point keep every reading and leave the noise of arithmetic out of the file
     return np.asarray(np.round(np.column_stack(columns), 9))

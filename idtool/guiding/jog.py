@@ -144,19 +144,13 @@ def jog(
     """Move an axis by keys until q, Ctrl-C or a contact ends it.
 
     Args:
-        rig: prepared here; stopped in every case, not closed.
-        setup: payload and tilt; where it starts is where the axis is.
+        rig, setup, watching: as of `Player`, whose errors these are.
         keys: asked once per period.
         step: of a tap, rad (m).
         speed: of a held key, rad/s (m/s); the rig's limit holds as well.
         tell: called with every position, rad (m).
         clock: paces a rig that does not pace itself.
         now: time of the keys, s.
-        watching: see `Watching`.
-
-    Raises:
-        InputError: the log cannot be written.
-        RigFault: the rig failed.
     """
     low, high = rig.limits.position
     player = Player(rig, setup, "jog", **watching)

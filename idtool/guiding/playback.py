@@ -62,15 +62,9 @@ def play(
 
     Args:
         path: inside the rig's limits (`path.limited`).
-        rig: prepared here; stopped in every case, not closed.
-        setup: payload and tilt; where it starts is where the axis is.
+        rig, setup, watching: as of `Player`, whose errors these are.
         loops: how often; it goes back to the start in between.
         progress: called with the share done, 0 to 1.
-        watching: see `Watching`.
-
-    Raises:
-        InputError: the log cannot be written.
-        RigFault: the rig failed.
     """
     lag = LAG_S
     least = TRIM_SHARE * float(np.max(np.abs(np.gradient(path.position, path.time))))

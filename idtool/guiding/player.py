@@ -10,24 +10,18 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
-from contextlib import nullcontext, suppress
 from dataclasses import dataclass
-from typing import Any, Self, TypedDict, Unpack
-
-import numpy as np
+from typing import TypedDict, Unpack
 
 from idtool.control.force_free import RESOLUTION
 from idtool.control.guard import Measurement
 from idtool.control.online import OnlineModel
 from idtool.control.sensing import HandSense
-from idtool.errors import RigFault
-from idtool.guiding.recorder import LOG_EVERY
+from idtool.guiding.recorder import RunLog
 from idtool.guiding.session import place_of
-from idtool.io.defer_signals import deferred_signals
-from idtool.log import LogWriter, columns_of
 from idtool.parameters import Parameters
 from idtool.rig.base import Rig, Sample, TrialSetup, Watch
-from idtool.rig.supervisor import Supervisor
+from idtool.rig.supervisor import SupervisedRun, Supervisor
 
 #: How long it stands and listens before it moves, s.
 REST_S = 0.5
@@ -54,41 +48,6 @@ class Stop:
     why: str
 
 
-class ContactSense:
-    """The torque that something else than the axis itself puts on it, N m (N)."""
-
-    def __init__(self, parameters: Parameters, period: float, setup: TrialSetup) -> None:
-        model = OnlineModel(parameters)
-        model.drop("external_periodic", "its phase is not known once the clock restarts")
-        self._sense = HandSense(model, period, _FILTER_S, RESOLUTION[parameters.axis.kind])
-        self._setup = setup
-
-    def _measurement(self, sample: Sample) -> Measurement:
-        setup = self._setup
-        return Measurement(
-            sample.time_s,
-            sample.position,
-            sample.velocity,
-            sample.effort,
-            setup.payload_kg,
-            setup.tilt_alpha_rad,
-            setup.tilt_beta_rad,
-            sample.temperature,
-        )
-
-    def listen(self, sample: Sample) -> None:
-        """Take in a sample at rest, nobody touching."""
-        self._sense.listen(self._measurement(sample))
-
-    def settle(self) -> None:
-        """The end of it."""
-        self._sense.settle()
-
-    def feel(self, sample: Sample) -> float:
-        """The torque now."""
-        return self._sense.feel(self._measurement(sample))
-
-
 class Watching(TypedDict, total=False):
     """How a rig is watched while it is moved; nothing is, unless told.
 
@@ -111,10 +70,8 @@ class Watching(TypedDict, total=False):
     watch: Watch | None
 
 
-class Player:
+class Player(SupervisedRun):
     """A rig that is moved step by step, watched.
-
-    As a context it stops the axis whatever happens; Ctrl-C ends the block without an error.
 
     Args:
         rig: prepared here; not closed.
@@ -124,7 +81,6 @@ class Player:
 
     Attributes:
         commanded: the last command, rad (m).
-        interrupted: stopped by the user.
 
     Raises:
         InputError: the log cannot be written.
@@ -132,37 +88,17 @@ class Player:
     """
 
     def __init__(self, rig: Rig, setup: TrialSetup, experiment: str, **watching: Unpack[Watching]) -> None:
+        super().__init__(Supervisor(rig))
         parameters, log = watching.get("parameters"), watching.get("log")
-        self._rig = Supervisor(rig)
         self._setup = setup
         self._obstacle, self._watch = watching.get("obstacle"), watching.get("watch")
         self._contact = watching.get("contact", math.inf)
         self._behind = watching.get("behind", math.inf)
-        self._sense = ContactSense(parameters, rig.period_s, setup) if parameters is not None else None
+        self._sense = _contact_sense(parameters, rig.period_s) if parameters is not None else None
         self._felt = math.nan
         self.commanded = 0.0
-        self.interrupted = False
-        roles = columns_of(rig.axis.kind)
-        names = ("trial", "time", "position", "velocity", *rig.step_readings, "position_command", "payload")
-        columns = [roles[name] for name in names] + [roles["tilt_alpha"], roles["tilt_beta"]]
-        self._rows: list[tuple[Any, ...]] = []
         force = watching.get("force", False)
-        self._writer = LogWriter(log, columns, rig.axis, experiment, force=force) if log is not None else None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, _: object, error: BaseException | None, __: object) -> bool:
-        self.interrupted = isinstance(error, KeyboardInterrupt)
-        failed = error is not None and not self.interrupted
-        with deferred_signals():
-            try:
-                # where stopping fails too, the first fault is the one to tell
-                with suppress(RigFault) if failed else nullcontext():
-                    self._rig.stop()
-            finally:
-                self._close()
-        return self.interrupted
+        self._log = RunLog(log, rig.axis, experiment, rig, setup, force=force) if log is not None else None
 
     def begin(self) -> Sample:
         """The first sample, the axis held where it is."""
@@ -177,7 +113,7 @@ class Player:
         begun = sample.time_s
         while sample.time_s - begun < REST_S:
             if self._sense is not None:
-                self._sense.listen(sample)
+                self._sense.listen(self._measurement(sample))
             sample = self.step(place)
         if self._sense is not None:
             self._sense.settle()
@@ -193,18 +129,13 @@ class Player:
         if self._watch is not None:
             # what was felt is a sample old: it is felt after the step
             self._watch(sample.time_s, sample.position, sample.effort, self._felt)
-        if self._writer is not None:
-            efforts = (getattr(sample, name) for name in self._rig.step_readings.values())
-            row = (0, sample.time_s, sample.position, sample.velocity, *efforts, command)
-            around = (self._setup.payload_kg, self._setup.tilt_alpha_rad, self._setup.tilt_beta_rad)
-            self._rows.append((*row, *around))
-            if len(self._rows) >= LOG_EVERY:
-                self._flush(self._writer)
+        if self._log is not None:
+            self._log.add(sample.time_s, sample, command)
         return sample
 
     def met(self, sample: Sample, wanted: float) -> Stop | None:
         """Whether something is in the way of an axis that is wanted at `wanted`, rad (m)."""
-        torque = self._sense.feel(sample) if self._sense is not None else None
+        torque = self._sense.feel(self._measurement(sample)) if self._sense is not None else None
         self._felt = math.nan if torque is None else torque
         if torque is not None and abs(torque) > self._contact:
             return Stop(sample.time_s, sample.position, torque, "contact")
@@ -212,14 +143,26 @@ class Player:
             return Stop(sample.time_s, sample.position, torque, "behind")
         return None
 
-    def _flush(self, writer: LogWriter) -> None:
-        rows, self._rows = np.array(self._rows, dtype=float), []
-        if len(rows):
-            writer.append(rows)
+    def _measurement(self, sample: Sample) -> Measurement:
+        setup = self._setup
+        return Measurement(
+            sample.time_s,
+            sample.position,
+            sample.velocity,
+            sample.effort,
+            setup.payload_kg,
+            setup.tilt_alpha_rad,
+            setup.tilt_beta_rad,
+            sample.temperature,
+        )
 
-    def _close(self) -> None:
-        if self._writer is not None:
-            try:
-                self._flush(self._writer)
-            finally:
-                self._writer.close()
+    def _end(self) -> None:
+        if self._log is not None:
+            self._log.close()
+
+
+def _contact_sense(parameters: Parameters, period: float) -> HandSense:
+    """What feels the torque that something else than the axis itself puts on it."""
+    model = OnlineModel(parameters)
+    model.drop("external_periodic", "its phase is not known once the clock restarts")
+    return HandSense(model, period, _FILTER_S, RESOLUTION[parameters.axis.kind])

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,14 +16,12 @@ import numpy as np
 from idtool.control.force_free import ForceFreeController
 from idtool.control.guard import Fault, Limits, Reason
 from idtool.errors import InputError, RigFault
-from idtool.experiment.black_box import with_remains
 from idtool.guiding.hand import Hand, travel_per_position
 from idtool.guiding.record import Record, TeachFigures, measure
 from idtool.guiding.recorder import Recorder
-from idtool.io.defer_signals import deferred_signals
 from idtool.parameters import Parameters
 from idtool.rig.base import Rig, Sample, Trajectory, TrialSetup, Watch
-from idtool.rig.supervisor import Supervisor
+from idtool.rig.supervisor import SupervisedRun, Supervisor
 
 #: A hand may push this much faster (share) than the limit of the rig before it is stopped.
 _SPEED_TOLERANCE = 0.5
@@ -109,37 +106,20 @@ def teach(
     length = duration_s if duration_s is not None else (hand.duration if hand else math.inf)
     recorder = Recorder(parameters.axis, rig, setup, log, force)
     controller.reset()
-    interrupted = False
-    rig = watched = Supervisor(rig, speed_tolerance=_SPEED_TOLERANCE)
-    run = _Run(controller, rig, told, hand, _released_first(button) if button else None)
-    try:
-        rig.prepare(setup)
-        run.begin(place_of(rig) if setup.start_position is None else setup.start_position)
+    supervised = Supervisor(rig, speed_tolerance=_SPEED_TOLERANCE)
+    down = _released_first(button) if button else None
+    with _Run(controller, supervised, told, hand, down, recorder) as run:
+        supervised.prepare(setup)
+        run.begin(place_of(supervised) if setup.start_position is None else setup.start_position)
         if tare:
             run.tare()
-        run.guide(recorder, length, watch, progress)
+        run.guide(length, watch, progress)
         if (fault := run.fault) is not None:
             remedy = "" if fault.reason in _NO_SENSOR_S else "; check sensors and bus, then start again"
             count = len(recorder.rows)
             raise RigFault(
                 f"the controller stopped following after {count} samples: {fault.message}{remedy}."
             )
-    except KeyboardInterrupt:
-        interrupted = True
-    except BaseException as error:
-        with deferred_signals():
-            with suppress(RigFault):  # where stopping fails too, the first fault is the one to tell
-                rig.stop()
-            if isinstance(error, RigFault):
-                error.history = error.history or watched.last_second()
-                if log is not None and recorder.rows:
-                    raise with_remains(error, log, parameters.axis) from error
-        raise
-    finally:
-        with deferred_signals():
-            recorder.close()
-    with deferred_signals():
-        rig.stop()
     record = recorder.record()
     figures = None
     if hand is not None and len(record.time):
@@ -152,7 +132,7 @@ def teach(
         notes.append(_NOT_MOVED)
     if controller.mode == "light" and not tare:
         notes.append(_NOT_TARED)
-    return TeachResult(record, figures, tuple(notes), interrupted)
+    return TeachResult(record, figures, tuple(notes), run.interrupted)
 
 
 def _released_first(button: Callable[[float], bool]) -> Callable[[float], bool]:
@@ -168,25 +148,28 @@ def _released_first(button: Callable[[float], bool]) -> Callable[[float], bool]:
     return down
 
 
-class _Run:
+class _Run(SupervisedRun):
     """Steps of a controller on a rig: it acts once per its own period, on the mean effort since it last did.
 
     Args:
         controller, rig, hand: as in `teach`.
         setup: payload and tilt as the controller is told them.
         button: whether the teach button is down, given the time of the run, s; None: there is none.
+        recorder: of what is guided.
     """
 
     def __init__(
         self,
         controller: ForceFreeController,
-        rig: Rig,
+        rig: Supervisor,
         setup: TrialSetup,
         hand: Hand | None,
         button: Callable[[float], bool] | None,
+        recorder: Recorder,
     ) -> None:
-        self._controller, self._rig, self._setup = controller, rig, setup
-        self._hand, self._button = hand, button
+        super().__init__(rig)
+        self._controller, self._setup, self._hand = controller, setup, hand
+        self._button, self._recorder = button, recorder
         self._held = max(1, round(controller.period / rig.period_s))
 
     @property
@@ -219,9 +202,14 @@ class _Run:
             elif self._controller.ready:
                 return
 
-    def guide(
-        self, recorder: Recorder, length: float, watch: Watch | None, progress: Callable[[float], None] | None
-    ) -> None:
+    def _told(self, fault: RigFault) -> RigFault:
+        fault.history = fault.history or self._rig.last_second()
+        return self._recorder.with_remains(fault)
+
+    def _end(self) -> None:
+        self._recorder.close()
+
+    def guide(self, length: float, watch: Watch | None, progress: Callable[[float], None] | None) -> None:
         """Follow the hand for so long, s, or until a fault."""
         begun = self._sample.time_s
         while self.fault is None and self._sample.time_s - begun < length:
@@ -233,7 +221,7 @@ class _Run:
                 push = 0.0
                 if self._hand is not None:
                     push = self._hand.torque(sample.time_s - begun, sample.position, sample.velocity)
-                recorder.add(sample, begun, command, push, self._controller)
+                self._recorder.add(sample, begun, command, push, self._controller)
                 if watch is not None:
                     felt = self._controller.status.external_torque
                     watch(sample.time_s, sample.position, sample.effort, felt)

@@ -66,6 +66,15 @@ class TrialSetup:
     temperature_degc: float | None = None
     rest_s: float = 0.5
 
+    @property
+    def logged(self) -> dict[str, float]:
+        """What a log says of it in every row: role of the column -> value."""
+        return {
+            "payload": self.payload_kg,
+            "tilt_alpha": self.tilt_alpha_rad,
+            "tilt_beta": self.tilt_beta_rad,
+        }
+
 
 @dataclass(frozen=True)
 class Trajectory:

@@ -6,44 +6,27 @@ import math
 
 from idtool.rig.base import TrialSetup
 from idtool.rig.plant import PlantNumbers
-from idtool.rig.plant_file import PlantFile
+from idtool.rig.plant_file import EFFECT_KEYS, PlantFile
 
-#: (effect, key in the file) -> field of PlantNumbers
+#: effect -> fields of PlantNumbers, in the order of its keys in `EFFECT_KEYS`
 _FIELDS = {
-    ("torque_offset", "offset_nm"): "offset",
-    ("direction_asymmetry", "asymmetry_nm_s_per_rad"): "asymmetry",
-    ("load_dependent_friction", "mu"): "mu",
-    ("drive_backdrive", "mu_drive"): "mu_drive",
-    ("drive_backdrive", "mu_backdrive"): "mu_backdrive",
-    ("position_ripple", "cycles_per_turn"): "ripple_cycles",
-    ("position_ripple", "amplitude_1_nm"): "ripple_1",
-    ("position_ripple", "phase_1_rad"): "ripple_phase_1",
-    ("position_ripple", "amplitude_2_nm"): "ripple_2",
-    ("position_ripple", "phase_2_rad"): "ripple_phase_2",
-    ("position_dependent_friction", "slope_1"): "slope_1",
-    ("position_dependent_friction", "slope_2"): "slope_2",
-    ("position_dependent_friction", "center_rad"): "stroke_center",
-    ("position_dependent_friction", "half_stroke_rad"): "half_stroke",
-    ("position_stiffness", "stiffness_nm_per_rad"): "spring",
-    ("position_stiffness", "neutral_rad"): "spring_neutral",
-    ("thermal_drift", "rate_per_k"): "thermal_rate",
-    ("thermal_drift", "reference_degc"): "thermal_reference",
-    ("nonlinear_viscous", "quadratic_nm_s2_per_rad2"): "quadratic",
-    ("stribeck_shape", "exponent"): "exponent",
-    ("backlash", "gap_rad"): "gap",
-    ("backlash", "share_behind_gap"): "gap_share",
-    ("hysteresis", "stiffness_nm_per_rad"): "hysteresis_stiffness",
-    ("hysteresis", "yield_nm"): "hysteresis_yield",
-    ("compliance", "stiffness_nm_per_rad"): "compliance",
-    ("compliance", "damping_nm_s_per_rad"): "compliance_damping",
-    ("compliance", "load_inertia_kg_m2"): "load_inertia",
-    ("transport_delay", "delay_s"): "delay",
-    ("torque_constant_saturation", "kappa_per_a"): "kappa",
-    ("external_periodic", "frequency_hz"): "periodic_frequency",
-    ("external_periodic", "amplitude_nm"): "periodic_amplitude",
-    ("external_periodic", "phase_rad"): "periodic_phase",
-    ("breakaway_dwell", "gain"): "dwell_gain",
-    ("breakaway_dwell", "time_constant_s"): "dwell_time",
+    "torque_offset": ("offset",),
+    "direction_asymmetry": ("asymmetry",),
+    "load_dependent_friction": ("mu",),
+    "drive_backdrive": ("mu_drive", "mu_backdrive"),
+    "position_ripple": ("ripple_cycles", "ripple_1", "ripple_phase_1", "ripple_2", "ripple_phase_2"),
+    "position_dependent_friction": ("slope_1", "slope_2", "stroke_center", "half_stroke"),
+    "position_stiffness": ("spring", "spring_neutral"),
+    "thermal_drift": ("thermal_rate", "thermal_reference"),
+    "nonlinear_viscous": ("quadratic",),
+    "stribeck_shape": ("exponent",),
+    "backlash": ("gap", "gap_share"),
+    "hysteresis": ("hysteresis_stiffness", "hysteresis_yield"),
+    "compliance": ("compliance", "compliance_damping", "load_inertia"),
+    "transport_delay": ("delay",),
+    "torque_constant_saturation": ("kappa",),
+    "external_periodic": ("periodic_frequency", "periodic_amplitude", "periodic_phase"),
+    "breakaway_dwell": ("dwell_gain", "dwell_time"),
 }
 
 
@@ -62,7 +45,11 @@ def plant_numbers(file: PlantFile, setup: TrialSetup) -> PlantNumbers:
     # the whole moving inertia is what the drive was tuned for; the integral is critically damped
     whole = inertia + effects.get("compliance", {}).get("load_inertia_kg_m2", 0.0)
     bandwidth = 2.0 * math.pi * drive.velocity_bandwidth_hz
-    extra = {name: effects[key[0]][key[1]] for key, name in _FIELDS.items() if key[0] in effects}
+    extra = {
+        field: effects[name][key]
+        for name in effects.keys() & _FIELDS.keys()
+        for field, key in zip(_FIELDS[name], EFFECT_KEYS[name], strict=True)
+    }
     ambient = warm["ambient_degc"] if setup.temperature_degc is None else setup.temperature_degc
     return PlantNumbers(
         torque_constant=file.axis.torque_constant,

@@ -83,9 +83,8 @@ class ReplayRig(Rig):
         self._at = 0
         self._prepared = True
         first = self._trials[self._index].iloc[0]
-        for role in ("payload", "tilt_alpha", "tilt_beta"):
+        for role, wanted in setup.logged.items():
             name = self._roles[role]
-            wanted = getattr(setup, {"payload": "payload_kg"}.get(role, f"{role}_rad"))
             if name in first and abs(float(first[name]) - wanted) > 1e-6:
                 raise RigFault(
                     f"trial {self._index} of {self._source} was made with {name} = {first[name]:g}, "

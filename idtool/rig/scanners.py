@@ -21,30 +21,27 @@ def _dynamixel() -> Scanner:
     sdk = dynamixel.vendor_sdk()
     handler = sdk.Protocol2PacketHandler()
 
-    def who(port: Any) -> Iterator[tuple[int, int]]:
+    def who(port: Any) -> Iterator[tuple[int, int, str | None]]:
         answers, _ = handler.broadcastPing(port)
-        for id, (model, _firmware) in sorted(answers.items()):
-            yield id, model
+        for id, (number, _firmware) in sorted(answers.items()):
+            model = dynamixel_models.MODELS.get(number)
+            yield id, number, model.name if model else None
 
-    names = {number: model.name for number, model in dynamixel_models.MODELS.items()}
-    return Scanner("dynamixel", sdk, dynamixel.BAUD_RATES, who, names.get)
+    return Scanner("dynamixel", sdk, dynamixel.BAUD_RATES, who)
 
 
 def _feetech() -> Scanner:
     """One question to each id, since the answers to one to all would collide."""
     sdk = feetech.vendor_sdk()
 
-    def who(port: Any) -> Iterator[tuple[int, int]]:
+    def who(port: Any) -> Iterator[tuple[int, int, str | None]]:
         handler = sdk.sms_sts(port)
         for id in IDS:
             number, result, _ = handler.ping(id)
             if result == sdk.COMM_SUCCESS:
-                yield id, number
+                yield id, number, feetech_models.MODELS.get(number, f"model {number}")
 
-    def name(number: int) -> str:
-        return feetech_models.MODELS.get(number, f"model {number}")
-
-    return Scanner("feetech", sdk, feetech.BAUD_RATES, who, name)
+    return Scanner("feetech", sdk, feetech.BAUD_RATES, who)
 
 
 def scanners() -> list[Scanner]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, fields
+from typing import Self
 
 import numpy as np
 
 from idtool.errors import RigFault
+from idtool.io.defer_signals import deferred_signals
 from idtool.model.motion import Array
 from idtool.model.units import unit_text
 from idtool.rig.base import Block, Rig, Sample, Trajectory, TrialSetup
@@ -178,6 +180,43 @@ class Supervisor(Rig):
         late = steps > _LATE * self.period_s
         self.loop.overruns += int(np.count_nonzero(late))
         self.loop.longest_s = max(self.loop.longest_s, float(steps.max(initial=0.0)))
+
+
+class SupervisedRun:
+    """A run on a supervised rig: as a context it stops the axis whatever happens.
+
+    Attributes:
+        interrupted: Ctrl-C ended the block, without an error.
+    """
+
+    interrupted = False
+
+    def __init__(self, rig: Supervisor) -> None:
+        self._rig = rig
+
+    def _end(self) -> None:
+        """The last thing that is done, however the run ends."""
+
+    def _told(self, fault: RigFault) -> RigFault:
+        """The fault as whoever started the run hears it, once the axis stands."""
+        return fault
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> bool:
+        self.interrupted = isinstance(error, KeyboardInterrupt)
+        failed = error is not None and not self.interrupted
+        with deferred_signals():
+            try:
+                # where stopping fails too, the first fault is the one to tell
+                with suppress(RigFault) if failed else nullcontext():
+                    self._rig.stop()
+                if isinstance(error, RigFault) and (told := self._told(error)) is not error:
+                    raise told from error
+            finally:
+                self._end()
+        return self.interrupted
 
 
 class _Travel:

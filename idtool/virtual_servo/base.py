@@ -20,9 +20,15 @@ OVERLOAD = 0x20
 class VirtualServo(ABC):
     """One servo on the bus.
 
+    Args:
+        axis, decoder, table: see below.
+        id, baud: its number, and its bits a second.
+        now: the time at the start, s, in the clock of every later call.
+
     Attributes:
         baud_rates: what it can be set to, bits a second, by the code in its table.
-        errors, fatal: entries of its table: errors that are set, and those that switch the torque off.
+        errors, fatal, delay: entries of its table: errors that are set, those that switch the torque off, and
+            how long it waits before it answers, 2 us.
         axis: what it moves.
         table: its registers, by name.
         decoder: of the bytes that it hears.
@@ -34,6 +40,7 @@ class VirtualServo(ABC):
     baud_rates: ClassVar[Mapping[int, int]]
     errors: ClassVar[str]
     fatal: ClassVar[str]
+    delay: ClassVar[str]
     axis: VirtualAxis
     table: Any
     decoder: Decoder
@@ -72,9 +79,9 @@ class VirtualServo(ABC):
         return self.baud_rates[self.table["baud_rate"]]
 
     @property
-    @abstractmethod
     def return_delay_s(self) -> float:
         """How long it waits before it answers, s."""
+        return 2e-6 * int(self.table[self.delay])
 
     @property
     @abstractmethod

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Self
 
 from idtool.errors import InputError, nearest
 from idtool.rig.base import TrialSetup
@@ -35,8 +34,8 @@ COMMANDS = {
 _HEAVIEST, _STRONGEST = 1e4, 1e4
 
 
-class Rehearsal:
-    """A virtual servo in real or scaled time. Use it as a context manager.
+class Rehearsal(VirtualTerminal):
+    """A virtual servo in real or scaled time.
 
     Args:
         plant: the axis behind it.
@@ -69,27 +68,12 @@ class Rehearsal:
     ) -> None:
         self._setup = setup or TrialSetup()
         _check_payload(self._setup.payload_kg)
-        self._clock = clock = HostClock(scale)
+        clock = HostClock(scale)
         servo = virtual_servo(
             kind, plant, id=id, model=model, baud=baud, now=clock.now(), seed=seed, setup=self._setup
         )
         mishaps = Mishaps([parse_fault(word) for word in faults], seed=seed)
-        self._terminal = VirtualTerminal(servo, mishaps=mishaps, clock=clock)
-
-    @property
-    def path(self) -> str:
-        """Of the device."""
-        return self._terminal.path
-
-    @property
-    def baud(self) -> int:
-        """Its baud rate, bits a second."""
-        return self._terminal.servo.baud
-
-    @property
-    def unplugged(self) -> bool:
-        """Whether the device is gone for good."""
-        return self._terminal.mishaps.unplugged
+        super().__init__(servo, mishaps=mishaps, clock=clock)
 
     def do(self, line: str) -> str:
         """Do what a person does, and say what was done.
@@ -101,8 +85,8 @@ class Rehearsal:
         if word not in COMMANDS:
             raise InputError(f'no command "{word[:40]}"', remedy=nearest(word[:40], COMMANDS))
         action: Callable[[list[str]], str] = getattr(self, f"_{word.replace('-', '_')}")
-        with self._terminal.lock:
-            self._terminal.servo.pass_time(self._clock.now())
+        with self.lock:
+            self.servo.pass_time(self._clock.now())
             return action(rest)
 
     def _payload(self, words: list[str]) -> str:
@@ -119,7 +103,7 @@ class Rehearsal:
         return self._load(replace(self._setup, tilt_alpha_rad=alpha, tilt_beta_rad=beta))
 
     def _load(self, setup: TrialSetup) -> str:
-        self._terminal.servo.axis.load(setup)
+        self.servo.axis.load(setup)
         self._setup = setup
         alpha, beta = math.degrees(setup.tilt_alpha_rad), math.degrees(setup.tilt_beta_rad)
         return f"payload {setup.payload_kg:g} kg, tilt {alpha:.3g}° and {beta:.3g}°"
@@ -128,36 +112,26 @@ class Rehearsal:
         (torque,) = _numbers(words, 1, "hand")
         if abs(torque) > _STRONGEST:
             raise InputError(f"no hand pushes with {torque:g} N m", remedy="write hand 0.2")
-        self._terminal.servo.axis.hand_nm = torque
+        self.servo.axis.hand_nm = torque
         return f"the hand pushes with {torque:g} N m"
 
     def _fault(self, words: list[str]) -> str:
         for fault in [parse_fault(word) for word in words]:  # all are read before one is in force
-            self._terminal.mishaps.add(fault)
+            self.mishaps.add(fault)
         return "as you wish"
 
     def _power(self, _: list[str]) -> str:
-        self._terminal.servo.lose_power()
+        self.servo.lose_power()
         return "its power was off for a moment"
 
     def _status(self, _: list[str]) -> str:
-        servo, counts = self._terminal.servo, self._terminal.mishaps.counts
+        servo, counts = self.servo, self.mishaps.counts
         torque = "on" if servo.torque else "off"
         struck = ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
         return (
             f"position {servo.axis.position:.3f} rad, speed {servo.axis.velocity:.3f} rad/s, "
             f"torque {torque}, faults so far: {struck or 'none'}"
         )
-
-    def close(self) -> None:
-        """Stop serving; safe to call twice."""
-        self._terminal.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 #: Kind of servo -> sensors of its axis, model and baud rate that it comes with, and its baud rates.

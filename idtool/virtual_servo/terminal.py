@@ -8,6 +8,7 @@ import select
 import termios
 import threading
 import tty
+from typing import Self
 
 from idtool.rig.bus.transactions import BITS_PER_BYTE
 from idtool.rig.clock import Clock, HostClock
@@ -56,7 +57,7 @@ class VirtualTerminal:
         self._thread = threading.Thread(target=self._serve, name="virtual servo", daemon=True)
         self._thread.start()
 
-    def __enter__(self) -> VirtualTerminal:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

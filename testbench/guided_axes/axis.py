@@ -125,19 +125,6 @@ class GuidedAxis:
         return float(self.state[plant.TIME]), position, velocity, current
 
 
-@dataclass(frozen=True)
-class Grip:
-    """A hand at the shaft: stiffness (N m/rad) and damping (N m s/rad)."""
-
-    stiffness: float
-    damping: float
-
-    @classmethod
-    def at_slide(cls, newton_per_m: float, newton_s_per_m: float, ratio: float) -> Grip:
-        """From the units of the moving part; `ratio` in m per rad."""
-        return cls(newton_per_m * ratio**2, newton_s_per_m * ratio**2)
-
-
 NO_HAND = np.zeros(8)
 
 

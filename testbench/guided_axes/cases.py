@@ -139,21 +139,12 @@ def random_case(rng: np.random.Generator, controller: Controller, *, effects: st
     drawn = {e: {k: float(v) for k, v in _DRAWS[e](rng).items()} for e in names}
     told = {e: {k: v * _off(k, rng) for k, v in n.items()} for e, n in drawn.items()}
     file = file_of(replace(plant, effects=told), controller, effects=effects == "known")
-    level, viscous, soft = rng.uniform(0.7, 1.3, 3)
-    friction = dict(plant.friction)
-    for key, factor in (
-        ("coulomb_nm", level),
-        ("static_nm", level),
-        ("viscous_nm_s_per_rad", viscous),
-        ("bristle_stiffness_nm_per_rad", soft),
-        ("bristle_damping_nm_s_per_rad", viscous),
-    ):
-        friction[key] *= float(factor)
+    level, viscous, soft = rng.uniform(0.7, 1.3, 3).tolist()
     drive = replace(plant.drive, position_gain_per_s=float(rng.uniform(15.0, 25.0)))
     warm = {"ambient_degc": 35.0, "rise_k": float(rng.uniform(-10.0, 10.0)), "time_constant_s": 20.0}
     truth = replace(
         plant,
-        friction=friction,
+        friction=_scaled(plant.friction, level, viscous, soft),
         inertia=plant.inertia * float(rng.uniform(0.8, 1.2)),
         drive=drive,
         effects=drawn,
@@ -174,6 +165,16 @@ def random_case(rng: np.random.Generator, controller: Controller, *, effects: st
     )
 
 
+def _scaled(
+    friction: Mapping[str, float], level: float, viscous: float, stiffness: float
+) -> dict[str, float]:
+    """Friction of a plant file, its parts times these."""
+    factors = {"stribeck_velocity_rad_s": 1.0, "bristle_stiffness_nm_per_rad": stiffness}
+    factors |= dict.fromkeys(("coulomb_nm", "static_nm"), level)
+    factors |= dict.fromkeys(("viscous_nm_s_per_rad", "bristle_damping_nm_s_per_rad"), viscous)
+    return {key: value * factors[key] for key, value in friction.items()}
+
+
 def _off(key: str, rng: np.random.Generator) -> float:
     """What a file's number is off by: strengths by up to 10 %, places and frequencies not at all."""
     strength = key in ("mu", "mu_drive", "mu_backdrive", "slope_1") or "_nm" in key
@@ -185,12 +186,8 @@ def corner(
 ) -> Case:
     """An axis in a corner of what is to be withstood: signs of friction level, viscous friction, payload."""
     plant = read_plant(axis)
-    level, viscous, load = signs
-    friction = dict(plant.friction)
-    for key in ("coulomb_nm", "static_nm", "bristle_stiffness_nm_per_rad"):
-        friction[key] *= 1.0 + 0.3 * level
-    for key in ("viscous_nm_s_per_rad", "bristle_damping_nm_s_per_rad"):
-        friction[key] *= 1.0 + 0.3 * viscous
+    level, viscous, load = 1.0 + 0.3 * signs[0], 1.0 + 0.3 * signs[1], signs[2]
+    friction = _scaled(plant.friction, level, viscous, level)
     return Case(
         truth=replace(plant, friction=friction),
         file=file_of(plant, controller),

@@ -19,7 +19,7 @@ from idtool.parameters import Controller
 from idtool.rig import plant
 from idtool.rig.base import TrialSetup
 from idtool.rig.numbers import plant_numbers
-from testbench.guided_axes.axis import NO_HAND, Grip, GuidedAxis, speed_profile
+from testbench.guided_axes.axis import NO_HAND, GuidedAxis, speed_profile
 from testbench.guided_axes.cases import PAYLOAD_KG, Case
 
 SPEED = 0.0192
@@ -83,15 +83,13 @@ class Guided:
 
 def guide(case: Case, *, tared: bool, ramps: bool = True) -> Guided:
     """Run the whole sequence on one axis."""
-    ratio = case.ratio
     axis, law = set_up(case)
-    session = _Session(axis, law, ratio)
+    session = _Session(axis, law, case.ratio)
     session.alone(0.6)
     if tared:
         law.tare()
         session.alone(4.0)
-    grip = Grip.at_slide(case.stiffness, case.damping, ratio)
-    pushes = tuple(session.push(grip, way, hold) for hold in (0.0, 0.6) for way in (1, -1))
+    pushes = tuple(session.push(case, way, hold) for hold in (0.0, 0.6) for way in (1, -1))
     away = [session.ramp(way) for way in (1, -1)] if ramps else [math.nan]
     before = axis.place
     session.alone(2.0)
@@ -177,10 +175,11 @@ class _Session:
         """Step for so long while nobody touches."""
         self.run(seconds, lambda _: NO_HAND)
 
-    def push(self, grip: Grip, way: int, hold: float) -> Pushed:
+    def push(self, case: Case, way: int, hold: float) -> Pushed:
         """Push, perhaps hold still, let go, leave alone."""
         speed = SPEED / self.ratio
-        length = 2.0 if grip.stiffness > 300.0 * self.ratio**2 else 4.0
+        stiffness, damping = case.stiffness * self.ratio**2, case.damping * self.ratio**2
+        length = 2.0 if case.stiffness > 300.0 else 4.0
         start, begun = self.axis.place, self.steps
         work = self.axis.work
 
@@ -191,9 +190,7 @@ class _Session:
                 place, pace = place - less, pace - slower
             share = min(t / 0.05, 1.0)
             rise = 20.0 if t < 0.05 else 0.0
-            return np.array(
-                [grip.stiffness, grip.damping, start + way * place, way * pace, 0.0, 0.0, share, rise]
-            )
+            return np.array([stiffness, damping, start + way * place, way * pace, 0.0, 0.0, share, rise])
 
         self.run(length + hold, hand)
         work = self.axis.work - work

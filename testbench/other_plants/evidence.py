@@ -67,14 +67,14 @@ def torque(plant: Plant, recorded: Recorded) -> Array:
     return np.asarray(needed[recorded.rest :])
 
 
-def torque_of(plant: Plant, extra: Extra, recorded: Recorded) -> Array:
+def torque_of(machine: Machine, plant: Plant, extra: Extra, recorded: Recorded) -> Array:
     """The part of one effect in it: with all effects, less the same without this one."""
     if plant.axis.delay > 0.0 and extra is EFFECTS["transport_delay"]:
         whole = needed_torque(plant, recorded.place, recorded.motion, recorded.bristle, recorded.rest)
         ticks = np.arange(len(whole), dtype=float)
         late = np.interp(ticks - plant.axis.delay / TICK, ticks, whole)
         return np.asarray((whole - late)[recorded.rest :])
-    rigid = extra.without(plant)
+    rigid = extra.without(machine, plant)
     if plant.axis.load_inertia > 0.0 and rigid.axis.load_inertia == 0.0:
         rigid = rigid.with_numbers(inertia=plant.axis.inertia + plant.axis.load_inertia)
     return torque(plant, recorded) - torque(rigid, recorded)
@@ -162,6 +162,6 @@ def columns_of(
     """Torque of each effect on the rows of the log."""
 
     return {
-        name: everywhere(machine, recorded, partial(torque_of, plant, extra))
+        name: everywhere(machine, recorded, partial(torque_of, machine, plant, extra))
         for name, extra in extras.items()
     }

@@ -9,7 +9,7 @@ compliance a second mass on a spring. Torques (or forces) are those that the mot
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -117,9 +117,14 @@ class Plant(NamedTuple):
     lines: Array = np.zeros((0, 4))
     walk: Array = np.zeros(0)
 
-    def with_numbers(self, **numbers: float) -> Plant:
-        """The same with other numbers of the axis."""
-        return self._replace(axis=self.axis._replace(**numbers))  # type: ignore[arg-type]
+    def with_numbers(self, **numbers: Any) -> Plant:
+        """The same with other numbers of the axis, or other lines or another walk."""
+        own = {name: numbers.pop(name) for name in ("lines", "walk") if name in numbers}
+        return self._replace(axis=self.axis._replace(**numbers), **own)
+
+
+#: What has no torque.
+NOTHING: dict[str, Any] = {**Axis._field_defaults, **Plant._field_defaults}
 
 
 class Place(NamedTuple):

@@ -58,10 +58,8 @@ class Planner:
     def _ramp(self) -> float:
         return self.rng.uniform(0.2, 0.5) if self.machine.soft else self.rng.uniform(0.05, 0.15)
 
-    def _trial(
-        self, wanted: Array, payload: float = 0.0, alpha: float | None = None, beta: float = 0.0
-    ) -> Trial:
-        return Trial(wanted, payload, self.alpha if alpha is None else alpha, beta)
+    def _trial(self, wanted: Array, payload: float = 0.0, alpha: float | None = None) -> Trial:
+        return Trial(wanted, payload, self.alpha if alpha is None else alpha)
 
     def _moves(
         self, travel: float, speed: float, times: int, style: str, ramp: float, rest: float = 0.2
@@ -119,7 +117,7 @@ class Planner:
             trials.append(self._trial(self.middle + reach * fade * np.sin(2.0 * math.pi * f * t)))
         return "fast_sines", trials
 
-    def multi(self, name: str = "multisine", payload: float = 0.0) -> Run:
+    def multi(self) -> Run:
         """Random multi-sines."""
         trials = []
         for _ in range(2):
@@ -133,8 +131,8 @@ class Planner:
                 10.0,
                 self.machine.soft,
             )
-            trials.append(self._trial(wanted, payload))
-        return name, trials
+            trials.append(self._trial(wanted))
+        return "multisine", trials
 
     def swings(self) -> Run:
         """Swings of an arm that grow."""

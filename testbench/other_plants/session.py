@@ -96,7 +96,8 @@ def choose_plant(
     for _ in range(5):
         plant = base
         for name, extra in extras.items():
-            plant = extra.put(machine, plant, np.random.default_rng(shapes[name]), strength[name])
+            made = extra.put(machine, np.random.default_rng(shapes[name]), strength[name])
+            plant = plant.with_numbers(**made)
         recorded = [r for run in play(machine, plant, runs, seed, noisy=False) for r in run]
         _check_motion(machine, recorded)
         columns = columns_of(machine, plant, extras, recorded)

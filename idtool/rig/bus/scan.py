@@ -9,8 +9,9 @@ from typing import Any
 from idtool.errors import RigFault
 from idtool.rig.bus.port import open_port
 
-#: Asks one open port who is there: id and model number of each.
-Who = Callable[[Any], Iterator[tuple[int, int]]]
+#: Asks one open port who is there: id, model number and name of each, None for one that this package cannot
+#: drive.
+Who = Callable[[Any], Iterator[tuple[int, int, str | None]]]
 
 
 @dataclass(frozen=True)
@@ -46,14 +47,12 @@ class Scanner:
         sdk: the vendor's.
         baud_rates: that the servos come with or are set to.
         who: asks a port.
-        name: model number -> name; None for one that this package cannot drive.
     """
 
     kind: str
     sdk: Any
     baud_rates: tuple[int, ...]
     who: Who
-    name: Callable[[int], str | None]
 
 
 def scan(
@@ -79,8 +78,8 @@ def scan(
             if progress is not None:
                 progress(f"{device} at {baud} baud for {scanner.kind}")
             port.setBaudRate(baud)
-            for id, number in scanner.who(port):
-                yield Found(scanner.kind, device, baud, id, number, scanner.name(number))
+            for id, number, name in scanner.who(port):
+                yield Found(scanner.kind, device, baud, id, number, name)
     except OSError as error:
         yield RigFault(f"{device} has disappeared ({error}); plug the adapter in and scan again")
     finally:

@@ -18,6 +18,8 @@ from idtool.rig.faults import ServoRefused
 COUNT_RAD = 2.0 * math.pi / 4096
 #: Middle of a turn, counts.
 CENTRE = 2048
+#: V per unit of supply voltage, and s per unit of the return delay, of both vendors.
+_VOLTAGE_UNIT, _RETURN_DELAY_UNIT = 0.1, 2e-6
 
 
 class Found(dict[Register, int]):
@@ -53,7 +55,9 @@ class Servo(ABC):
         name: vendor and model.
         measures: the motor's current, or the voltage at it.
         torque_constant, torque_per_volt: of the data sheet, N m/A and N m/V; None where it does not say.
-        speed_step: commanded speeds are rounded to multiples of it, rad/s.
+        speed_step: commanded speeds are rounded to multiples of it, rad/s; measured ones come in it.
+        duty_unit, current_unit: share of the supply, and A, per unit of duty and current.
+        return_delay: where its table has the return delay.
         bytes_per_period: on the wire, of a goal, a reading and their answers.
         mode: in force; None while its torque is off.
     """
@@ -63,6 +67,9 @@ class Servo(ABC):
     torque_constant: float | None = None
     torque_per_volt: float | None = None
     speed_step: float
+    duty_unit: float
+    current_unit: float = math.nan
+    return_delay: Register
     bytes_per_period: int
     mode: Mode | None = None
 
@@ -74,9 +81,9 @@ class Servo(ABC):
         return (counts - self._zero) * COUNT_RAD
 
     @property
-    @abstractmethod
     def return_delay_s(self) -> float:
         """How long it waits before it answers, s."""
+        return self._bus.read(self.return_delay) * _RETURN_DELAY_UNIT
 
     @abstractmethod
     def own_limits(self) -> Limits:
@@ -119,9 +126,21 @@ class Servo(ABC):
             RigFault: it could not be told.
         """
 
-    @abstractmethod
     def read(self, *, alert: bool = True) -> Sample:
         """Measure, at a time of the bus's clock; `alert`: raise if the servo reports a hardware error."""
+        now = self._bus.present(alert=alert)
+        # the supply's current over the duty would be the motor's, but hardly at the small duties of a guided
+        # axis
+        by_current = self.measures == "current"
+        return Sample(
+            now.time_s,
+            self._radians(now.position),
+            now.speed * self.speed_step,
+            now.current * self.current_unit if by_current else None,
+            float(now.temperature),
+            now.voltage * _VOLTAGE_UNIT,
+            None if by_current else now.duty * self.duty_unit,
+        )
 
     @abstractmethod
     def arm(self) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from idtool.rig.clock import Clock, HostClock
 from idtool.rig.faults import DeviceGone, NotAnswering, shutdown
@@ -39,13 +39,28 @@ class Register(ABC):
         """The number of the bytes."""
 
 
+class Present(NamedTuple):
+    """What a servo measured, in its own units, and when (s, of the bus's clock).
+
+    `current` is 0 of a servo that reports none, and the load on one without a current sensor.
+    """
+
+    time_s: float
+    position: int
+    speed: int
+    duty: int
+    voltage: int
+    temperature: int
+    current: int = 0
+
+
 class Transactions(ABC):
     """A serial port and one servo on it.
 
     Args:
         port, handler: of the SDK.
         success: its result of a packet that was sent or received.
-        device, id, baud: how the servo is reached, for messages.
+        device, id, baud: how the servo is reached (port, number, bits a second), for messages.
         clock: tells when the servo measured; None is the host's.
 
     Attributes:
@@ -67,6 +82,18 @@ class Transactions(ABC):
         self.clock = clock or HostClock()
         self.retries = 0
         self.patience_s = 0.0
+
+    @abstractmethod
+    def present(self, *, alert: bool = True) -> Present:
+        """All that it measures, of one instant, in one transaction.
+
+        Args:
+            alert: raise if the servo reports a hardware error.
+
+        Raises:
+            ServoRestarted: it lost its power for a moment, or another program talks to it.
+            NotAnswering, DeviceGone, ServoRefused, ServoShutdown.
+        """
 
     def read(self, register: Register) -> int:
         """A register, in the servo's units; works in alert too.

@@ -6,11 +6,10 @@ Checked against dynamixel-sdk 4.1.0.
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from functools import partial
 
 from idtool.rig.bus.port import import_sdk, open_port
-from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
+from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Present, Transactions
 from idtool.rig.clock import Clock
 from idtool.rig.dynamixel.models import BUS_WATCHDOG, HARDWARE_ERROR, HARDWARE_ERRORS
 from idtool.rig.faults import ServoRefused, ServoRestarted, WatchdogTripped
@@ -45,38 +44,14 @@ _SYNC_READ_BYTES = 15
 BYTES_PER_PERIOD = 16 + _ANSWER_BYTES + _SYNC_READ_BYTES + _ANSWER_BYTES + _BLOCK.size
 
 
-@dataclass(frozen=True)
-class Present:
-    """What the servo measured, in its own units, and when (s, of the bus's clock).
-
-    `current` is the load on a servo without a current sensor.
-    """
-
-    time_s: float
-    pwm: int
-    current: int
-    velocity: int
-    position: int
-    voltage: int
-    temperature: int
-
-
 #: The SDK; a `RigFault` where it is not installed.
 vendor_sdk = partial(import_sdk, "dynamixel_sdk", "a DYNAMIXEL servo", "dynamixel")
 
 
 class Bus(Transactions):
-    """A serial port and one servo on it.
-
-    Args:
-        device: the port.
-        id: of the servo.
-        baud: bits a second.
-        clock: tells when the servo measured; None is the host's.
+    """A serial port and one servo on it; arguments as of `Transactions`, errors as of `open_port`.
 
     Raises:
-        InputError: the SDK has no such baud rate.
-        DeviceGone: the port cannot be opened.
         RigFault: the SDK is not installed.
     """
 
@@ -100,21 +75,13 @@ class Bus(Transactions):
         return int.from_bytes(self._ask(self._send_ping, 3, alert=False)[:2], "little")
 
     def present(self, *, alert: bool = True) -> Present:
-        """Position, velocity, current, voltage and temperature, all of one instant, in one transaction.
-
-        Args:
-            alert: raise if the servo reports a hardware error.
-
-        Raises:
-            ServoRestarted: its clock jumped.
-            NotAnswering, DeviceGone, ServoRefused, ServoShutdown.
-        """
+        """As of every bus; a clock of the servo's that jumped is a restart."""
         for _ in range(TRIES):
             data = self._ask(self._send_sync_read, _BLOCK.size, alert=alert)
             tick, _, _, pwm, current, velocity, position, _, _, voltage, temperature = _BLOCK.unpack(data)
             if self._is_fresh(tick):
                 measured = self._asked + self._question_s
-                return Present(measured, pwm, current, velocity, position, voltage, temperature)
+                return Present(measured, position, velocity, pwm, voltage, temperature, current)
             self.retries += 1
         self._tick = None
         raise ServoRestarted(

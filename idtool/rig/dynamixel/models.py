@@ -27,12 +27,8 @@ SPEED_UNIT = 0.229 * 2.0 * math.pi / 60.0
 ACCELERATION_UNIT = 214.577 * 2.0 * math.pi / 3600.0
 #: Share of the supply per unit of PWM: 885 is all of it.
 DUTY_UNIT = 1.0 / 885
-#: V per unit of supply voltage.
-VOLTAGE_UNIT = 0.1
 #: s per unit of the bus watchdog.
 WATCHDOG_UNIT = 0.02
-#: s per unit of the return delay time.
-RETURN_DELAY_UNIT = 2e-6
 
 
 @dataclass(frozen=True)

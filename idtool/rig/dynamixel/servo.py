@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-from idtool.rig.base import Limits, Mode, Sample
+from idtool.rig.base import Limits, Mode
 from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Servo, ServoKind
 from idtool.rig.dynamixel import models
 from idtool.rig.dynamixel.bus import BYTES_PER_PERIOD, Bus
@@ -25,10 +25,6 @@ STOP_ACCELERATION = 20.0
 class DynamixelServo(Servo):
     """A servo with the control table of the X series.
 
-    Args:
-        bus: how to reach it.
-        zero: position that counts as 0 rad, counts.
-
     Attributes:
         model: what it is.
 
@@ -39,14 +35,15 @@ class DynamixelServo(Servo):
     """
 
     _bus: Bus
-    speed_step = models.SPEED_UNIT
+    speed_step, duty_unit = models.SPEED_UNIT, models.DUTY_UNIT
+    return_delay = models.RETURN_DELAY
     bytes_per_period = BYTES_PER_PERIOD
 
     def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
         super().__init__(bus, zero)
         self._armed = False
         self.model = model = self._identify()
-        self.name = f"DYNAMIXEL {model.name}"
+        self.name, self.current_unit = f"DYNAMIXEL {model.name}", model.current_unit
         self.measures = "current" if model.senses == "motor" else "voltage"
         if model.senses == "motor":
             self.torque_constant = model.torque_constant
@@ -74,16 +71,12 @@ class DynamixelServo(Servo):
 
     # ----------------------------------------------------------------- what it is set to
 
-    @property
-    def return_delay_s(self) -> float:
-        return self._bus.read(models.RETURN_DELAY) * models.RETURN_DELAY_UNIT
-
     def own_limits(self) -> Limits:
         read = self._bus.read
         low, high = read(models.MIN_POSITION_LIMIT), read(models.MAX_POSITION_LIMIT)
         speed, current = read(models.VELOCITY_LIMIT) * models.SPEED_UNIT, math.inf
         if self.model.senses != "load":
-            current = read(models.CURRENT_LIMIT) * self.model.current_unit
+            current = read(models.CURRENT_LIMIT) * self.current_unit
         return Limits(
             position=(self._radians(low), self._radians(high)),
             speed=speed,
@@ -95,7 +88,7 @@ class DynamixelServo(Servo):
     def limit(self, speed: float, current: float, duty: float) -> None:
         self._found.change(models.VELOCITY_LIMIT, math.ceil(speed / models.SPEED_UNIT))
         if math.isfinite(current):
-            self._found.change(models.CURRENT_LIMIT, math.ceil(current / self.model.current_unit))
+            self._found.change(models.CURRENT_LIMIT, math.ceil(current / self.current_unit))
         self._found.change(models.PWM_LIMIT, round(duty / models.DUTY_UNIT))
 
     # ------------------------------------------------------------------------- motion
@@ -116,7 +109,7 @@ class DynamixelServo(Servo):
             self._found.change(models.PROFILE_VELOCITY, math.ceil(speed / models.SPEED_UNIT))
             if by_current:
                 limit = self._bus.read(models.CURRENT_LIMIT)
-                wanted = limit if math.isinf(current) else math.ceil(current / self.model.current_unit)
+                wanted = limit if math.isinf(current) else math.ceil(current / self.current_unit)
                 self._found.change(models.GOAL_CURRENT, min(wanted, limit))
             self._bus.write(models.GOAL_POSITION, self._bus.present().position)
         else:
@@ -152,21 +145,6 @@ class DynamixelServo(Servo):
                 self._bus.write(models.GOAL_VELOCITY, 0, alert=False)
             elif self.mode is not None:
                 self._bus.write(models.GOAL_POSITION, self._bus.present(alert=False).position, alert=False)
-
-    def read(self, *, alert: bool = True) -> Sample:
-        now = self._bus.present(alert=alert)
-        # the supply's current over the duty would be the motor's, but hardly at the small duties of a guided
-        # axis
-        by_current = self.model.senses == "motor"
-        return Sample(
-            now.time_s,
-            self._radians(now.position),
-            now.velocity * models.SPEED_UNIT,
-            now.current * self.model.current_unit if by_current else None,
-            float(now.temperature),
-            now.voltage * models.VOLTAGE_UNIT,
-            None if by_current else now.pwm * models.DUTY_UNIT,
-        )
 
     def arm(self) -> None:
         """From now on the servo stops the axis by itself when it hears nothing for `WATCHDOG_S`."""

@@ -8,11 +8,10 @@ at one of eight registers and all end at the last one that is of use. Checked ag
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 from idtool.rig.bus.port import import_sdk, open_port
-from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Transactions
+from idtool.rig.bus.transactions import BITS_PER_BYTE, TRIES, Present, Transactions
 from idtool.rig.clock import Clock
 from idtool.rig.faults import ServoRestarted
 from idtool.rig.feetech import models
@@ -31,37 +30,17 @@ _GOAL = models.ACCELERATION.size + models.GOAL_POSITION.size + models.GOAL_TIME.
 BYTES_PER_PERIOD = _FRAME + 1 + _GOAL + _FRAME + _QUESTION + _FRAME + _END - _BEGINS[0]
 
 
-@dataclass(frozen=True)
-class Present:
-    """What the servo measured, in its own units, and when (s, of the bus's clock)."""
-
-    time_s: float
-    position: int
-    speed: int
-    load: int
-    voltage: int
-    temperature: int
-
-
 #: The SDK; a `RigFault` where it is not installed.
 vendor_sdk = partial(import_sdk, "scservo_sdk", "a Feetech servo", "feetech")
 
 
 class Bus(Transactions):
-    """A serial port and one servo on it.
-
-    Args:
-        device: the port.
-        id: of the servo.
-        baud: bits a second.
-        clock: tells when the servo measured; None is the host's.
+    """A serial port and one servo on it; arguments as of `Transactions`, errors as of `open_port`.
 
     Attributes:
         torque: whether its torque was switched on here; a reading that says otherwise is a fault.
 
     Raises:
-        InputError: the SDK has no such baud rate.
-        DeviceGone: the port cannot be opened.
         RigFault: the SDK is not installed.
     """
 
@@ -98,15 +77,7 @@ class Bus(Transactions):
         self._goal = position
 
     def present(self, *, alert: bool = True) -> Present:
-        """Position, speed, duty, voltage and temperature, in one transaction.
-
-        Args:
-            alert: raise if the servo reports an error.
-
-        Raises:
-            ServoRestarted: its torque went off, or its goal is not the one that it was given.
-            NotAnswering, DeviceGone, ServoShutdown.
-        """
+        """As of every bus; torque that went off, or another goal than was given, is a restart."""
         for _ in range(TRIES):
             begin = _BEGINS[self._turn % len(_BEGINS)]
             self._turn += 1

@@ -24,10 +24,6 @@ FINE_SPEED_BIT, COARSE = 0x04, 50
 ACCELERATION_UNIT = 100 * COUNT_RAD
 #: Share of the supply per unit of load and torque limit.
 DUTY_UNIT = 1e-3
-#: V per unit of supply voltage.
-VOLTAGE_UNIT = 0.1
-#: s per unit of the return delay.
-RETURN_DELAY_UNIT = 2e-6
 
 #: By model number; another one of the series is driven too, and called by its number.
 MODELS = {777: "STS3215", 2825: "STS3250", 11272: "SM8512BL"}

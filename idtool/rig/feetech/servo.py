@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-from idtool.rig.base import Limits, Mode, Sample
+from idtool.rig.base import Limits, Mode
 from idtool.rig.bus.servo import CENTRE, COUNT_RAD, Servo, ServoKind
 from idtool.rig.faults import DeviceGone, NotAnswering, WrongServo
 from idtool.rig.feetech import models
@@ -31,10 +31,6 @@ _MOST_ACCELERATION = 254
 class FeetechServo(Servo):
     """A servo of the STS or SMS series.
 
-    Args:
-        bus: how to reach it.
-        zero: position that counts as 0 rad, counts.
-
     Raises:
         WrongServo: it is of the SCS series, which has another memory table.
         ServoShutdown: it reports an error.
@@ -43,6 +39,7 @@ class FeetechServo(Servo):
 
     _bus: Bus
     measures = "voltage"
+    duty_unit, return_delay = models.DUTY_UNIT, models.RETURN_DELAY
     bytes_per_period = BYTES_PER_PERIOD
 
     def __init__(self, bus: Bus, zero: int = CENTRE) -> None:
@@ -70,10 +67,6 @@ class FeetechServo(Servo):
         self._place = self._pace = self._speed = self._since = 0.0
 
     # ----------------------------------------------------------------- what it is set to
-
-    @property
-    def return_delay_s(self) -> float:
-        return self._bus.read(models.RETURN_DELAY) * models.RETURN_DELAY_UNIT
 
     def own_limits(self) -> Limits:
         """As of every servo; the speed is what the register takes at most, which the motor may not reach."""
@@ -162,18 +155,6 @@ class FeetechServo(Servo):
     def _go(self, position: float, speed: float, *, alert: bool = True) -> None:
         units = min(max(round(speed / self.speed_step), 1), models.HIGHEST_SPEED // self._unit)
         self._bus.set_goal(self._counts(position), units, self._acceleration, alert=alert)
-
-    def read(self, *, alert: bool = True) -> Sample:
-        now = self._bus.present(alert=alert)
-        return Sample(
-            now.time_s,
-            self._radians(now.position),
-            now.speed * self.speed_step,
-            None,
-            float(now.temperature),
-            now.voltage * models.VOLTAGE_UNIT,
-            now.load * models.DUTY_UNIT,
-        )
 
     def arm(self) -> None:
         """Nothing to do: every goal is one at which the axis may stand."""

@@ -43,18 +43,10 @@ VELOCITY = 1
 
 
 class VirtualDynamixel(VirtualServo):
-    """One servo on the bus.
-
-    Args:
-        axis: what it moves.
-        id: its id.
-        model: its model number; 1150 is the XH540-V150-R.
-        baud: its baud rate.
-        now: the time at the start, s, in the clock of every later call.
-    """
+    """One servo on the bus; `model`: its model number, 1150 is the XH540-V150-R."""
 
     baud_rates = BAUD_RATES
-    errors, fatal = "hardware_error_status", "shutdown"
+    errors, fatal, delay = "hardware_error_status", "shutdown", "return_delay_time"
     encode = staticmethod(encode)
     table: ControlTable
 
@@ -80,10 +72,6 @@ class VirtualDynamixel(VirtualServo):
             table["current_limit"] = math.ceil(limits["current_a"] / self.family.current_unit)
             table["goal_current"] = table["current_limit"]
         self._measure()
-
-    @property
-    def return_delay_s(self) -> float:
-        return 2e-6 * self.table["return_delay_time"]
 
     @property
     def torque(self) -> bool:

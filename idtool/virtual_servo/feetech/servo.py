@@ -28,18 +28,10 @@ POSITION, SPEED = 0, 1
 
 
 class VirtualFeetech(VirtualServo):
-    """One servo on the bus.
-
-    Args:
-        axis: what it moves.
-        id: its id.
-        model: its model number; 777 is the STS3215.
-        baud: its baud rate.
-        now: the time at the start, s, in the clock of every later call.
-    """
+    """One servo on the bus; `model`: its model number, 777 is the STS3215."""
 
     baud_rates = BAUD_RATES
-    errors, fatal = "status", "unloading"
+    errors, fatal, delay = "status", "unloading", "return_delay"
     encode = staticmethod(encode)
     table: MemoryTable
 
@@ -57,10 +49,6 @@ class VirtualFeetech(VirtualServo):
         self.table["model"] = model
         self.table.store()
         self._measure()
-
-    @property
-    def return_delay_s(self) -> float:
-        return 2e-6 * self.table["return_delay"]
 
     @property
     def torque(self) -> bool:
