@@ -36,6 +36,8 @@ from idtool.signals.own_filter import OwnFilter
 
 #: An error of more per cent of the torque leaves most of it.
 _POOR = 50.0
+#: An error of which less than this share is slow enough for a fit to see it is mostly noise.
+_MOST = 0.7
 #: What stands for nothing where a logarithm is taken, N m (N).
 _TINY = 1e-12
 
@@ -118,7 +120,7 @@ def predict(logs: Sequence[Log], parameters: Parameters, correction: Correction 
     found = Prediction(
         _frame(recording, logs, torque),
         _errors(recording, torque),
-        [*_notes(parameters), *recording.remarks],
+        [*_notes(parameters), *_slower(recording, torque), *recording.remarks],
         recording.motion.trial,
         recording.experiment,
         unit_text("torque", recording.axis.units),
@@ -310,6 +312,21 @@ def _errors(recording: Recording, torque: Array) -> dict[str, dict[str, Any]]:
             "rows": int(rows.sum()),
         }
     return result
+
+
+def _slower(recording: Recording, torque: Array) -> list[str]:
+    """A sentence where most of the error is faster than what a fit compares: noise of each row."""
+    left, whole = recording.torque - torque, recording.torque
+    every, compared = (
+        100.0 * float(np.linalg.norm(error) / np.linalg.norm(size))
+        for error, size in ((left, whole), (recording.filtered(left), recording.filtered(whole)))
+    )
+    if compared > _MOST * every:
+        return []
+    return [
+        f"slower than {recording.filter.bandwidth_hz:.3g} Hz, as a fit compares them, it is {compared:.3g} % "
+        f"and {every:.3g} % over all rows: the rest is noise of single rows, mostly of their acceleration."
+    ]
 
 
 def _notes(parameters: Parameters) -> list[str]:
