@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -28,7 +28,6 @@ _PAUSE = 3.0
 #: others follow the line through so many ticks before and after.
 _WITHIN = 1.5
 _AROUND = 10
-_SIDES: tuple[tuple[int, Literal["left", "right"]], ...] = ((-1, "left"), (1, "right"))
 #: Names of columns that number or name the servos of a table. A bus has so many at most; rows are more.
 _WHICH = re.compile(
     r"(?P<what>(dxl|dynamixel|motor|servo|joint|actuator|axis|drive)s?)?[ _.-]?(?P<id>id)?"
@@ -253,7 +252,8 @@ def _between_ticks(stamps: pd.Series[Any], tick: float) -> np.ndarray:
         return np.asarray(first + steady)
     ticks = np.searchsorted(np.unique(time), time)
     # a line through the rows of the ticks around each, which rises as they do
-    begin, end = (np.searchsorted(ticks, ticks + way * _AROUND, side) for way, side in _SIDES)
+    begin = np.searchsorted(ticks, ticks - _AROUND, "left")
+    end = np.searchsorted(ticks, ticks + _AROUND, "right")
     sums = [np.concatenate([[0.0], np.cumsum(each)]) for each in (row, time, row * row, row * time)]
     count = end - begin
     x, y, xx, xy = (one[end] - one[begin] for one in sums)

@@ -295,7 +295,6 @@ def _power(
         [np.sign(w), w, np.ones(len(w)), centred, centred**2, np.sin(q), np.cos(q), faster[rows]]
     )
     columns /= np.maximum(np.abs(columns).max(axis=0), 1e-300)
-    inertia = columns.shape[1] - 1
     # without one stretch of time each (a jackknife), from sums over the stretches: rows are many, columns few
     begins = np.arange(_BLOCKS) * len(w) // _BLOCKS
     ends = np.append(begins[1:], len(w))
@@ -315,8 +314,8 @@ def _power(
             "time"
         ]
     takes = _sure_sign(powers, _SHARE * float(np.mean(np.abs(torque * w))))
-    size = _SHARE * float(np.std(torque)) / max(float(np.std(columns[:, inertia])), 1e-300)
-    heavy = _sure_sign([float(one[inertia]) for one in found], size)
+    size = _SHARE * float(np.std(torque)) / max(float(np.std(columns[:, -1])), 1e-300)
+    heavy = _sure_sign([float(one[-1]) for one in found], size)  # the last column is that of inertia
     if (takes < 0 and heavy <= 0) or (heavy < 0 and takes <= 0):
         how = (
             "pushes along with the motion, so that friction would drive the axis"

@@ -54,9 +54,8 @@ def of_the_clock(
     jerk = np.full(rows, likeliest)
     kalman.forward(series.time, series.readings, series.variances, series.first, jerk, passed)
     squares = kalman.backward(series.time, series.variances, series.first, passed)[0][:, 1:] ** 2
-    exact = np.zeros(rows)
-    stamps = [exact, _of_the_last_digit(series.time, series.first), _of_late(series.time, series.first)]
-    known = [each[:, None] * squares for each in stamps if each is exact or each.any()]
+    stamps = _of_the_last_digit(series.time, series.first), _of_late(series.time, series.first)
+    known = [np.zeros_like(squares), *(each[:, None] * squares for each in stamps if each.any())]
 
     def noise(which: int, spread: float) -> Array:
         return np.asarray(known[which] + squares * (period * 10.0**spread) ** 2)
